@@ -1,0 +1,30 @@
+# Every outside library the project uses, all Debian packages (scripts/install lists them).
+
+find_package(Threads REQUIRED)
+find_package(fmt REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(GTest REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(MPI REQUIRED COMPONENTS CXX)
+find_package(BISON 3.8 REQUIRED)
+find_package(FLEX REQUIRED)
+find_package(tomlplusplus REQUIRED)
+
+add_library(meld_xxhash INTERFACE)
+target_compile_definitions(meld_xxhash INTERFACE XXH_INLINE_ALL)
+
+# Only runtime/comm sees MPI. The C++ bindings of MPI-2 are long gone and their headers warn.
+add_library(meld_mpi INTERFACE)
+target_link_libraries(meld_mpi INTERFACE MPI::MPI_CXX)
+target_compile_definitions(meld_mpi INTERFACE OMPI_SKIP_MPICXX)
+
+pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi)
+add_library(meld_hdf5 INTERFACE)
+target_link_libraries(meld_hdf5 INTERFACE PkgConfig::HDF5)
+
+# Clang and LLVM come as two shared libraries; their headers are not ours to be warned about.
+find_package(LLVM 19 REQUIRED CONFIG HINTS /usr/lib/llvm-19)
+add_library(meld_clang INTERFACE)
+target_include_directories(meld_clang SYSTEM INTERFACE ${LLVM_INCLUDE_DIRS})
+target_link_libraries(meld_clang INTERFACE ${LLVM_LIBRARY_DIR}/libclang-cpp.so.19.1 LLVM)

@@ -1,0 +1,76 @@
+// Diagnostics are data: a kind from one table, a span, labels on other places, a help line. Rendered last.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/source/source.h"
+
+namespace meld::diagnostics {
+
+using source::Span;
+
+enum class Severity { Error, Warning, Note };
+
+// One value per row of kinds.def; each row has a code (E0301), a severity, a title, and a page for `meldc explain`.
+enum class Kind {
+#define MELD_KIND(name, code, severity, title) name,
+#include "compiler/diagnostics/kinds.def"
+#undef MELD_KIND
+};
+
+struct KindInfo {
+    std::string_view name;
+    std::string_view code;
+    Severity severity;
+    std::string_view title;
+};
+const KindInfo& info(Kind kind);
+// The kind with this code or name, or nullptr.
+const KindInfo* find_kind(std::string_view code);
+std::vector<KindInfo> all_kinds();
+
+struct Label {
+    Span span;
+    std::string text;
+};
+
+struct Diagnostic {
+    Kind kind;
+    Span span;
+    // One sentence without a full stop, about this very case.
+    std::string message;
+    std::vector<Label> labels = {};
+    // Text to write instead, or what to do; may be empty.
+    std::string help = {};
+};
+
+// Collects diagnostics. A compilation reports all mistakes it finds; equal spans and kinds are reported once.
+class Reporter {
+  public:
+    // Adds one and returns it, so that labels and help can be hung on it: report.add(Kind::X, span, "...").help = "...".
+    Diagnostic& add(Kind kind, Span span, std::string message);
+    bool has_errors() const { return error_count_ > 0; }
+    std::size_t error_count() const { return error_count_; }
+    // In source order (file, begin), without repeats.
+    std::vector<Diagnostic> sorted() const;
+
+  private:
+    std::vector<Diagnostic> diagnostics_;
+    std::size_t error_count_ = 0;
+};
+
+enum class Colour { Never, Always };
+
+// "error[E0301]: message", the source line underlined with the main text, labelled lines, help.
+std::string render_text(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics, Colour colour);
+// One JSON array; each object has code, severity, message, path, line, column, end_line, end_column, labels, help.
+std::string render_json(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics);
+
+// The name among candidates nearest to the given one, or "" where none is near enough to suggest.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+
+}  // namespace meld::diagnostics
