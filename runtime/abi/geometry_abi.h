@@ -1,0 +1,68 @@
+// Where catoms are, as plain arrays that a compiled module and the runtime share: neighbours are geometry, not lists.
+// Included by emitted code, so: no standard library.
+#pragma once
+
+namespace meld {
+
+using i8 = __INT8_TYPE__;
+using i16 = __INT16_TYPE__;
+using i32 = __INT32_TYPE__;
+using i64 = __INT64_TYPE__;
+using u8 = __UINT8_TYPE__;
+using u16 = __UINT16_TYPE__;
+using u32 = __UINT32_TYPE__;
+using u64 = __UINT64_TYPE__;
+
+// A brick is 512 cells; a site is brick slot * 512 + the cell's number in its brick.
+inline constexpr u32 kBrickCells = 512;
+inline constexpr u32 kBrickCellBits = 9;
+inline constexpr u32 kBrickNeighbours = 27;
+// The place of a brick itself among its 27 neighbours (offset 0, 0, 0).
+inline constexpr u32 kBrickCentre = 13;
+inline constexpr i32 kMaxPorts = 12;
+
+enum CatomState : u8 {
+    kCatomFree = 0,   // An index nobody uses.
+    kCatomOwned = 1,  // Lives on this part.
+    kCatomGhost = 2,  // Lives on another part; its exported columns are mirrored here.
+};
+
+struct Geometry {
+    i32 ports = 0;                        // Directions in which a catom can have a neighbour.
+    i32 opposite[kMaxPorts] = {};         // The port that looks back.
+    const u16* step = nullptr;            // [port * 512 + cell]: neighbouring brick (0..26) << 9 | cell there.
+    const i32* cell_catom = nullptr;      // [site]: the catom there, or -1.
+    const u32* brick_neighbours = nullptr;  // [slot * 27 + n]: slot; slot 0 is a brick that is always empty.
+    const u64* brick_target = nullptr;    // [slot * 8 + cell / 64]: a bit per cell, set where the cell is in the target shape.
+    const i32* brick_origin = nullptr;    // [slot * 3]: coordinates of the brick's first cell.
+    i32 cell_bits[3] = {3, 3, 3};         // How a cell's number splits: x in the lowest bits, then y, then z.
+    const u32* catom_site = nullptr;      // [catom]
+    const u64* catom_id = nullptr;        // [catom]: the global id, the same on every part.
+    const u8* catom_state = nullptr;      // [catom]: CatomState
+    u32 catoms = 0;                       // Indices in use, owned, ghost and free.
+};
+
+// The site next to a site over a port; it may lie in slot 0.
+inline u32 site_towards(const Geometry& g, u32 site, i32 port) {
+    const u32 entry = g.step[static_cast<u32>(port) * kBrickCells + (site & (kBrickCells - 1))];
+    const u32 slot = g.brick_neighbours[(site >> kBrickCellBits) * kBrickNeighbours + (entry >> kBrickCellBits)];
+    return (slot << kBrickCellBits) | (entry & (kBrickCells - 1));
+}
+
+// The catom next to a site over a port, or -1.
+inline i32 catom_towards(const Geometry& g, u32 site, i32 port) { return g.cell_catom[site_towards(g, site, port)]; }
+
+inline bool in_target(const Geometry& g, u32 site) {
+    return (g.brick_target[site >> 6] >> (site & 63)) & 1;
+}
+
+// Coordinate 0, 1 or 2 of the cell of a site.
+inline i32 cell_coordinate(const Geometry& g, u32 site, i32 axis) {
+    const u32 cell = site & (kBrickCells - 1);
+    i32 shift = 0;
+    for (i32 a = 0; a < axis; ++a) shift += g.cell_bits[a];
+    const u32 mask = (1u << g.cell_bits[axis]) - 1;
+    return g.brick_origin[(site >> kBrickCellBits) * 3 + static_cast<u32>(axis)] + static_cast<i32>((cell >> shift) & mask);
+}
+
+}  // namespace meld

@@ -1,0 +1,51 @@
+// How parts talk: one process, threads standing for processes (tests), or MPI. The only door to MPI.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace meld::comm {
+
+// One packed message to or from another part.
+struct Packet {
+    int part = 0;
+    std::vector<std::byte> bytes;
+};
+
+class Communicator {
+  public:
+    virtual ~Communicator() = default;
+    virtual int part() const = 0;   // 0 .. parts-1
+    virtual int parts() const = 0;
+
+    // Sparse exchange: every part calls it together, each with the packets it has (at most one per destination, never to
+    // itself, none needs to be known to the receiver). Returns what the others sent here, sorted by sending part.
+    // Cost: the number of parts that have something to say to each other, plus one small agreement.
+    virtual std::vector<Packet> exchange(std::vector<Packet> packets) = 0;
+
+    // Every part gives the same number of bytes; all get all of them, in order of parts.
+    virtual std::vector<std::byte> allgather(std::span<const std::byte> bytes) = 0;
+    // As allgather, with any number of bytes from each part.
+    virtual std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) = 0;
+    virtual void barrier() = 0;
+    // Ends all parts at once with this exit code (only for errors that one part found alone).
+    [[noreturn]] virtual void abort(int exit_code) = 0;
+};
+
+std::unique_ptr<Communicator> make_single();
+
+// Runs body(communicator) on `parts` threads of this process that exchange through memory: the test double of MPI,
+// with the same semantics. Rethrows the first exception.
+void run_threads_as_parts(int parts, const std::function<void(Communicator&)>& body);
+
+// Under mpirun/srun: the process's communicator. Initialises MPI (FUNNELED) on first call, finalises at destruction.
+std::unique_ptr<Communicator> make_mpi();
+// Whether this process was started by an MPI launcher.
+bool under_mpi();
+
+}  // namespace meld::comm

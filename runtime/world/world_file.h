@@ -1,0 +1,72 @@
+// A world file (TOML): lattice, bodies, target, facts, motion, network, record, limits. Read, checked, never half-used.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/world/lattice.h"
+#include "runtime/world/shape.h"
+
+namespace meld::world {
+
+// One fact given by the world: predicate, literal arguments after the catom, and which catoms get it.
+struct GivenFact {
+    std::string predicate;
+    std::vector<std::string> arguments;  // Meld literals as text: "12", "0.5", "true", "@3".
+    Region where;
+    std::string place;                   // "world.toml:12:5", for errors found later.
+};
+
+struct MotionOptions {
+    std::string kind = "none";           // "none", "lattice", or a name a SimModule registered.
+    int capacity = 1;                    // Units of resource a catom can hold besides itself.
+    bool keep_connected = false;         // Refuse moves of articulation points.
+};
+
+struct RecordOptions {
+    int every = 1;
+    std::vector<std::string> predicates;
+};
+
+struct Limits {
+    std::uint64_t max_facts_per_catom = 65'536;
+    std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
+    std::uint64_t max_ticks = 10'000'000;
+    std::uint64_t memory_bytes = 0;      // 0: what the machine has.
+};
+
+struct World {
+    std::string path;
+    LatticeKind lattice = LatticeKind::Cubic;
+    double radius = 0.5;                 // Metres; only recordings and physics see it.
+    Shape body;                          // Union of all [[body]] shapes.
+    std::vector<Cell> cells;             // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...].
+    std::optional<Shape> target;
+    int held = 0;                        // Units of resource each catom starts with.
+    std::vector<GivenFact> facts;
+    std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
+    MotionOptions motion;
+    RecordOptions record;
+    Limits limits;
+    std::map<std::string, std::string> components;  // [components] interface = "implementation"
+    std::uint64_t seed = 1;
+};
+
+// Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.
+Result<World> read_world(const std::string& path);
+// The same from text; `path` is only for messages.
+Result<World> parse_world(const std::string& text, const std::string& path);
+
+// How many catoms the world has and the boxes of cells they lie in, without making them. Used for memory estimates:
+// exact for boxes, else an upper bound from the shape's bounding box.
+struct WorldSize {
+    double cells_upper_bound = 0;
+    Cell first, last;
+};
+Result<WorldSize> measure(const World& world);
+
+}  // namespace meld::world
