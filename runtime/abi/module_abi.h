@@ -1,0 +1,181 @@
+// What a compiled module and the runtime know of each other. Any change of this file that a module can notice raises
+// kAbiVersion; a module of another version is refused before it is loaded. No standard library.
+#pragma once
+
+#include "runtime/abi/geometry_abi.h"
+
+namespace meld {
+
+inline constexpr u32 kAbiVersion = 1;
+inline constexpr u16 kNone16 = 0xffff;
+inline constexpr u32 kNone32 = 0xffffffff;
+// The rank of a fact that is not there.
+inline constexpr u32 kAbsent = 0xffffffff;
+
+union Value {
+    i64 integer;  // Int, and Bool as 0 or 1
+    double real;  // Float
+    u64 catom;    // Node: a global id
+};
+
+enum class ValueType : u8 { Int, Float, Bool, Node };
+enum class Storage : u8 {
+    Flag,     // a bit in a record
+    Single,   // at most one row a catom, in a record
+    PerLink,  // at most one row a catom and port, in a record
+    Rows,     // any number of rows
+    World,    // not stored: read from the ensemble
+};
+enum class PredicateKind : u8 { Persistent, Linear, Action, Sensed };
+
+// What an evaluation of a catom may be asked to look at again: the low bits of a catom's dirty word. The bits above
+// belong to the module: one for each own column, one for each column imported from neighbours.
+enum DirtyBit : u64 {
+    kDirtyBorn = 1,    // First evaluation.
+    kDirtyLinks = 2,   // A neighbour came or went.
+    kDirtyPlace = 4,   // The catom stands on another cell, or the target changed.
+    kDirtyWake = 8,    // A quarantine has ended.
+    kDirtyTick = 16,   // Asked to be evaluated in this tick.
+    kDirtyBirths = 31,
+    kFirstModuleBit = 32,
+};
+
+struct FieldInfo {
+    const char* name;
+    ValueType type;
+    u8 bytes;
+    u32 offset;  // In the record (Single), in the row (Rows), of port 0 in the record (PerLink).
+};
+
+struct PredicateInfo {
+    const char* name;
+    PredicateKind kind;
+    Storage storage;
+    bool auxiliary;       // Made by the compiler: not shown to users.
+    bool repeats;         // An action carried out in every tick in which it holds.
+    u16 arity;            // Without the catom.
+    const FieldInfo* fields;
+    u16 column;           // kNone16 where Storage::World.
+    u16 base;             // The predicate that stores facts given from outside (itself or an auxiliary), or kNone16.
+    u32 rank_offset;      // In the record or row, or kNone32.
+    u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
+    u32 presence_mask;
+};
+
+struct ColumnInfo {
+    const char* name;
+    bool rows;          // Each entry is a RowsHead; else a record.
+    bool exported;      // Read by neighbours: committed at the end of a tick and mirrored in ghosts.
+    u32 stride;         // Bytes a catom.
+    u32 row_bytes;      // Of one row, where rows.
+    u64 own_dirty;      // What to mark at the catom itself when the runtime changes this column.
+    u64 reader_dirty;   // What to mark at its neighbours when the column has changed.
+    const u8* initial;  // A new catom's record, stride bytes; null: zero.
+};
+
+// One entry of a rows column. Rows are sorted, each row_bytes long.
+struct RowsHead {
+    u32 count;
+    u32 capacity;
+    u8* data;
+};
+
+struct ParameterInfo {  // A constant of the program that `--set` can change.
+    const char* name;
+    ValueType type;
+    Value value;
+};
+
+struct RuleInfo {
+    const char* name;  // As in --explain-rules.
+    const char* text;  // The rule as Meld.
+    u32 line;
+};
+
+// One part of the ensemble as a module sees it. The runtime owns all arrays.
+struct Part {
+    Geometry geometry;
+    u8* const* columns = nullptr;  // [column]: the first catom's entry.
+    const Value* parameters = nullptr;
+    i64 now = 0;             // The tick.
+    u64 seed = 0;
+    u32 latency = 1;         // The bound on link latency in ticks.
+    u32 greatest_rank = 0;   // Of all facts that ever lived, anywhere, as of the last tick.
+    bool tombstones = false; // Whether this part remembers any loss.
+    u64 max_derivations = 0;
+    u64 max_facts = 0;
+};
+
+struct Tombstone {
+    u32 least_rank;
+    i64 time;
+};
+
+enum class Trap : u32 {
+    None,
+    Overflow,
+    DivisionByZero,
+    NotANumber,
+    BadConversion,
+    TooManyDerivations,
+    TooManyFacts,
+    NoSuchNeighbour,
+};
+
+struct Host;
+
+// One thread's evaluation.
+struct Eval {
+    const Part* part = nullptr;
+    const Host* host = nullptr;
+    u32 catom = 0;
+    u64 dirty = 0;            // Of the catom under evaluation.
+    u8* arena = nullptr;      // Scratch memory, released after each catom.
+    u8* arena_end = nullptr;
+    u64 derivations = 0;      // Counted over the run.
+    u32 greatest_rank = 0;
+    Trap trap = Trap::None;   // The first failure; evaluation of the catom is abandoned at its next check.
+    u32 trap_rule = 0;
+    double trap_left = 0, trap_right = 0;
+};
+
+// What the runtime does for a module. All calls concern the catom under evaluation.
+struct Host {
+    // A new arena chunk of at least this many bytes becomes Eval::arena.
+    void (*more_arena)(Eval*, u64 bytes);
+    // The catom's exported record of a column is to become *record at the end of the tick.
+    void (*export_record)(Eval*, u16 column, const void* record);
+    // The catom's rows of a column become these: at once for a private column, at the end of the tick for an exported one.
+    void (*assign_rows)(Eval*, u16 column, const void* rows, u32 count);
+    // A fact for a predicate of another catom (an index), delivered in the next tick.
+    void (*send)(Eval*, u32 to, u16 predicate, const Value* arguments);
+    // An action to be carried out in the next tick.
+    void (*act)(Eval*, u16 predicate, const Value* arguments);
+    // Evaluate the catom again at this tick.
+    void (*wake)(Eval*, i64 tick, u64 dirty);
+    // What a group remembers of its losses; false: nothing, or nothing that still matters.
+    bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
+    void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);
+    // The centre of the catom in diameters.
+    void (*position)(Eval*, double out[3]);
+};
+
+struct ModuleInfo {
+    u32 abi_version;
+    u64 schema_hash;
+    const char* program_name;
+    const char* program_text;
+    u32 predicate_count;
+    const PredicateInfo* predicates;
+    u32 column_count;
+    const ColumnInfo* columns;
+    u32 parameter_count;
+    ParameterInfo const* parameters;
+    u32 rule_count;
+    const RuleInfo* rules;
+    bool reads_tick;      // Some rule reads `tick`: every catom is evaluated in every tick.
+    // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
+    void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
+};
+
+}  // namespace meld

@@ -1,0 +1,592 @@
+// The evaluation steps that every emitted module shares, as templates over its row types. Emitted code includes this one
+// header; a rule becomes a plain loop that adds candidates, and these templates decide what holds.
+//
+// T describes a predicate: Row (plain data, with `rank` where kRanked), key(a, b) orders the group, better(a, b) the
+// aggregated value, same(a, b) compares all but the rank, before(a, b) is the last tie-break, hash(row) names the group.
+#pragma once
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld {
+
+inline void* scratch(Eval& e, u64 bytes) {
+    bytes = (bytes + 15) & ~u64{15};
+    if (static_cast<u64>(e.arena_end - e.arena) < bytes) e.host->more_arena(&e, bytes);
+    void* result = e.arena;
+    e.arena += bytes;
+    return result;
+}
+
+inline void trap(Eval& e, Trap kind, u32 rule, double left = 0, double right = 0) {
+    if (e.trap != Trap::None) return;
+    e.trap = kind;
+    e.trap_rule = rule;
+    e.trap_left = left;
+    e.trap_right = right;
+}
+
+// ---- arithmetic that never goes wrong silently
+
+inline i64 checked_add(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_add_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline i64 checked_subtract(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_sub_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline i64 checked_multiply(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_mul_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline bool divisible(Eval& e, u32 rule, i64 a, i64 b) {
+    if (b == 0) {
+        trap(e, Trap::DivisionByZero, rule, static_cast<double>(a), 0);
+        return false;
+    }
+    if (b == -1 && a == (-__INT64_MAX__ - 1)) {
+        trap(e, Trap::Overflow, rule, static_cast<double>(a), -1);
+        return false;
+    }
+    return true;
+}
+// Division truncates, and the remainder has the sign of the dividend, as in C and in every Meld before.
+inline i64 checked_divide(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a / b : 0; }
+inline i64 checked_modulo(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a % b : 0; }
+inline double checked_divide(Eval& e, u32 rule, double a, double b) {
+    if (b == 0) trap(e, Trap::DivisionByZero, rule, a, b);
+    return a / b;
+}
+inline double checked_modulo(Eval& e, u32 rule, double a, double b) {
+    if (b == 0) trap(e, Trap::DivisionByZero, rule, a, b);
+    return b == 0 ? 0 : __builtin_fmod(a, b);
+}
+inline i64 checked_power(Eval& e, u32 rule, i64 a, i64 b) {
+    if (b < 0) trap(e, Trap::BadConversion, rule, static_cast<double>(a), static_cast<double>(b));
+    i64 result = 1;
+    for (i64 i = 0; i < b && e.trap == Trap::None; ++i) {
+        if (a == 0 || a == 1) return a;
+        if (a == -1) return b % 2 ? -1 : 1;
+        result = checked_multiply(e, rule, result, a);
+    }
+    return result;
+}
+inline i64 checked_truncate(Eval& e, u32 rule, double a) {
+    if (!(a >= -9223372036854775808.0 && a < 9223372036854775808.0)) {
+        trap(e, Trap::BadConversion, rule, a);
+        return 0;
+    }
+    return static_cast<i64>(a);
+}
+// A NaN has no place in an order, so it never enters a fact.
+inline double checked_real(Eval& e, u32 rule, double a) {
+    if (a != a) trap(e, Trap::NotANumber, rule, a);
+    return a;
+}
+
+// ---- order of values: three-way, for keys and tie-breaks
+
+template <class V>
+inline int compare(V a, V b) {
+    return a < b ? -1 : b < a ? 1 : 0;
+}
+
+inline u64 mix(u64 h, u64 v) {
+    h ^= v + 0x9e3779b97f4a7c15ull + (h << 6) + (h >> 2);
+    h *= 0xff51afd7ed558ccdull;
+    return h ^ (h >> 33);
+}
+inline u64 bits_of(double v) { return __builtin_bit_cast(u64, v); }
+inline u64 bits_of(i64 v) { return static_cast<u64>(v); }
+inline u64 bits_of(u64 v) { return v; }
+inline u64 bits_of(bool v) { return v; }
+
+// ---- rows in scratch memory
+
+template <class Row>
+struct RowList {
+    Row* rows;
+    u32 count, capacity;
+
+    void clear() { count = 0; }
+    void reset() {
+        rows = nullptr;
+        count = capacity = 0;
+    }
+    void add(Eval& e, const Row& row) {
+        if (count == capacity) grow(e);
+        rows[count++] = row;
+    }
+    void grow(Eval& e) {
+        const u32 more = capacity == 0 ? 16 : capacity * 2;
+        Row* bigger = static_cast<Row*>(scratch(e, u64{more} * sizeof(Row)));
+        for (u32 i = 0; i < count; ++i) bigger[i] = rows[i];
+        rows = bigger;
+        capacity = more;
+    }
+};
+
+template <class Row, class Less>
+void sort_rows(Eval& e, Row* rows, u32 count, Less less) {
+    if (count < 2) return;
+    // Merge sort by runs of doubling length: stable, and its cost does not depend on the input.
+    for (u32 i = 1; i < count; ++i)
+        if (less(rows[i], rows[i - 1])) {
+            Row* from = rows;
+            Row* to = static_cast<Row*>(scratch(e, u64{count} * sizeof(Row)));
+            for (u32 width = 1; width < count; width *= 2) {
+                for (u32 low = 0; low < count; low += 2 * width) {
+                    const u32 middle = low + width < count ? low + width : count;
+                    const u32 high = low + 2 * width < count ? low + 2 * width : count;
+                    u32 a = low, b = middle;
+                    for (u32 k = low; k < high; ++k) to[k] = a < middle && (b >= high || !less(from[b], from[a])) ? from[a++] : from[b++];
+                }
+                Row* swap = from;
+                from = to;
+                to = swap;
+            }
+            if (from != rows)
+                for (u32 k = 0; k < count; ++k) rows[k] = from[k];
+            return;
+        }
+}
+
+// How the candidates of a group become its value.
+enum class Reduce : u8 { Set, Best, First, Sum, Count };
+
+// The predicate T at the catom under evaluation: what holds now, and what rules have proposed.
+template <class T>
+struct Relation {
+    using Row = typename T::Row;
+    const Row* rows;       // Sorted by key; one row a group.
+    u32 count;
+    const Row* origin;     // As it was before this evaluation.
+    u32 origin_count;
+    RowList<Row> proposed; // Candidates of the current round.
+    Row single;            // Where rows of a Single are loaded to.
+    bool changed;
+
+    // Called by the emitted load function.
+    void open(const Row* from, u32 n) {
+        rows = origin = from;
+        count = origin_count = n;
+        proposed.reset();
+        changed = false;
+    }
+    void propose(Eval& e, const Row& row) {
+        ++e.derivations;
+        proposed.add(e, row);
+    }
+    // Position of the group of this row, or count.
+    u32 find(const Row& group) const {
+        u32 low = 0, high = count;
+        while (low < high) {
+            const u32 middle = low + (high - low) / 2;
+            if (T::key(rows[middle], group) < 0) low = middle + 1;
+            else high = middle;
+        }
+        return low < count && T::key(rows[low], group) == 0 ? low : count;
+    }
+    void replace(const Row* with, u32 n) {
+        rows = with;
+        count = n;
+        changed = true;
+    }
+};
+
+// By group, then the better value, then the lower rank, then the lower values: the first row of a group is its choice.
+template <class T>
+struct ChoiceOrder {
+    bool operator()(const typename T::Row& a, const typename T::Row& b) const {
+        if (const int k = T::key(a, b)) return k < 0;
+        if (T::better(a, b)) return true;
+        if (T::better(b, a)) return false;
+        if constexpr (T::kRanked)
+            if (a.rank != b.rank) return a.rank < b.rank;
+        return T::before(a, b);
+    }
+};
+
+template <class T>
+bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
+    if (n != m) return false;
+    for (u32 i = 0; i < n; ++i)
+        if (!T::same(a[i], b[i])) return false;
+    return true;
+}
+
+template <class T>
+void check_fact_limit(Eval& e, u32 count, u32 rule) {
+    if (count > e.part->max_facts) trap(e, Trap::TooManyFacts, rule, count, static_cast<double>(e.part->max_facts));
+}
+
+// ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.
+// Cost: one sort of the proposals. Returns whether anything changed.
+template <class T>
+bool settle_plain(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    Row* p = r.proposed.rows;
+    u32 n = r.proposed.count;
+    u32 kept = 0;
+    if constexpr (T::kReduce == Reduce::Sum || T::kReduce == Reduce::Count) {
+        // Folded in the order of derivation within a group, which no partition changes.
+        sort_rows(e, p, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+        for (u32 i = 0; i < n; ++i) {
+            if (kept > 0 && T::key(p[kept - 1], p[i]) == 0) T::fold(e, p[kept - 1], p[i]);
+            else p[kept++] = T::unit(p[i]);
+        }
+    } else {
+        sort_rows(e, p, n, ChoiceOrder<T>{});
+        for (u32 i = 0; i < n; ++i) {
+            if (kept == 0 || T::key(p[kept - 1], p[i]) != 0) {
+                p[kept++] = p[i];
+                continue;
+            }
+            if constexpr (T::kReduce == Reduce::First) {
+                // A value once chosen stays while something supports it.
+                const u32 held = r.find(p[i]);
+                if (held < r.count && T::same(r.rows[held], p[i])) p[kept - 1] = p[i];
+            }
+        }
+    }
+    check_fact_limit<T>(e, kept, T::kFirstRule);
+    r.proposed.reset();
+    if (equal_rows<T>(r.rows, r.count, p, kept)) return false;
+    r.replace(p, kept);
+    return true;
+}
+
+// ---- classes 2 and 3: recursive. Ranks and quarantine, evaluation.md; models/retraction.py is the executable model.
+
+// The first tick at which a proposal may give its group a value; 0: at once.
+inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {
+    if (lost == nullptr || rank <= lost->least_rank) return 0;
+    return lost->time + (i64{rank} - i64{lost->least_rank} + 1) * latency + 1;
+}
+
+template <class T>
+const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& out) {
+    if constexpr (!T::kLinks) return nullptr;
+    else if (!e.part->tombstones) return nullptr;
+    else return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
+}
+
+inline void wake_at(Eval& e, i64 tick) {
+    if (tick != 0) e.host->wake(&e, tick, kDirtyWake);
+}
+
+inline void note_rank(Eval& e, u32 rank) {
+    if (rank > e.greatest_rank) e.greatest_rank = rank;
+}
+
+// Decides one group that no rule of the same catom reads back: `current` may be null; proposals are in any order.
+// Returns whether `out` holds a value.
+template <class T>
+bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+    using Row = typename T::Row;
+    const i64 now = e.part->now;
+    const u32 latency = e.part->latency;
+    Tombstone memory{};
+    const Tombstone* lost = nullptr;
+    bool asked = false;
+    const auto remembered = [&](const Row& group) {
+        if (!asked) lost = lost_before<T>(e, group, memory);
+        asked = true;
+        return lost;
+    };
+    const Row* best = nullptr;
+    if (current != nullptr) {
+        bool supported = false, superseded = false;
+        for (u32 i = 0; i < n; ++i) {
+            if (T::same(proposals[i], *current)) supported |= proposals[i].rank <= current->rank;
+            else if (T::better(proposals[i], *current))
+                superseded = superseded || trusted_from(remembered(proposals[i]), proposals[i].rank, latency) <= now;
+        }
+        if (supported) best = current;
+        else if (!superseded) {
+            if constexpr (T::kLinks) {
+                remembered(*current);
+                const u32 least = lost != nullptr && lost->least_rank < current->rank ? lost->least_rank : current->rank;
+                memory = Tombstone{least, now};
+                lost = &memory;
+                e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
+            }
+        }
+    }
+    bool quarantined = false;
+    for (u32 i = 0; i < n; ++i) {
+        const Row& p = proposals[i];
+        if (best != nullptr) {
+            if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
+        }
+        if (trusted_from(remembered(p), p.rank, latency) > now) quarantined = true;
+        else best = &p;
+    }
+    if (quarantined) {
+        i64 wake = 0;
+        for (u32 i = 0; i < n; ++i) {
+            if (best != nullptr && !T::better(proposals[i], *best)) continue;
+            const i64 ready = trusted_from(remembered(proposals[i]), proposals[i].rank, latency);
+            if (ready > now && (wake == 0 || ready < wake)) wake = ready;
+        }
+        wake_at(e, wake);
+    }
+    if (best == nullptr) return false;
+    out = *best;
+    note_rank(e, out.rank);
+    return true;
+}
+
+// A recursive predicate whose rules read it only at neighbours: each group is decided once.
+template <class T>
+bool settle_ranked(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    Row* p = r.proposed.rows;
+    const u32 n = r.proposed.count;
+    if constexpr (!T::kKeyed) {
+        Row* out = static_cast<Row*>(scratch(e, sizeof(Row)));
+        const bool holds = settle_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
+        r.proposed.reset();
+        if (holds == (r.count == 1) && (!holds || (T::same(*out, r.rows[0]) && out->rank == r.rows[0].rank))) return false;
+        r.replace(out, holds ? 1 : 0);
+        return true;
+    } else {
+        sort_rows(e, p, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+        RowList<Row> next;
+        next.reset();
+        bool changed = false;
+        u32 i = 0, held = 0;
+        while (i < n || held < r.count) {
+            // The next group in order is a held one, a proposed one, or both.
+            const int side = i == n ? 1 : held == r.count ? -1 : T::key(p[i], r.rows[held]);
+            const Row* current = side >= 0 ? &r.rows[held] : nullptr;
+            const u32 from = i;
+            if (side <= 0)
+                while (i < n && T::key(p[i], p[from]) == 0) ++i;
+            Row out;
+            const bool holds = settle_group<T>(e, current, p + from, i - from, out);
+            if (holds) next.add(e, out);
+            changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
+            if (current != nullptr) ++held;
+        }
+        check_fact_limit<T>(e, next.count, T::kFirstRule);
+        r.proposed.reset();
+        if (changed) r.replace(next.rows, next.count);
+        return changed;
+    }
+}
+
+// The general case: several predicates, or rules that read the component at the same catom. One Mutual per predicate;
+// the emitted driver alternates rounds of all rules with these steps:
+//   start; repeat { rules; keep } until nothing more is kept; lose; repeat { rules; take } until nothing more is taken;
+//   if a value was replaced, start again; then finish.
+template <class T>
+struct Mutual {
+    using Row = typename T::Row;
+    Relation<T>& r;
+    const Row* old = nullptr;
+    u32 old_count = 0;
+    u8* kept = nullptr;
+    RowList<Row> lost{};       // Groups lost in this evaluation.
+    bool replaced = false;
+    i64 wake = 0;
+
+    void start(Eval& e) {
+        old = r.rows;
+        old_count = r.count;
+        kept = static_cast<u8*>(scratch(e, old_count + 1));
+        for (u32 i = 0; i < old_count; ++i) kept[i] = 0;
+        r.rows = nullptr;
+        r.count = 0;
+        r.proposed.reset();
+        replaced = false;
+    }
+    // Facts with a derivation from lower ranks, out of facts already kept, stay.
+    bool keep(Eval& e) {
+        bool grew = false;
+        for (u32 i = 0; i < r.proposed.count; ++i) {
+            const Row& p = r.proposed.rows[i];
+            u32 low = 0, high = old_count;
+            while (low < high) {
+                const u32 middle = low + (high - low) / 2;
+                if (T::key(old[middle], p) < 0) low = middle + 1;
+                else high = middle;
+            }
+            if (low == old_count || kept[low] || !T::same(old[low], p) || p.rank > old[low].rank) continue;
+            kept[low] = 1;
+            grew = true;
+        }
+        if (!grew) return false;  // The proposals of the last round stay for `lose`.
+        r.proposed.reset();
+        Row* now = static_cast<Row*>(scratch(e, u64{old_count} * sizeof(Row)));
+        u32 n = 0;
+        for (u32 i = 0; i < old_count; ++i)
+            if (kept[i]) now[n++] = old[i];
+        r.rows = now;
+        r.count = n;
+        return true;
+    }
+    i64 trusted(Eval& e, const Row& p) {
+        Tombstone memory{};
+        const Tombstone* before = lost_before<T>(e, p, memory);
+        for (u32 i = 0; i < lost.count; ++i)
+            if (T::key(lost.rows[i], p) == 0) {
+                const u32 least = before != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
+                memory = Tombstone{least, e.part->now};
+                before = &memory;
+            }
+        return trusted_from(before, p.rank, e.part->latency);
+    }
+    void lose(Eval& e) {
+        if constexpr (T::kLinks)
+            for (u32 i = 0; i < old_count; ++i) {
+                if (kept[i] || !was_there(old[i])) continue;
+                bool superseded = false;
+                for (u32 k = 0; k < r.proposed.count; ++k) {
+                    const Row& p = r.proposed.rows[k];
+                    superseded = superseded || (T::key(p, old[i]) == 0 && T::better(p, old[i]) && trusted(e, p) <= e.part->now);
+                }
+                if (superseded) continue;
+                lost.add(e, old[i]);
+                e.host->lose(&e, T::kPredicate, T::hash(old[i]), old[i].rank);
+            }
+        r.proposed.reset();
+    }
+    // A fact born within this evaluation was seen by nobody, so its loss is none.
+    bool was_there(const Row& row) const {
+        for (u32 i = 0; i < r.origin_count; ++i)
+            if (T::key(r.origin[i], row) == 0) return T::same(r.origin[i], row);
+        return false;
+    }
+    // Groups take the best trusted value proposed.
+    bool take(Eval& e) {
+        Row* p = r.proposed.rows;
+        const u32 n = r.proposed.count;
+        sort_rows(e, p, n, ChoiceOrder<T>{});
+        wake = 0;
+        bool grew = false;
+        RowList<Row> next;
+        next.reset();
+        u32 held = 0;
+        for (u32 i = 0; i < n;) {
+            u32 end = i + 1;
+            while (end < n && T::key(p[end], p[i]) == 0) ++end;
+            while (held < r.count && T::key(r.rows[held], p[i]) < 0) next.add(e, r.rows[held++]);
+            const Row* current = held < r.count && T::key(r.rows[held], p[i]) == 0 ? &r.rows[held++] : nullptr;
+            const Row* best = current;
+            for (u32 k = i; k < end; ++k) {
+                if (best != nullptr && !T::better(p[k], *best)) continue;
+                const i64 ready = trusted(e, p[k]);
+                if (ready <= e.part->now) best = &p[k];
+                else if (wake == 0 || ready < wake) wake = ready;
+            }
+            if (best != current) {
+                grew = true;
+                replaced = replaced || current != nullptr;
+                note_rank(e, best->rank);
+            }
+            if (best != nullptr) next.add(e, *best);
+            i = end;
+        }
+        while (held < r.count) next.add(e, r.rows[held++]);
+        r.proposed.reset();
+        if (!grew) return false;
+        check_fact_limit<T>(e, next.count, T::kFirstRule);
+        r.rows = next.rows;
+        r.count = next.count;
+        return true;
+    }
+    bool finish(Eval& e) {
+        wake_at(e, wake);
+        if (r.count == r.origin_count) {
+            bool equal = true;
+            for (u32 i = 0; i < r.count && equal; ++i) equal = T::same(r.rows[i], r.origin[i]) && r.rows[i].rank == r.origin[i].rank;
+            if (equal) {
+                r.rows = r.origin;
+                return false;
+            }
+        }
+        r.changed = true;
+        return true;
+    }
+};
+
+// Recursive through local rules only, sets without aggregates: from scratch inside the tick, nothing remembered.
+template <class T>
+bool gather(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    Row* p = r.proposed.rows;
+    const u32 n = r.proposed.count;
+    sort_rows(e, p, n, ChoiceOrder<T>{});
+    RowList<Row> next;
+    next.reset();
+    u32 held = 0;
+    bool grew = false;
+    for (u32 i = 0; i < n; ++i) {
+        if (i > 0 && T::key(p[i - 1], p[i]) == 0) continue;
+        while (held < r.count && T::key(r.rows[held], p[i]) < 0) next.add(e, r.rows[held++]);
+        if (held < r.count && T::key(r.rows[held], p[i]) == 0) continue;
+        next.add(e, p[i]);
+        grew = true;
+    }
+    while (held < r.count) next.add(e, r.rows[held++]);
+    r.proposed.reset();
+    if (!grew) return false;
+    check_fact_limit<T>(e, next.count, T::kFirstRule);
+    r.rows = next.rows;
+    r.count = next.count;
+    return true;
+}
+
+// ---- linear facts: a sorted bag; the lowest fact that fits is matched first.
+
+template <class T>
+struct Bag {
+    using Row = typename T::Row;
+    RowList<Row> list;
+    bool changed;
+
+    void open(Eval& e, const Row* from, u32 n) {
+        list.reset();
+        for (u32 i = 0; i < n; ++i) list.add(e, from[i]);
+        changed = false;
+    }
+    void add(Eval& e, const Row& row) {
+        ++e.derivations;
+        list.add(e, row);
+        u32 at = list.count - 1;
+        while (at > 0 && T::key(row, list.rows[at - 1]) < 0) {
+            list.rows[at] = list.rows[at - 1];
+            --at;
+        }
+        list.rows[at] = row;
+        changed = true;
+        check_fact_limit<T>(e, list.count, T::kFirstRule);
+    }
+    void remove(u32 at) {
+        for (u32 i = at + 1; i < list.count; ++i) list.rows[i - 1] = list.rows[i];
+        --list.count;
+        changed = true;
+    }
+};
+
+// Persistent facts given by linear rules, messages or the world: a sorted set that only grows.
+template <class T>
+bool give_base(Eval& e, Relation<T>& r, const typename T::Row& row) {
+    if (r.find(row) < r.count) return false;
+    ++e.derivations;
+    RowList<typename T::Row> next;
+    next.reset();
+    u32 held = 0;
+    while (held < r.count && T::key(r.rows[held], row) < 0) next.add(e, r.rows[held++]);
+    next.add(e, row);
+    while (held < r.count) next.add(e, r.rows[held++]);
+    check_fact_limit<T>(e, next.count, T::kFirstRule);
+    r.replace(next.rows, next.count);
+    return true;
+}
+
+}  // namespace meld
