@@ -1,0 +1,27 @@
+// Syntax tree to checked program: declare, resolve and type rules, bind variables, find homes, stratify.
+#pragma once
+
+#include "compiler/check/program.h"
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/syntax/tree.h"
+
+namespace meld::check {
+
+// Checks the tree (prelude first, then the program) and reports every mistake it finds. The result is complete only where
+// nothing was reported as an error; it is safe to print in any case. prelude_files: how many files of the set are ours.
+Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
+
+// ---- the passes, one file each, in this order
+
+// Predicates and constants from declarations. Sensed and action predicates must be known to the prelude.
+void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
+// Rules: names to ids, types of all terms, implicit conversions; heads of views split into a rule each.
+void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
+// Range restriction: every variable of a head, negation or test has a value. Warns of variables used once.
+void check_bindings(const Program& program, diagnostics::Reporter& report);
+// Homes: which catom a rule runs at, and whether links connect the others to it.
+void find_homes(Program& program, diagnostics::Reporter& report);
+// Components in order, recursion through negation and aggregates, predicates never derived or never read.
+void stratify(Program& program, diagnostics::Reporter& report);
+
+}  // namespace meld::check
