@@ -23,8 +23,14 @@ pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi)
 add_library(meld_hdf5 INTERFACE)
 target_link_libraries(meld_hdf5 INTERFACE PkgConfig::HDF5)
 
-# Clang and LLVM come as two shared libraries; their headers are not ours to be warned about.
-find_package(LLVM 19 REQUIRED CONFIG HINTS /usr/lib/llvm-19)
+# Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
+# about. Their own CMake packages would ask for a dozen further packages that nobody here needs.
+set(CLAYMELD_LLVM_ROOT /usr/lib/llvm-19 CACHE PATH "Where LLVM 19 is installed")
+find_path(LLVM_INCLUDE_DIR llvm/Config/llvm-config.h HINTS ${CLAYMELD_LLVM_ROOT}/include REQUIRED NO_DEFAULT_PATH)
+find_library(LLVM_LIBRARY NAMES LLVM LLVM-19 HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
+find_library(CLANG_LIBRARY NAMES clang-cpp libclang-cpp.so.19.1 HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
+find_library(LLD_ELF_LIBRARY lldELF HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
+find_library(LLD_COMMON_LIBRARY lldCommon HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
 add_library(meld_clang INTERFACE)
-target_include_directories(meld_clang SYSTEM INTERFACE ${LLVM_INCLUDE_DIRS})
-target_link_libraries(meld_clang INTERFACE ${LLVM_LIBRARY_DIR}/libclang-cpp.so.19.1 LLVM)
+target_include_directories(meld_clang SYSTEM INTERFACE ${LLVM_INCLUDE_DIR})
+target_link_libraries(meld_clang INTERFACE ${LLD_ELF_LIBRARY} ${LLD_COMMON_LIBRARY} ${CLANG_LIBRARY} ${LLVM_LIBRARY} z zstd)

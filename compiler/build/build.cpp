@@ -1,0 +1,121 @@
+// The way from text to module, a line per step.
+#include "compiler/build/build.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <memory>
+#include <span>
+
+#include "compiler/build/compile_object.h"
+#include "compiler/build/link_module.h"
+#include "runtime/abi/module_note.h"
+
+namespace meld {
+namespace {
+
+// Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more.
+constexpr std::uint32_t kRecipeVersion = 1;
+
+class ContentHash {
+  public:
+    ContentHash() : state_(XXH3_createState(), &XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
+
+    // The length goes first, so that moving a byte from one text to the next changes the hash.
+    void add(const std::string& text) {
+        add(text.size());
+        XXH3_128bits_update(state_.get(), text.data(), text.size());
+    }
+    void add(std::uint64_t number) { XXH3_128bits_update(state_.get(), &number, sizeof number); }
+
+    std::string digest() const {
+        const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
+        return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+    }
+
+  private:
+    std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
+
+std::string content_hash(const std::string& cpp_text, const std::string& name, const std::string& target, const BuildOptions& options) {
+    ContentHash hash;
+    hash.add(kRecipeVersion);
+    hash.add(cpp_text);
+    hash.add(name);
+    hash.add(target);
+    hash.add(clang_version());
+    hash.add(static_cast<std::uint64_t>(options.optimisation));
+    hash.add(options.schema_hash);
+    hash.add(options.abi_version);
+    hash.add(options.headers.size());
+    for (const auto& [path, text] : options.headers) {
+        hash.add(path);
+        hash.add(text);
+    }
+    return hash.digest();
+}
+
+// The C++ that puts the note of runtime/abi/module_note.h into the object; the checksum is filled in after linking.
+std::string note_text(const std::string& target, const BuildOptions& options) {
+    return fmt::format(R"(
+#line 1 "module_note"
+namespace {{
+struct ClaymeldNote {{
+    unsigned name_bytes, content_bytes, type;
+    char name[12], magic[8];
+    unsigned abi_version, size_bytes;
+    unsigned long schema_hash, checksum;
+    char target[16];
+}};
+}}
+extern "C" {{
+__attribute__((section("{}"), used, aligned(8))) static const ClaymeldNote claymeld_note = {{
+    {}, {}, {}, "{}", {{{}}}, {}u, {}, {}ul, 0, "{}"}};
+}}
+)",
+                       kModuleNoteSection, kModuleNoteOwner.size() + 1, sizeof(ModuleNoteBytes), kModuleNoteType, kModuleNoteOwner,
+                       fmt::format("'{}'", fmt::join(kModuleNoteMagic, "', '")), options.abi_version, sizeof(ModuleNoteBytes),
+                       options.schema_hash, target);
+}
+
+bool is_intact(const std::string& path, const BuildOptions& options) {
+    const Result<std::string> file = read_module_file(path);
+    if (!file) return false;
+    const Result<ModuleNote> note = read_module_note(as_bytes(*file));
+    return note && note->abi_version == options.abi_version && note->schema_hash == options.schema_hash;
+}
+
+// Links the object, fills in the checksum and puts the module where the cache expects it.
+Result<void> link_and_publish(const std::string& object, const std::string& module_path, const BuildOptions& options) {
+    const TemporaryFile object_file(options.cache_dir, ".o");
+    if (const Result<void> written = object_file.write(object); !written) return written;
+    const TemporaryFile linked_file(options.cache_dir, ".linked");
+    if (const Result<void> linked = link_module(object_file.path(), linked_file.path()); !linked) return linked;
+    Result<std::string> module = read_module_file(linked_file.path());
+    if (!module) return tl::unexpected(module.error());
+    if (const Result<void> sealed = seal_module(std::as_writable_bytes(std::span(*module))); !sealed) return sealed;
+    TemporaryFile sealed_file(options.cache_dir, ".sealed");
+    if (const Result<void> written = sealed_file.write(*module); !written) return written;
+    return sealed_file.publish(module_path);
+}
+
+}  // namespace
+
+Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options) {
+    const std::string target = host_target();
+    const std::string module_path = fmt::format("{}/{}.so", options.cache_dir, content_hash(cpp_text, name, target, options));
+    if (is_intact(module_path, options)) {
+        touch(module_path);
+        return module_path;
+    }
+    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
+    const Result<std::string> object = compile_object(cpp_text + note_text(target, options), name, options.headers,
+                                                      {.optimisation = options.optimisation, .target_cpu = target});
+    if (!object) return object;
+    if (const Result<void> published = link_and_publish(*object, module_path, options); !published)
+        return tl::unexpected(published.error());
+    evict(options.cache_dir, module_path, options.limits);
+    return module_path;
+}
+
+}  // namespace meld

@@ -1,0 +1,30 @@
+// C++ text to a module: a shared object in a cache that is addressed by content.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compiler/build/module_cache.h"
+#include "runtime/base/error.h"
+
+namespace meld {
+
+struct BuildOptions {
+    std::string cache_dir = default_cache_dir();
+    int optimisation = 2;  // 0 to 3, as in -O2
+    // What the text may include besides <cstdint>, <cstddef> and <cstring>: include path and text.
+    std::vector<std::pair<std::string, std::string>> headers = {};
+    std::uint64_t schema_hash = 0;
+    std::uint32_t abi_version = 0;
+    CacheLimits limits = {};
+};
+
+// Compiles and links the text and returns the path of the module, from the cache if the same text was built with the same
+// options before. The name appears in Clang's messages and must be usable as a file name. Text that is not C++ is our
+// mistake: ExitCode::OurBug. A cache that cannot be written: ExitCode::UsageOrWorld. Any number of processes and threads
+// may build the same module at once. Costs a few tenths of a millisecond when cached.
+Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options);
+
+}  // namespace meld

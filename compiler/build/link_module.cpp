@@ -1,0 +1,32 @@
+// Calls lld in process; about thirty times faster than starting a linker.
+#include "compiler/build/link_module.h"
+
+#include <fmt/format.h>
+#include <lld/Common/Driver.h>
+#include <llvm/Support/raw_ostream.h>
+
+#include <iterator>
+#include <mutex>
+
+LLD_HAS_DRIVER(elf)
+
+namespace meld {
+
+Result<void> link_module(const std::string& object_path, const std::string& output_path) {
+    static std::mutex one_at_a_time;
+    const std::scoped_lock lock(one_at_a_time);
+    const char* const arguments[] = {
+        "ld.lld", "-shared", "-Bsymbolic", "-z", "lazy", "--hash-style=gnu", "--threads=1", "-O0", "--build-id=none",
+        object_path.c_str(), "-o", output_path.c_str(),
+    };
+    std::string messages;
+    llvm::raw_string_ostream stream(messages);
+    const lld::DriverDef drivers[] = {{lld::Gnu, &lld::elf::link}};
+    const lld::Result result = lld::lldMain(arguments, stream, stream, drivers);
+    if (result.retCode != 0)
+        return fail(fmt::format("cannot link the module {}:\n{}", output_path, stream.str()),
+                    "Check that the disk is not full; otherwise this is a bug in Claymeld", ExitCode::OurBug);
+    return {};
+}
+
+}  // namespace meld

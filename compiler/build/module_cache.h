@@ -1,0 +1,48 @@
+// The folder of compiled modules, addressed by content and shared by all processes of a user.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "runtime/base/error.h"
+
+namespace meld {
+
+struct CacheLimits {
+    std::size_t files = 256;
+    std::uintmax_t size_bytes = std::uintmax_t{512} << 20;
+};
+
+// $CLAYMELD_CACHE, $XDG_CACHE_HOME/claymeld, ~/.cache/claymeld or /tmp/claymeld-UID: the first whose variable is set.
+std::string default_cache_dir();
+
+// Makes the folder with its parents, for this user alone.
+Result<void> make_cache_dir(const std::string& folder);
+
+// Removes the modules used longest ago until the limits hold, never `keep`, and temporary files left by killed processes.
+// Other processes may do the same at the same time.
+void evict(const std::string& folder, const std::string& keep, const CacheLimits& limits);
+
+// Marks a module as used just now.
+void touch(const std::string& path);
+
+// A file in the cache that is removed again unless it is published. Its name is unique among processes and threads.
+class TemporaryFile {
+  public:
+    TemporaryFile(const std::string& folder, const std::string& suffix);
+    ~TemporaryFile();
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    const std::string& path() const { return path_; }
+    Result<void> write(const std::string& bytes) const;
+    // Renames the file to its final name in one step; whoever comes last wins, and all contents are equally good.
+    Result<void> publish(const std::string& final_path);
+
+  private:
+    std::string path_;
+    bool published_ = false;
+};
+
+}  // namespace meld

@@ -1,0 +1,38 @@
+// A compiled program, opened in this process.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "runtime/abi/module_note.h"
+#include "runtime/base/error.h"
+
+namespace meld {
+
+// Owns an opened module; everything reached through table() dies with it.
+class Module {
+  public:
+    // What the module's claymeld_module() returned, never null; runtime/abi/module_abi.h says what it is.
+    const void* table() const { return table_; }
+    const ModuleNote& note() const { return note_; }
+    const std::string& path() const { return path_; }
+
+  private:
+    struct Close {
+        void operator()(void* handle) const;
+    };
+    Module() = default;
+    friend Result<Module> load_module(const std::string& path, std::uint32_t expected_abi_version);
+
+    std::unique_ptr<void, Close> handle_;
+    const void* table_ = nullptr;
+    ModuleNote note_;
+    std::string path_;
+};
+
+// Reads and checks the module's note and checksum and only then opens it, so that a module of another layout, compiler or
+// processor never executes an instruction. Errors: ExitCode::ModuleRefused, or UsageOrWorld if the file cannot be read.
+Result<Module> load_module(const std::string& path, std::uint32_t expected_abi_version);
+
+}  // namespace meld

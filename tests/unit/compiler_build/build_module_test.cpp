@@ -1,0 +1,197 @@
+// build_module: text in, module out, by way of the cache.
+#include "compiler/build/build.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <dlfcn.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
+#include "runtime/abi/module_note.h"
+#include "tests/unit/compiler_build/scratch_folder.h"
+
+namespace meld {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kSource = R"(
+#include <cstdint>
+#include "runtime/abi/answer.h"
+namespace { std::uint64_t table[2] = {kAnswer, sizeof(void*)}; }
+extern "C" const void* claymeld_module() { return table; }
+)";
+
+BuildOptions options_in(const std::string& folder) {
+    return {.cache_dir = folder,
+            .headers = {{"runtime/abi/answer.h", "#pragma once\nenum { kAnswer = 42 };\n"}},
+            .schema_hash = 0xfedcba9876543210,
+            .abi_version = 7};
+}
+
+std::ptrdiff_t files_in(const std::string& folder) { return std::distance(fs::directory_iterator(folder), fs::directory_iterator()); }
+
+std::uint64_t first_word(const std::string& path) {
+    void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) return 0;
+    const auto entry = reinterpret_cast<const void* (*)()>(::dlsym(handle, "claymeld_module"));
+    return entry == nullptr ? 0 : *static_cast<const std::uint64_t*>(entry());
+}
+
+ModuleNote note_of(const std::string& path) {
+    const Result<std::string> file = read_module_file(path);
+    return file ? read_module_note(as_bytes(*file)).value_or(ModuleNote{}) : ModuleNote{};
+}
+
+TEST(BuildModule, MakesASharedObjectThatRuns) {
+    const ScratchFolder cache;
+    const Result<std::string> path = build_module(kSource, "good", options_in(cache.path()));
+    ASSERT_TRUE(path) << path.error().message();
+    EXPECT_EQ(first_word(*path), 42U);
+}
+
+TEST(BuildModule, WritesItsNote) {
+    const ScratchFolder cache;
+    const ModuleNote note = note_of(build_module(kSource, "noted", options_in(cache.path())).value());
+    EXPECT_EQ(note.abi_version, 7U);
+    EXPECT_EQ(note.schema_hash, 0xfedcba9876543210U);
+    EXPECT_TRUE(host_runs(note.target)) << note.target;
+}
+
+TEST(BuildModule, LeavesNothingButTheModuleInTheCache) {
+    const ScratchFolder cache;
+    ASSERT_TRUE(build_module(kSource, "tidy", options_in(cache.path())));
+    EXPECT_EQ(files_in(cache.path()), 1);
+}
+
+TEST(BuildModule, DoesNotBuildTheSameTextTwice) {
+    const ScratchFolder cache;
+    const std::string first = build_module(kSource, "cached", options_in(cache.path())).value();
+    struct ::stat before = {};
+    ASSERT_EQ(::stat(first.c_str(), &before), 0);
+    const std::string second = build_module(kSource, "cached", options_in(cache.path())).value();
+    struct ::stat after = {};
+    ASSERT_EQ(::stat(second.c_str(), &after), 0);
+    EXPECT_EQ(first, second);
+    EXPECT_EQ(before.st_ino, after.st_ino);
+}
+
+TEST(BuildModule, KeepsWhatDiffersInAnyInputApart) {
+    const ScratchFolder cache;
+    const BuildOptions base = options_in(cache.path());
+    BuildOptions other_abi = base, other_schema = base, other_level = base, other_header = base;
+    other_abi.abi_version = 8;
+    other_schema.schema_hash = 1;
+    other_level.optimisation = 0;
+    other_header.headers[0].second += "enum { kMore };\n";
+    for (const BuildOptions& options : {base, other_abi, other_schema, other_level, other_header})
+        ASSERT_TRUE(build_module(kSource, "apart", options));
+    ASSERT_TRUE(build_module(kSource + " ", "apart", base));
+    EXPECT_EQ(files_in(cache.path()), 6);
+}
+
+TEST(BuildModule, ReplacesADamagedCacheEntry) {
+    const ScratchFolder cache;
+    const std::string path = build_module(kSource, "damaged", options_in(cache.path())).value();
+    fs::resize_file(path, fs::file_size(path) / 2);
+    ASSERT_EQ(build_module(kSource, "damaged", options_in(cache.path())).value(), path);
+    EXPECT_EQ(note_of(path).abi_version, 7U);
+}
+
+TEST(BuildModule, CallsBrokenTextOurBugAndShowsWhatClangSays) {
+    const ScratchFolder cache;
+    const Result<std::string> path = build_module("#line 12 \"gradient.meld\"\nint f() { return undeclared; }\n", "broken", options_in(cache.path()));
+    ASSERT_FALSE(path);
+    EXPECT_EQ(path.error().code, ExitCode::OurBug);
+    EXPECT_THAT(path.error().problem, testing::HasSubstr("gradient.meld:12:18: error: use of undeclared identifier 'undeclared'"));
+    EXPECT_EQ(files_in(cache.path()), 0);
+}
+
+TEST(BuildModule, SeesNoHeaderOfTheMachine) {
+    const ScratchFolder cache;
+    for (const char* header : {"<vector>", "<stdio.h>", "\"/etc/hostname\""})
+        EXPECT_FALSE(build_module(std::string("#include ") + header + "\n", "hermetic", options_in(cache.path()))) << header;
+}
+
+TEST(BuildModule, NamesTheFolderThatCannotBeWritten) {
+    const Result<std::string> path = build_module(kSource, "nowhere", options_in("/proc/claymeld"));
+    ASSERT_FALSE(path);
+    EXPECT_EQ(path.error().code, ExitCode::UsageOrWorld);
+    EXPECT_THAT(path.error().message(), testing::HasSubstr("/proc/claymeld"));
+}
+
+TEST(BuildModule, SurvivesManyProcessesBuildingTheSameModule) {
+    const ScratchFolder cache;
+    constexpr int kProcesses = 6;
+    for (int i = 0; i < kProcesses; ++i) {
+        if (::fork() == 0) {
+            const Result<std::string> path = build_module(kSource, "raced", options_in(cache.path()));
+            ::_exit(path && first_word(*path) == 42 ? 0 : 1);
+        }
+    }
+    for (int i = 0; i < kProcesses; ++i) {
+        int status = -1;
+        ASSERT_GT(::wait(&status), 0);
+        EXPECT_EQ(status, 0);
+    }
+    EXPECT_EQ(files_in(cache.path()), 1);
+}
+
+void make_file(const fs::path& path, std::size_t size_bytes, std::chrono::hours age) {
+    std::ofstream(path) << std::string(size_bytes, 'x');
+    fs::last_write_time(path, fs::file_time_type::clock::now() - age);
+}
+
+TEST(Evict, RemovesTheOldestBeyondTheNumberOfFiles) {
+    const ScratchFolder cache;
+    const fs::path folder = cache.path();
+    for (int i = 0; i < 6; ++i) make_file(folder / (std::to_string(i) + ".so"), 10, std::chrono::hours(10 - i));
+    evict(cache.path(), (folder / "0.so").string(), {.files = 3});
+    EXPECT_TRUE(fs::exists(folder / "0.so")) << "the module just built is kept whatever its age";
+    EXPECT_FALSE(fs::exists(folder / "1.so"));
+    EXPECT_TRUE(fs::exists(folder / "5.so"));
+    EXPECT_EQ(files_in(cache.path()), 3);
+}
+
+TEST(Evict, RemovesTheOldestBeyondTheSize) {
+    const ScratchFolder cache;
+    const fs::path folder = cache.path();
+    for (int i = 0; i < 4; ++i) make_file(folder / (std::to_string(i) + ".so"), 1000, std::chrono::hours(10 - i));
+    evict(cache.path(), "", {.size_bytes = 2500});
+    EXPECT_FALSE(fs::exists(folder / "1.so"));
+    EXPECT_EQ(files_in(cache.path()), 2);
+}
+
+TEST(Evict, RemovesOnlyStaleTemporaryFilesAndNothingForeign) {
+    const ScratchFolder cache;
+    const fs::path folder = cache.path();
+    make_file(folder / "tmp-1-0.o", 1, std::chrono::hours(2));
+    make_file(folder / "tmp-2-0.o", 1, std::chrono::hours(0));
+    make_file(folder / "notes.txt", 1, std::chrono::hours(1000));
+    evict(cache.path(), "", {.files = 0});
+    EXPECT_FALSE(fs::exists(folder / "tmp-1-0.o"));
+    EXPECT_EQ(files_in(cache.path()), 2);
+}
+
+TEST(DefaultCacheDir, FollowsTheEnvironmentInOrder) {
+    ::setenv("HOME", "/home/someone", 1);
+    ::unsetenv("XDG_CACHE_HOME");
+    ::unsetenv("CLAYMELD_CACHE");
+    EXPECT_EQ(default_cache_dir(), "/home/someone/.cache/claymeld");
+    ::setenv("XDG_CACHE_HOME", "/var/cache/someone", 1);
+    EXPECT_EQ(default_cache_dir(), "/var/cache/someone/claymeld");
+    ::setenv("CLAYMELD_CACHE", "/scratch", 1);
+    EXPECT_EQ(default_cache_dir(), "/scratch");
+    for (const char* name : {"HOME", "XDG_CACHE_HOME", "CLAYMELD_CACHE"}) ::unsetenv(name);
+    EXPECT_EQ(default_cache_dir(), "/tmp/claymeld-" + std::to_string(::getuid()));
+}
+
+}  // namespace
+}  // namespace meld
