@@ -6,7 +6,7 @@
 
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/threads.h"
-#include "semantics.h"
+#include "tests/unit/runtime_comm/semantics.h"
 
 namespace meld::comm {
 namespace {

@@ -1,4 +1,4 @@
-#include "semantics.h"
+#include "tests/unit/runtime_comm/semantics.h"
 
 #include <algorithm>
 #include <cstring>

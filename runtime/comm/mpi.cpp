@@ -1,0 +1,185 @@
+// The communicator of real processes. One thread of each process calls it (MPI_THREAD_FUNNELED).
+#include <mpi.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <string_view>
+
+#include "runtime/comm/mpi_exchange.h"
+#include "runtime/comm/mpi_options.h"
+#include "runtime/comm/packets.h"
+
+namespace meld::comm {
+
+namespace {
+
+// Up to so many parts the exchange agrees on counts; above, on the end of the round.
+constexpr int kMostPartsByCounts = 8;
+
+int live_communicators = 0;
+bool we_initialised = false;
+
+long number_in_environment(const char* name) {
+    const char* text = std::getenv(name);
+    if (text == nullptr) return 0;
+    long value = 0;
+    std::from_chars(text, text + std::strlen(text), value);
+    return value;
+}
+
+// With more processes than cores, a process that waits must yield: otherwise it spins away the time slice of the one it
+// waits for (an allreduce then takes 40 milliseconds). Open MPI reads this only from the environment, before MPI_Init.
+void yield_if_oversubscribed() {
+    const long processes_here = number_in_environment("OMPI_COMM_WORLD_LOCAL_SIZE");
+    if (processes_here > sysconf(_SC_NPROCESSORS_ONLN)) setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);
+}
+
+void initialise() {
+    int finalized = 0;
+    MPI_Finalized(&finalized);
+    MELD_CHECK(finalized == 0, "MPI cannot be started again after its last communicator is gone");
+    int initialised = 0;
+    MPI_Initialized(&initialised);
+    if (initialised != 0) return;
+    yield_if_oversubscribed();
+    int provided = MPI_THREAD_SINGLE;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+    MELD_CHECK(provided >= MPI_THREAD_FUNNELED, "the MPI library provides thread level {}", provided);
+    we_initialised = true;
+}
+
+MPI_Comm duplicate_of_world() {
+    initialise();
+    MPI_Comm duplicate = MPI_COMM_NULL;
+    MPI_Comm_dup(MPI_COMM_WORLD, &duplicate);
+    return duplicate;
+}
+
+class Mpi final : public Communicator {
+  public:
+    explicit Mpi(const MpiOptions& options)
+        : communicator_(duplicate_of_world()), exchange_(communicator_, options.chunk_bytes), chunk_bytes_(options.chunk_bytes) {
+        MPI_Comm_rank(communicator_, &part_);
+        MPI_Comm_size(communicator_, &parts_);
+        by_counts_ = options.exchange == ExchangeKind::Counts || (options.exchange == ExchangeKind::Automatic && parts_ <= kMostPartsByCounts);
+        ++live_communicators;
+    }
+
+    // Leaving by an exception while the others wait for this part would make them wait for ever: end all.
+    ~Mpi() override {
+        if (std::uncaught_exceptions() > exceptions_at_start_) {
+            std::fprintf(stderr, "part %d of %d failed; ending all parts\n", part_, parts_);
+            Mpi::abort(static_cast<int>(70));
+        }
+        MPI_Comm_free(&communicator_);
+        if (--live_communicators == 0 && we_initialised) MPI_Finalize();
+    }
+
+    Mpi(const Mpi&) = delete;
+    Mpi& operator=(const Mpi&) = delete;
+
+    int part() const override { return part_; }
+    int parts() const override { return parts_; }
+
+    std::vector<Packet> exchange(std::vector<Packet> packets) override {
+        check_packets(packets, part_, parts_);
+        return by_counts_ ? exchange_.by_counts(packets) : exchange_.by_consensus(packets);
+    }
+
+    std::vector<std::byte> allgather(std::span<const std::byte> bytes) override {
+        std::vector<std::byte> all(bytes.size() * static_cast<std::size_t>(parts_));
+        for_each_chunk(bytes.size(), [&](std::size_t begin, int size) {
+            if (size == static_cast<int>(bytes.size())) {
+                MPI_Allgather(bytes.data(), size, MPI_BYTE, all.data(), size, MPI_BYTE, communicator_);
+                return;
+            }
+            std::vector<std::byte> gathered(static_cast<std::size_t>(size) * static_cast<std::size_t>(parts_));
+            MPI_Allgather(bytes.data() + begin, size, MPI_BYTE, gathered.data(), size, MPI_BYTE, communicator_);
+            for (std::size_t part = 0; part < static_cast<std::size_t>(parts_); ++part)
+                std::memcpy(all.data() + part * bytes.size() + begin, gathered.data() + part * static_cast<std::size_t>(size),
+                            static_cast<std::size_t>(size));
+        });
+        return all;
+    }
+
+    std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) override {
+        const std::uint64_t own_size = bytes.size();
+        std::vector<std::uint64_t> sizes(static_cast<std::size_t>(parts_));
+        MPI_Allgather(&own_size, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, communicator_);
+        std::uint64_t total = 0;
+        for (const std::uint64_t size : sizes) total += size;
+        return total <= chunk_bytes_ ? gather_at_once(bytes, sizes, total) : gather_by_broadcasts(bytes, sizes);
+    }
+
+    void barrier() override { MPI_Barrier(communicator_); }
+
+    [[noreturn]] void abort(int exit_code) override {
+        std::fflush(nullptr);
+        MPI_Abort(MPI_COMM_WORLD, exit_code);
+        std::_Exit(exit_code);
+    }
+
+  private:
+    template <class Action>
+    void for_each_chunk(std::size_t size_bytes, const Action& action) const {
+        for (std::size_t begin = 0; begin < size_bytes; begin += chunk_bytes_)
+            action(begin, static_cast<int>(std::min(chunk_bytes_, size_bytes - begin)));
+    }
+
+    std::vector<std::vector<std::byte>> gather_at_once(std::span<const std::byte> bytes, const std::vector<std::uint64_t>& sizes,
+                                                       std::uint64_t total) const {
+        std::vector<int> counts, begins;
+        int begin = 0;
+        for (const std::uint64_t size : sizes) {
+            counts.push_back(static_cast<int>(size));
+            begins.push_back(begin);
+            begin += counts.back();
+        }
+        std::vector<std::byte> all(total);
+        MPI_Allgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), counts.data(), begins.data(), MPI_BYTE,
+                       communicator_);
+        std::vector<std::vector<std::byte>> result;
+        for (std::size_t part = 0; part < sizes.size(); ++part)
+            result.emplace_back(all.begin() + begins[part], all.begin() + begins[part] + counts[part]);
+        return result;
+    }
+
+    std::vector<std::vector<std::byte>> gather_by_broadcasts(std::span<const std::byte> bytes, const std::vector<std::uint64_t>& sizes) const {
+        std::vector<std::vector<std::byte>> result;
+        for (int from = 0; from < parts_; ++from) {
+            std::vector<std::byte>& piece = result.emplace_back(sizes[static_cast<std::size_t>(from)]);
+            if (from == part_) piece.assign(bytes.begin(), bytes.end());
+            for_each_chunk(piece.size(),
+                           [&](std::size_t begin, int size) { MPI_Bcast(piece.data() + begin, size, MPI_BYTE, from, communicator_); });
+        }
+        return result;
+    }
+
+    MPI_Comm communicator_;
+    MpiExchange exchange_;
+    std::size_t chunk_bytes_;
+    int part_ = 0;
+    int parts_ = 1;
+    bool by_counts_ = false;
+    const int exceptions_at_start_ = std::uncaught_exceptions();
+};
+
+}  // namespace
+
+std::unique_ptr<Communicator> make_mpi(const MpiOptions& options) { return std::make_unique<Mpi>(options); }
+
+std::unique_ptr<Communicator> make_mpi() { return make_mpi(MpiOptions{}); }
+
+bool under_mpi() {
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE"}) {
+        if (std::getenv(name) != nullptr) return true;
+    }
+    // A batch script itself runs as a Slurm step of one task; only several tasks are parts of one run.
+    return number_in_environment("SLURM_STEP_NUM_TASKS") > 1;
+}
+
+}  // namespace meld::comm

@@ -1,0 +1,149 @@
+#include "runtime/comm/mpi_exchange.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "runtime/base/assert.h"
+
+namespace meld::comm {
+
+namespace {
+
+constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
+
+// A part may begin round k+1 while another is still in round k, but not round k+2: that needs the other in the barrier of
+// k+1. So two tags, used in turn, keep the rounds apart.
+constexpr int kConsensusTags[2] = {1, 2};
+// Here the receiver knows how many messages come from whom, and messages of one pair do not overtake each other.
+constexpr int kCountsTag = 3;
+
+// Polls hard while an answer is near, then gives the core away: there may be more processes than cores.
+class Backoff {
+  public:
+    void reset() { idle_polls_ = 0; }
+    void wait() {
+        if (++idle_polls_ > kHardPolls) std::this_thread::sleep_for(kNap);
+    }
+
+  private:
+    static constexpr int kHardPolls = 4000;  // About a millisecond.
+    static constexpr auto kNap = std::chrono::microseconds(50);
+    int idle_polls_ = 0;
+};
+
+}  // namespace
+
+MpiExchange::MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes) : communicator_(communicator), chunk_bytes_(chunk_bytes) {
+    MELD_CHECK(chunk_bytes > 0 && chunk_bytes <= static_cast<std::size_t>(std::numeric_limits<int>::max()), "chunk of {} bytes", chunk_bytes);
+    MPI_Comm_rank(communicator_, &part_);
+    MPI_Comm_size(communicator_, &parts_);
+    const auto parts = static_cast<std::size_t>(parts_);
+    place_of_part_.assign(parts, kNowhere);
+    send_counts_.resize(parts);
+    receive_counts_.resize(parts);
+}
+
+// The NBX algorithm: T. Hoefler, C. Siebert, A. Lumsdaine, "Scalable Communication Protocols for Dynamic Sparse Data
+// Exchange", PPoPP 2010, algorithm 2. A synchronous send is complete when its receiver has begun to receive; a part whose
+// sends are complete enters the barrier; when the barrier is complete, every message of the round has been received.
+std::vector<Packet> MpiExchange::by_consensus(const std::vector<Packet>& packets) {
+    const int tag = kConsensusTags[round_++ % 2];
+    for (const Packet& packet : packets) send_chunks(packet, tag);
+
+    std::vector<Packet> received;
+    MPI_Request barrier = MPI_REQUEST_NULL;
+    bool in_barrier = false;
+    Backoff backoff;
+    for (int complete = 0; complete == 0;) {
+        if (receive_one(tag, received)) {
+            backoff.reset();
+            continue;
+        }
+        if (in_barrier) {
+            MPI_Test(&barrier, &complete, MPI_STATUS_IGNORE);
+        } else {
+            int all_sent = 0;
+            MPI_Testall(static_cast<int>(sends_.size()), sends_.data(), &all_sent, MPI_STATUSES_IGNORE);
+            if (all_sent != 0) {
+                MPI_Ibarrier(communicator_, &barrier);
+                in_barrier = true;
+                backoff.reset();
+            }
+        }
+        backoff.wait();
+    }
+    sends_.clear();
+    for (const Packet& packet : received) place_of_part_[static_cast<std::size_t>(packet.part)] = kNowhere;
+    std::ranges::sort(received, {}, &Packet::part);
+    return received;
+}
+
+void MpiExchange::send_chunks(const Packet& packet, int tag) {
+    std::size_t begin = 0;
+    do {
+        const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
+        MPI_Issend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, tag, communicator_, &sends_.emplace_back());
+        begin += size;
+    } while (begin < packet.bytes.size());
+}
+
+// Takes one waiting message of this round and appends it to the packet of its sender; false when none waits.
+bool MpiExchange::receive_one(int tag, std::vector<Packet>& received) {
+    int found = 0;
+    MPI_Message message = MPI_MESSAGE_NULL;
+    MPI_Status status;
+    MPI_Improbe(MPI_ANY_SOURCE, tag, communicator_, &found, &message, &status);
+    if (found == 0) return false;
+    int size = 0;
+    MPI_Get_count(&status, MPI_BYTE, &size);
+    std::vector<std::byte>& bytes = packet_from(status.MPI_SOURCE, received).bytes;
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + static_cast<std::size_t>(size));
+    MPI_Mrecv(bytes.data() + begin, size, MPI_BYTE, &message, MPI_STATUS_IGNORE);
+    return true;
+}
+
+Packet& MpiExchange::packet_from(int part, std::vector<Packet>& received) {
+    std::size_t& place = place_of_part_[static_cast<std::size_t>(part)];
+    if (place == kNowhere) {
+        place = received.size();
+        received.push_back({part, {}});
+    }
+    return received[place];
+}
+
+std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
+    // A word says size + 1, and 0 that there is no packet: a packet may be empty.
+    std::ranges::fill(send_counts_, 0);
+    for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.part)] = packet.bytes.size() + 1;
+    MPI_Alltoall(send_counts_.data(), 1, MPI_UINT64_T, receive_counts_.data(), 1, MPI_UINT64_T, communicator_);
+
+    std::vector<Packet> received;
+    for (int from = 0; from < parts_; ++from) {
+        const std::uint64_t count = receive_counts_[static_cast<std::size_t>(from)];
+        if (count > 0) received.push_back({from, std::vector<std::byte>(count - 1)});
+    }
+    for (Packet& packet : received) {
+        for (std::size_t begin = 0; begin < packet.bytes.size(); begin += chunk_bytes_) {
+            const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
+            MPI_Irecv(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, kCountsTag, communicator_,
+                      &receives_.emplace_back());
+        }
+    }
+    for (const Packet& packet : packets) {
+        for (std::size_t begin = 0; begin < packet.bytes.size(); begin += chunk_bytes_) {
+            const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
+            MPI_Isend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, kCountsTag, communicator_,
+                      &sends_.emplace_back());
+        }
+    }
+    MPI_Waitall(static_cast<int>(receives_.size()), receives_.data(), MPI_STATUSES_IGNORE);
+    MPI_Waitall(static_cast<int>(sends_.size()), sends_.data(), MPI_STATUSES_IGNORE);
+    receives_.clear();
+    sends_.clear();
+    return received;
+}
+
+}  // namespace meld::comm

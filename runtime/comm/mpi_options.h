@@ -1,0 +1,24 @@
+// What tests and measurements may set of the MPI communicator; everybody else calls make_mpi().
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "runtime/comm/communicator.h"
+
+namespace meld::comm {
+
+enum class ExchangeKind {
+    Automatic,  // By counts for few parts, by consensus for many.
+    Consensus,
+    Counts,
+};
+
+struct MpiOptions {
+    ExchangeKind exchange = ExchangeKind::Automatic;
+    std::size_t chunk_bytes = std::size_t{1} << 30;  // MPI counts are int; a gigabyte is far enough below.
+};
+
+std::unique_ptr<Communicator> make_mpi(const MpiOptions& options);
+
+}  // namespace meld::comm
