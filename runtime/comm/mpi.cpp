@@ -1,7 +1,9 @@
 // The communicator of real processes. One thread of each process calls it (MPI_THREAD_FUNNELED).
+#include <malloc.h>
 #include <mpi.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +11,7 @@
 #include <exception>
 #include <string_view>
 
+#include "runtime/base/error.h"
 #include "runtime/comm/mpi_exchange.h"
 #include "runtime/comm/mpi_options.h"
 #include "runtime/comm/packets.h"
@@ -17,7 +20,9 @@ namespace meld::comm {
 
 namespace {
 
-// Up to so many parts the exchange agrees on counts; above, on the end of the round.
+// Up to so many parts the exchange agrees on counts; above, on the end of the round. Measured on two cores, microseconds by
+// counts against by consensus: 2 parts 0.5 : 1.2, 4 parts 5.9 : 12.4, 8 parts 18 : 35 (one packet of 64 bytes from each part),
+// 16 parts 103 : 133, and 80 : 76 when nobody has anything to say; above 20 kB a packet the two are equal.
 constexpr int kMostPartsByCounts = 8;
 
 int live_communicators = 0;
@@ -38,6 +43,13 @@ void yield_if_oversubscribed() {
     if (processes_here > sysconf(_SC_NPROCESSORS_ONLN)) setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);
 }
 
+// Packets are allocated anew in every round. By default the C library gives large blocks back to the system at once, and the
+// page faults of the next round then cost ten times the transfer (880 against 62 microseconds for a megabyte).
+void keep_freed_memory() {
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, 512 << 20);
+}
+
 void initialise() {
     int finalized = 0;
     MPI_Finalized(&finalized);
@@ -46,6 +58,7 @@ void initialise() {
     MPI_Initialized(&initialised);
     if (initialised != 0) return;
     yield_if_oversubscribed();
+    keep_freed_memory();
     int provided = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
     MELD_CHECK(provided >= MPI_THREAD_FUNNELED, "the MPI library provides thread level {}", provided);
@@ -73,7 +86,7 @@ class Mpi final : public Communicator {
     ~Mpi() override {
         if (std::uncaught_exceptions() > exceptions_at_start_) {
             std::fprintf(stderr, "part %d of %d failed; ending all parts\n", part_, parts_);
-            Mpi::abort(static_cast<int>(70));
+            Mpi::abort(static_cast<int>(ExitCode::OurBug));
         }
         MPI_Comm_free(&communicator_);
         if (--live_communicators == 0 && we_initialised) MPI_Finalize();
