@@ -6,6 +6,9 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+# Programs find the libraries they open at run time next to them, wherever both are moved.
+set(CMAKE_BUILD_RPATH $ORIGIN/../lib)
+set(CMAKE_INSTALL_RPATH $ORIGIN/../lib)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "" FORCE)
 endif()
@@ -60,6 +63,18 @@ function(meld_layer folder)
     endif()
     target_link_libraries(${name} ${scope} ${dependency})
   endforeach()
+endfunction()
+
+# meld_plugin(NAME FOLDER DEPENDS targets ...): the shared library lib/libNAME.so from FOLDER, opened at run time and never
+# linked. The target NAME is what its user depends on, so that both are built together.
+function(meld_plugin name folder)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
+  add_library(${name}_library MODULE ${sources})
+  target_link_libraries(${name}_library PRIVATE meld_flags ${ARG_DEPENDS})
+  set_target_properties(${name}_library PROPERTIES OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+  add_library(${name} INTERFACE)
+  add_dependencies(${name} ${name}_library)
 endfunction()
 
 # meld_program(NAME FOLDER): the executable NAME from FOLDER/main.cpp and the layer FOLDER.

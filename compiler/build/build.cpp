@@ -7,15 +7,15 @@
 #include <memory>
 #include <span>
 
-#include "compiler/build/compile_object.h"
-#include "compiler/build/link_module.h"
+#include "compiler/build/load_backend.h"
 #include "runtime/abi/module_note.h"
 
 namespace meld {
 namespace {
 
-// Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more.
-constexpr std::uint32_t kRecipeVersion = 1;
+// Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more;
+// Clang's version is part of it.
+constexpr const char* kRecipe = "1, clang " CLAYMELD_LLVM_VERSION;
 
 class ContentHash {
   public:
@@ -39,11 +39,10 @@ class ContentHash {
 
 std::string content_hash(const std::string& cpp_text, const std::string& name, const std::string& target, const BuildOptions& options) {
     ContentHash hash;
-    hash.add(kRecipeVersion);
+    hash.add(kRecipe);
     hash.add(cpp_text);
     hash.add(name);
     hash.add(target);
-    hash.add(clang_version());
     hash.add(static_cast<std::uint64_t>(options.optimisation));
     hash.add(options.schema_hash);
     hash.add(options.abi_version);
@@ -86,11 +85,11 @@ bool is_intact(const std::string& path, const BuildOptions& options) {
 }
 
 // Links the object, fills in the checksum and puts the module where the cache expects it.
-Result<void> link_and_publish(const std::string& object, const std::string& module_path, const BuildOptions& options) {
+Result<void> link_and_publish(const Backend& backend, const std::string& object, const std::string& module_path, const BuildOptions& options) {
     const TemporaryFile object_file(options.cache_dir, ".o");
     if (const Result<void> written = object_file.write(object); !written) return written;
     const TemporaryFile linked_file(options.cache_dir, ".linked");
-    if (const Result<void> linked = link_module(object_file.path(), linked_file.path()); !linked) return linked;
+    if (const Result<void> linked = backend.link_module(object_file.path(), linked_file.path()); !linked) return linked;
     Result<std::string> module = read_module_file(linked_file.path());
     if (!module) return tl::unexpected(module.error());
     if (const Result<void> sealed = seal_module(std::as_writable_bytes(std::span(*module))); !sealed) return sealed;
@@ -109,10 +108,12 @@ Result<std::string> build_module(const std::string& cpp_text, const std::string&
         return module_path;
     }
     if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
-    const Result<std::string> object = compile_object(cpp_text + note_text(target, options), name, options.headers,
-                                                      {.optimisation = options.optimisation, .target_cpu = target});
+    const Result<const Backend*> backend = load_backend();
+    if (!backend) return tl::unexpected(backend.error());
+    const Result<std::string> object = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
+                                                                  {.optimisation = options.optimisation, .target_cpu = target});
     if (!object) return object;
-    if (const Result<void> published = link_and_publish(*object, module_path, options); !published)
+    if (const Result<void> published = link_and_publish(**backend, *object, module_path, options); !published)
         return tl::unexpected(published.error());
     evict(options.cache_dir, module_path, options.limits);
     return module_path;

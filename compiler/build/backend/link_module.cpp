@@ -1,5 +1,5 @@
 // Calls lld in process; about thirty times faster than starting a linker.
-#include "compiler/build/link_module.h"
+#include "compiler/build/backend/link_module.h"
 
 #include <fmt/format.h>
 #include <lld/Common/Driver.h>

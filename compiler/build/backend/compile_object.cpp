@@ -1,9 +1,8 @@
 // Drives Clang's front end and LLVM's code generator over a file system that exists in memory only.
-#include "compiler/build/compile_object.h"
+#include "compiler/build/backend/compile_object.h"
 
 #include <clang/Basic/Diagnostic.h>
 #include <clang/Basic/FileManager.h>
-#include <clang/Basic/Version.h>
 #include <clang/CodeGen/CodeGenAction.h>
 #include <clang/Frontend/CompilerInstance.h>
 #include <clang/Frontend/CompilerInvocation.h>
@@ -16,7 +15,7 @@
 
 #include <mutex>
 
-#include "compiler/build/freestanding_headers.h"
+#include "compiler/build/backend/freestanding_headers.h"
 
 namespace meld {
 namespace {
@@ -99,7 +98,5 @@ Result<std::string> compile_object(const std::string& cpp_text, const std::strin
                     "This is a bug in Claymeld; please report it with the program", ExitCode::OurBug);
     return std::string(object.begin(), object.end());
 }
-
-std::string clang_version() { return clang::getClangFullVersion(); }
 
 }  // namespace meld

@@ -1,0 +1,31 @@
+// The part of the build that needs Clang. It is a shared library of its own, opened when something has to be compiled:
+// loading Clang takes 20 ms, and most starts of meldc find their module in the cache.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/error.h"
+
+namespace meld {
+
+struct ObjectOptions {
+    int optimisation = 2;
+    std::string target_cpu;
+};
+
+// What the library offers; compile_object.h and link_module.h say what the functions do.
+struct Backend {
+    Result<std::string> (*compile_object)(const std::string& cpp_text, const std::string& name,
+                                          const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options);
+    Result<void> (*link_module)(const std::string& object_path, const std::string& output_path);
+};
+
+inline constexpr const char* kBackendLibrary = "libmeld_backend.so";
+inline constexpr const char* kBackendEntry = "meld_backend";
+
+}  // namespace meld
+
+// The library's only exported function.
+extern "C" const meld::Backend* meld_backend();
