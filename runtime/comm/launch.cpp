@@ -1,0 +1,153 @@
+#include "runtime/comm/launch.h"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <fmt/format.h>
+#include <map>
+#include <string_view>
+
+#include "runtime/base/assert.h"
+
+extern char** environ;
+
+namespace meld::comm {
+
+namespace {
+
+constexpr int kCannotStart = 127;
+
+// What mpirun needs to hear, each only where the user has not said otherwise.
+std::map<std::string, std::string> settings_for(int parts) {
+    std::map<std::string, std::string> settings = {
+        {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+        {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+        {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+        // Copying through shared memory is faster in virtual machines (60 against 88 microseconds for a megabyte), and the
+        // direct copy between processes is forbidden in many containers.
+        {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
+    };
+    if (parts > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
+    if (isatty(STDERR_FILENO) != 0) settings[kTerminalVariable] = "1";
+    return settings;
+}
+
+// Variables by which an enclosing launcher tells a process its own place; the new parts must not take them for theirs.
+bool tells_place_in_another_run(std::string_view variable) {
+    return std::ranges::any_of(std::initializer_list<std::string_view>{"OMPI_COMM_WORLD_", "PMIX_", "PMI_", "OMPI_UNIVERSE_SIZE"},
+                               [&](std::string_view prefix) { return variable.starts_with(prefix); });
+}
+
+std::vector<std::string> environment_for(int parts) {
+    std::map<std::string, std::string> settings = settings_for(parts);
+    std::vector<std::string> result;
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+        const std::string_view text = *variable;
+        if (tells_place_in_another_run(text)) continue;
+        settings.erase(std::string(text.substr(0, text.find('='))));
+        result.emplace_back(text);
+    }
+    for (const auto& [name, value] : settings) result.push_back(name + "=" + value);
+    return result;
+}
+
+std::vector<char*> pointers_to(std::vector<std::string>& texts) {
+    std::vector<char*> pointers;
+    for (std::string& text : texts) pointers.push_back(text.data());
+    pointers.push_back(nullptr);
+    return pointers;
+}
+
+sigset_t awaited_signals() {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&set, signal);
+    return set;
+}
+
+// In the child, between fork and exec: only async-signal-safe calls.
+[[noreturn]] void become(char* const* arguments, char* const* environment, const sigset_t& mask, pid_t launcher) {
+    // A process group of its own: the terminal's Ctrl-C reaches the launcher only, which decides what to pass on.
+    setpgid(0, 0);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != launcher) _exit(kCannotStart);
+    if (isatty(STDIN_FILENO) != 0) {
+        const int nothing = open("/dev/null", O_RDONLY);
+        if (nothing >= 0) dup2(nothing, STDIN_FILENO);
+    }
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD, SIGPIPE}) std::signal(signal, SIG_DFL);
+    sigprocmask(SIG_SETMASK, &mask, nullptr);
+    execvpe(arguments[0], arguments, environment);
+    _exit(kCannotStart);
+}
+
+// Waits for the child; hands the user's signals on. The signals are blocked, so none is lost between two waits.
+int wait_for(pid_t child, const sigset_t& awaited) {
+    int interrupts = 0;
+    while (true) {
+        int status = 0;
+        const pid_t ended = waitpid(child, &status, WNOHANG);
+        if (ended == child && WIFEXITED(status)) return WEXITSTATUS(status);
+        if (ended == child && WIFSIGNALED(status)) return 128 + WTERMSIG(status);
+        if (ended < 0 && errno != EINTR) return kCannotStart;
+
+        // The time limit covers a SIGCHLD that another part of the process has taken.
+        const timespec limit = {.tv_sec = 0, .tv_nsec = 200'000'000};
+        const int signal = sigtimedwait(&awaited, nullptr, &limit);
+        if (signal > 0 && signal != SIGCHLD) kill(child, interrupts++ == 0 ? kEndWellSignal : SIGTERM);
+    }
+}
+
+}  // namespace
+
+int launch_mpi(int parts, const std::vector<std::string>& command) {
+    MELD_CHECK(parts >= 1 && !command.empty(), "parts = {}, words in the command = {}", parts, command.size());
+    // Processes are not bound to cores: a part may have several threads, and other programs run here too. mpirun's own
+    // remarks about a part that failed are kept back: the caller says it better.
+    std::vector<std::string> words = {"mpirun", "--quiet", "--bind-to", "none", "-n", std::to_string(parts)};
+    words.insert(words.end(), command.begin(), command.end());
+    std::vector<std::string> variables = environment_for(parts);
+    const std::vector<char*> arguments = pointers_to(words);
+    const std::vector<char*> environment = pointers_to(variables);
+
+    const sigset_t awaited = awaited_signals();
+    sigset_t before;
+    sigprocmask(SIG_BLOCK, &awaited, &before);
+    struct sigaction child_default = {}, child_before = {};
+    child_default.sa_handler = SIG_DFL;
+    sigaction(SIGCHLD, &child_default, &child_before);
+
+    const pid_t launcher = getpid();
+    const pid_t child = fork();
+    if (child == 0) become(arguments.data(), environment.data(), before, launcher);
+    const int exit_code = child < 0 ? kCannotStart : wait_for(child, awaited);
+
+    sigaction(SIGCHLD, &child_before, nullptr);
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    return exit_code;
+}
+
+std::string describe_launch_failure(int exit_code) {
+    switch (exit_code) {
+        case 124: return "the run exceeded its time limit";
+        case 126: return "the program of the parts cannot be executed";
+        case kCannotStart: return "mpirun cannot be started, or it does not find the program";
+        case 128 + SIGKILL: return "a part was killed (signal 9), most often because memory ran out";
+        case 128 + SIGTERM: return "the parts were ended by a signal (15)";
+        default: break;
+    }
+    const int signal = exit_code - 128;
+    if (signal <= 0 || signal >= NSIG) return "";
+    const char* description = sigdescr_np(signal);
+    if (description == nullptr) return "";
+    return fmt::format("a part crashed (signal {}: {})", signal, description);
+}
+
+}  // namespace meld::comm

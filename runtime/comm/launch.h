@@ -1,0 +1,28 @@
+// Starts a command as several parts on this machine, so that a user needs to know nothing of mpirun.
+#pragma once
+
+#include <csignal>
+#include <string>
+#include <vector>
+
+namespace meld::comm {
+
+// What the parts receive when the user wants the run to end well: at the next tick boundary, with checkpoint and summary.
+// (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT.
+inline constexpr int kEndWellSignal = SIGUSR1;
+
+// Set to "1" in the environment of the parts when the launcher's stderr is a terminal: theirs is a pipe of mpirun.
+inline constexpr const char* kTerminalVariable = "CLAYMELD_TERMINAL";
+
+// Runs `command` (looked up along PATH) as that many parts under mpirun and waits. Standard output and error of the parts come
+// through as they are; standard input goes to part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given
+// to the parts as kEndWellSignal, the second ends them at once. If this process dies, so do they.
+// Returns the exit code of the first part that failed, 0 when none did; 128 + signal for a part killed by a signal; 127 when
+// mpirun cannot be started. Call it from a process that has no other threads and has not started MPI itself.
+int launch_mpi(int parts, const std::vector<std::string>& command);
+
+// Why a run of parts ended with this code, for codes that no command of ours documents: "a part was killed (signal 9), ...".
+// Empty for all other codes.
+std::string describe_launch_failure(int exit_code);
+
+}  // namespace meld::comm
