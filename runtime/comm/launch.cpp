@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/progress.h"
 
 extern char** environ;
 
@@ -35,7 +36,10 @@ std::map<std::string, std::string> settings_for(int parts) {
         {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
     };
     if (parts > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
-    if (isatty(STDERR_FILENO) != 0) settings[kTerminalVariable] = "1";
+    if (stderr_is_terminal()) {
+        settings[kTerminalVariable] = "1";
+        settings["COLUMNS"] = std::to_string(terminal_columns());
+    }
     return settings;
 }
 

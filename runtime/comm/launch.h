@@ -11,11 +11,8 @@ namespace meld::comm {
 // (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT.
 inline constexpr int kEndWellSignal = SIGUSR1;
 
-// Set to "1" in the environment of the parts when the launcher's stderr is a terminal: theirs is a pipe of mpirun.
-inline constexpr const char* kTerminalVariable = "CLAYMELD_TERMINAL";
-
 // Runs `command` (looked up along PATH) as that many parts under mpirun and waits. Standard output and error of the parts come
-// through as they are; standard input goes to part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given
+// through as they are (and when stderr is a terminal, the parts are told so, see runtime/base/progress.h); standard input goes to part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given
 // to the parts as kEndWellSignal, the second ends them at once. If this process dies, so do they.
 // Returns the exit code of the first part that failed, 0 when none did; 128 + signal for a part killed by a signal; 127 when
 // mpirun cannot be started. Call it from a process that has no other threads and has not started MPI itself.

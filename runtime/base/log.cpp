@@ -1,0 +1,53 @@
+#include "runtime/base/log.h"
+
+#include <atomic>
+#include <cstdio>
+#include <mutex>
+#include <string>
+
+#include "runtime/base/progress.h"
+
+namespace meld::log {
+
+namespace {
+
+std::atomic<Level> lowest_level{Level::Info};
+std::mutex output_mutex;
+std::function<void(std::string_view)> chosen_output;  // Guarded by output_mutex.
+
+std::string_view prefix_of(Level level) {
+    switch (level) {
+        case Level::Debug: return "debug: ";
+        case Level::Warning: return "warning: ";
+        case Level::Error: return "error: ";
+        case Level::Info:
+        case Level::Off: break;
+    }
+    return "";
+}
+
+void write_to_stderr(std::string_view line) {
+    std::fwrite(line.data(), 1, line.size(), stderr);
+    std::fflush(stderr);
+}
+
+}  // namespace
+
+void set_level(Level level) { lowest_level.store(level, std::memory_order_relaxed); }
+Level level() { return lowest_level.load(std::memory_order_relaxed); }
+
+void set_output(std::function<void(std::string_view)> output) {
+    const std::lock_guard lock(output_mutex);
+    chosen_output = std::move(output);
+}
+
+void write(Level line_level, std::string_view text) {
+    if (line_level < level() || line_level == Level::Off) return;
+    std::string line(prefix_of(line_level));
+    line.append(text).push_back('\n');
+    const std::lock_guard lock(output_mutex);
+    clear_progress();
+    chosen_output ? chosen_output(line) : write_to_stderr(line);
+}
+
+}  // namespace meld::log

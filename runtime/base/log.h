@@ -1,0 +1,41 @@
+// Remarks to the user on stderr, one line each: "warning: the text". Diagnostics of programs and results are not remarks.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <string_view>
+#include <utility>
+
+namespace meld::log {
+
+enum class Level { Debug, Info, Warning, Error, Off };
+
+// Lines below this level are dropped; Info at the start. All parts but one set Off, so that nothing is said twice.
+void set_level(Level level);
+Level level();
+
+// Where lines go, each with its newline; empty: to stderr. For tests and for the viewer.
+void set_output(std::function<void(std::string_view)> output);
+
+// Writes one line, after clearing the progress line. Any thread may call it; lines do not mix.
+void write(Level level, std::string_view text);
+
+template <class... Arguments>
+void debug(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    if (level() <= Level::Debug) write(Level::Debug, fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+template <class... Arguments>
+void info(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    if (level() <= Level::Info) write(Level::Info, fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+template <class... Arguments>
+void warning(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    if (level() <= Level::Warning) write(Level::Warning, fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+template <class... Arguments>
+void error(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    if (level() <= Level::Error) write(Level::Error, fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+
+}  // namespace meld::log
