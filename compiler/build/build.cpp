@@ -85,7 +85,8 @@ bool is_intact(const std::string& path, const BuildOptions& options) {
 }
 
 // Links the object, fills in the checksum and puts the module where the cache expects it.
-Result<void> link_and_publish(const Backend& backend, const std::string& object, const std::string& module_path, const BuildOptions& options) {
+Result<void> link_and_publish(const Backend& backend, const std::string& object, const std::string& module_path,
+                              const BuildOptions& options) {
     const TemporaryFile object_file(options.cache_dir, ".o");
     if (const Result<void> written = object_file.write(object); !written) return written;
     const TemporaryFile linked_file(options.cache_dir, ".linked");

@@ -1,8 +1,8 @@
 // Cache housekeeping. Nothing here may fail a compilation except that the folder or a file cannot be written.
 #include "compiler/build/module_cache.h"
 
-#include <fmt/format.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -52,9 +52,8 @@ std::vector<CachedFile> list_modules(const std::string& folder) {
             modules.push_back({entry->path(), used, size_bytes});
         }
     }
-    std::sort(modules.begin(), modules.end(), [](const CachedFile& a, const CachedFile& b) {
-        return a.used != b.used ? a.used < b.used : a.path < b.path;
-    });
+    std::sort(modules.begin(), modules.end(),
+              [](const CachedFile& a, const CachedFile& b) { return a.used != b.used ? a.used < b.used : a.path < b.path; });
     return modules;
 }
 
@@ -106,7 +105,8 @@ TemporaryFile::~TemporaryFile() {
 
 Result<void> TemporaryFile::write(const std::string& bytes) const {
     const auto failed = [&] {
-        return fail(fmt::format("cannot write {} ({})", path_, std::strerror(errno)), "Set CLAYMELD_CACHE to a folder with space that can be written");
+        return fail(fmt::format("cannot write {} ({})", path_, std::strerror(errno)),
+                    "Set CLAYMELD_CACHE to a folder with space that can be written");
     };
     const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     if (file < 0) return failed();

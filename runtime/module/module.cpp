@@ -20,7 +20,8 @@ Result<ModuleNote> check(const std::string& path, std::uint32_t expected_abi_ver
     if (!note) return refuse(path, note.error().problem);
     if (note->abi_version != expected_abi_version)
         return refuse(path, fmt::format("built for ABI {}, this is ABI {}", note->abi_version, expected_abi_version));
-    if (!host_runs(note->target)) return refuse(path, fmt::format("built for a processor of level {}, which this machine is not", note->target));
+    if (!host_runs(note->target))
+        return refuse(path, fmt::format("built for a processor of level {}, which this machine is not", note->target));
     return note;
 }
 

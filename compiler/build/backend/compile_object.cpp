@@ -34,17 +34,14 @@ void initialise_native_target() {
 
 // The options as clang's compiler proper takes them; its defaults already mean no exceptions and no errno from <math.h>.
 std::vector<std::string> front_end_arguments(const std::string& source, const ObjectOptions& options) {
+    // clang-format off
     std::vector<std::string> arguments = {
-        "-triple", llvm::sys::getDefaultTargetTriple(),
-        "-emit-obj", "-x", "c++", "-std=c++20",
-        "-O" + std::to_string(options.optimisation),
-        "-ffp-contract=off", "-fno-rtti", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++",
-        "-mrelocation-model", "pic", "-pic-level", "2",
-        "-target-cpu", options.target_cpu,
-        "-disable-free", "-w",
-        "-I", kRoot, "-isystem", kRoot + "freestanding",
-        "-main-file-name", source,
-    };
+        "-triple", llvm::sys::getDefaultTargetTriple(), "-target-cpu", options.target_cpu,
+        "-emit-obj", "-x", "c++", "-std=c++20", "-O" + std::to_string(options.optimisation),
+        "-ffp-contract=off", "-fno-rtti", "-mrelocation-model", "pic", "-pic-level", "2",
+        "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kRoot, "-isystem", kRoot + "freestanding",
+        "-disable-free", "-w", "-main-file-name", source};
+    // clang-format on
     if (options.optimisation >= 2) arguments.insert(arguments.end(), {"-vectorize-loops", "-vectorize-slp"});
     arguments.push_back(source);
     return arguments;
@@ -56,8 +53,7 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> in_memory_files(const std::strin
     const auto add = [&](const std::string& path, llvm::StringRef text) {
         files->addFile(path, 0, llvm::MemoryBuffer::getMemBuffer(text, path, true));
     };
-    for (const FreestandingHeader& header : kFreestandingHeaders)
-        add(fmt::format("{}freestanding/{}", kRoot, header.name), header.text);
+    for (const FreestandingHeader& header : kFreestandingHeaders) add(fmt::format("{}freestanding/{}", kRoot, header.name), header.text);
     for (const auto& [path, text] : headers) add(kRoot + path, text);
     add(source, cpp_text);
     return files;

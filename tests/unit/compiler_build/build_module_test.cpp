@@ -107,7 +107,8 @@ TEST(BuildModule, ReplacesADamagedCacheEntry) {
 
 TEST(BuildModule, CallsBrokenTextOurBugAndShowsWhatClangSays) {
     const ScratchFolder cache;
-    const Result<std::string> path = build_module("#line 12 \"gradient.meld\"\nint f() { return undeclared; }\n", "broken", options_in(cache.path()));
+    const Result<std::string> path =
+        build_module("#line 12 \"gradient.meld\"\nint f() { return undeclared; }\n", "broken", options_in(cache.path()));
     ASSERT_FALSE(path);
     EXPECT_EQ(path.error().code, ExitCode::OurBug);
     EXPECT_THAT(path.error().problem, testing::HasSubstr("gradient.meld:12:18: error: use of undeclared identifier 'undeclared'"));

@@ -36,14 +36,17 @@ TEST(BuiltModule, IsRefusedWithoutItsEntry) {
     const std::string missing = build_module("int x;", "missing", {.cache_dir = cache.path(), .abi_version = 1}).value();
     EXPECT_THAT(load_module(missing, 1).error().problem, testing::HasSubstr("no function claymeld_module"));
     const std::string null = build_module("extern \"C\" const void* claymeld_module() { return nullptr; }", "null",
-                                          {.cache_dir = cache.path(), .abi_version = 1}).value();
+                                          {.cache_dir = cache.path(), .abi_version = 1})
+                                 .value();
     EXPECT_THAT(load_module(null, 1).error().problem, testing::HasSubstr("returned nothing"));
 }
 
 TEST(BuiltModule, IsRefusedWhenItCallsWhatNobodyProvides) {
     const ScratchFolder cache;
-    const std::string path = build_module("extern \"C\" int nobody(); extern \"C\" const void* claymeld_module() { return nobody() ? \"\" : nullptr; }",
-                                          "unresolved", {.cache_dir = cache.path(), .abi_version = 1}).value();
+    const std::string path =
+        build_module("extern \"C\" int nobody(); extern \"C\" const void* claymeld_module() { return nobody() ? \"\" : nullptr; }",
+                     "unresolved", {.cache_dir = cache.path(), .abi_version = 1})
+            .value();
     EXPECT_THAT(load_module(path, 1).error().problem, testing::HasSubstr("nobody"));
 }
 

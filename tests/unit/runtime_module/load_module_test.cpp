@@ -112,7 +112,11 @@ TEST_F(LoadModule, RefusesWhatTheSystemCannotOpen) {
 }
 
 TEST_F(LoadModule, RefusesOtherFiles) {
-    for (const std::string bytes : {"", "\x7f" "ELF", "route(X) :- link(X).\n"}) EXPECT_EQ(load_module(write(bytes), 1).error().code, ExitCode::ModuleRefused);
+    for (const std::string bytes : {"",
+                                    "\x7f"
+                                    "ELF",
+                                    "route(X) :- link(X).\n"})
+        EXPECT_EQ(load_module(write(bytes), 1).error().code, ExitCode::ModuleRefused);
     EXPECT_EQ(load_module("/proc/self/exe", 1).error().code, ExitCode::ModuleRefused);
 }
 

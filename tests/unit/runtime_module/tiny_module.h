@@ -57,10 +57,26 @@ inline std::string tiny_module(const TinyModule& module) {
     header.e_shnum = 3;
     header.e_shstrndx = 2;
     header.e_shoff = names_start + names.size();
-    const Elf64_Shdr note_header = {.sh_name = 1, .sh_type = SHT_NOTE, .sh_flags = SHF_ALLOC, .sh_addr = 0, .sh_offset = sizeof(Elf64_Ehdr),
-                                    .sh_size = note.size(), .sh_link = 0, .sh_info = 0, .sh_addralign = 8, .sh_entsize = 0};
-    const Elf64_Shdr names_header = {.sh_name = 0, .sh_type = SHT_STRTAB, .sh_flags = 0, .sh_addr = 0, .sh_offset = names_start,
-                                     .sh_size = names.size(), .sh_link = 0, .sh_info = 0, .sh_addralign = 1, .sh_entsize = 0};
+    const Elf64_Shdr note_header = {.sh_name = 1,
+                                    .sh_type = SHT_NOTE,
+                                    .sh_flags = SHF_ALLOC,
+                                    .sh_addr = 0,
+                                    .sh_offset = sizeof(Elf64_Ehdr),
+                                    .sh_size = note.size(),
+                                    .sh_link = 0,
+                                    .sh_info = 0,
+                                    .sh_addralign = 8,
+                                    .sh_entsize = 0};
+    const Elf64_Shdr names_header = {.sh_name = 0,
+                                     .sh_type = SHT_STRTAB,
+                                     .sh_flags = 0,
+                                     .sh_addr = 0,
+                                     .sh_offset = names_start,
+                                     .sh_size = names.size(),
+                                     .sh_link = 0,
+                                     .sh_info = 0,
+                                     .sh_addralign = 1,
+                                     .sh_entsize = 0};
     std::string bytes;
     append_bytes(bytes, header);
     bytes += note + names;
