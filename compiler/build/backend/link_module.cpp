@@ -33,7 +33,7 @@ Result<void> link_module(const std::string& object_path, const std::string& outp
     const lld::Result result = lld::lldMain(arguments, stream, stream, drivers);
     if (result.retCode != 0)
         return fail(fmt::format("cannot link the module {}:\n{}", output_path, stream.str()),
-                    "Check that the disk is not full; otherwise this is a bug in Claymeld", ExitCode::OurBug);
+                    "Check that the disk of the module cache is not full (CLAYMELD_CACHE moves it)");
     return {};
 }
 

@@ -1,0 +1,146 @@
+"""The repository's rules as functions: each takes a file (its path from the root and its lines) and yields problems."""
+
+import re
+from typing import Iterator, NamedTuple
+
+
+class Problem(NamedTuple):
+    path: str
+    line: int
+    rule: str
+
+    def __str__(self):
+        return f"{self.path}:{self.line}: {self.rule}"
+
+
+class Layers:
+    """Which folder may include which, read from the meld_layer and meld_plugin calls of the top-level CMakeLists.txt."""
+
+    CALL = re.compile(r"^meld_(layer|plugin)\(([^)]*)\)", re.MULTILINE)
+
+    def __init__(self, cmake_text: str):
+        self.depends = {}
+        plugins = {}
+        calls = []
+        for kind, arguments in self.CALL.findall(cmake_text):
+            words = arguments.split()
+            if kind == "plugin":
+                plugins[words.pop(0)] = words[0]
+            calls.append((words[0], words[2:]))
+        folders = {folder for folder, _ in calls}
+        targets = {folder.replace("/", "_"): folder for folder in folders} | plugins
+        for folder, words in calls:
+            self.depends[folder] = {targets.get(word, word) for word in words} & folders
+
+    def layer_of(self, path: str) -> str:
+        """The longest layer folder above the path, or an empty string."""
+        return max((folder for folder in self.depends if path.startswith(folder + "/")), key=len, default="")
+
+    def reachable(self, layer: str) -> set:
+        seen, todo = set(), [layer]
+        while todo:
+            current = todo.pop()
+            if current not in seen:
+                seen.add(current)
+                todo.extend(self.depends.get(current, ()))
+        return seen
+
+    def problems_of_order(self, path: str) -> Iterator[Problem]:
+        """A layer stands after those it depends on."""
+        earlier = set()
+        for folder, depends in self.depends.items():
+            for later in sorted(depends - earlier):
+                yield Problem(path, 1, f"layer {folder} depends on {later}, which stands below it")
+            earlier.add(folder)
+
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+PROJECT = ("compiler/", "runtime/", "physics/")
+
+# Header, the folders that may include it, why.
+RESTRICTED_HEADERS = [
+    (re.compile(r"^mpi\.h$"), ("runtime/comm/", "tests/"), "only runtime/comm talks to MPI"),
+    (re.compile(r"^ode/"), ("physics/", "tests/bench/"), "only physics talks to ODE"),
+    (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"), "only compiler/build and compiler/diagnostics use LLVM"),
+    (re.compile(r"^(thread|future)$"), ("runtime/base/parallel_for.cpp", "runtime/comm/", "tests/"), "threads come from runtime/base/parallel_for.h"),
+    (re.compile(r"^pthread\.h$"), ("runtime/base/parallel_for.cpp",), "threads come from runtime/base/parallel_for.h"),
+]
+THREAD = re.compile(r"\bstd::(jthread|thread|async)\b(?!::hardware_concurrency)|\bpthread_create\b")
+THREAD_FILES = ("runtime/base/parallel_for.cpp", "runtime/comm/threads.", "tests/")
+MAX_LINES = 600
+
+
+def includes(lines):
+    for number, line in enumerate(lines, 1):
+        match = INCLUDE.match(line)
+        if match:
+            yield number, match[1], match[2]
+
+
+def check_layers(path, lines, layers: Layers) -> Iterator[Problem]:
+    if not path.startswith(PROJECT):
+        return
+    layer = layers.layer_of(path)
+    if not layer:
+        yield Problem(path, 1, "the folder is not a layer; add it to CMakeLists.txt")
+        return
+    allowed = layers.reachable(layer)
+    for number, quote, header in includes(lines):
+        if quote == "<":
+            if header.startswith(PROJECT):
+                yield Problem(path, number, f'a header of the project is included with quotes: "{header}"')
+        elif not header.startswith(PROJECT):
+            yield Problem(path, number, f'include "{header}" by its full path from the root')
+        elif layers.layer_of(header) not in allowed:
+            yield Problem(path, number, f"{layer} may not include {header} (CMakeLists.txt does not put it below)")
+
+
+def check_restricted_headers(path, lines) -> Iterator[Problem]:
+    for number, _, header in includes(lines):
+        for pattern, allowed, reason in RESTRICTED_HEADERS:
+            if pattern.match(header) and not path.startswith(allowed):
+                yield Problem(path, number, f"<{header}> here: {reason}")
+
+
+def check_threads(path, lines) -> Iterator[Problem]:
+    if path.startswith(THREAD_FILES):
+        return
+    for number, line in enumerate(lines, 1):
+        if THREAD.search(line.split("//")[0]):
+            yield Problem(path, number, "threads come from runtime/base/parallel_for.h")
+
+
+def check_header(path, lines) -> Iterator[Problem]:
+    if path.endswith(".h") and "#pragma once" not in lines:
+        yield Problem(path, 1, "a header has #pragma once")
+
+
+def check_opening(path, lines) -> Iterator[Problem]:
+    if path.endswith(".h") and not (lines and lines[0].startswith("//")):
+        yield Problem(path, 1, "the first line of a header says in a sentence what the file is")
+
+
+def check_text(path, lines) -> Iterator[Problem]:
+    if len(lines) > MAX_LINES:
+        yield Problem(path, MAX_LINES + 1, f"{len(lines)} lines are more than {MAX_LINES}; split the file")
+    for number, line in enumerate(lines, 1):
+        if "\t" in line:
+            yield Problem(path, number, "a tab; indent with spaces")
+        if line.endswith((" ", "\r")):
+            yield Problem(path, number, "white space at the end of the line")
+
+
+def check_file(path, text, layers: Layers) -> Iterator[Problem]:
+    """All rules for one file of C++, CMake, Python or Meld."""
+    lines = text.split("\n")
+    if lines[-1] == "":
+        lines.pop()
+    else:
+        yield Problem(path, len(lines), "the last line does not end")
+    yield from check_text(path, lines)
+    if path.endswith((".h", ".cpp")):
+        yield from check_header(path, lines)
+        yield from check_opening(path, lines)
+        yield from check_layers(path, lines, layers)
+        yield from check_restricted_headers(path, lines)
+        yield from check_threads(path, lines)

@@ -1,0 +1,77 @@
+"""Each rule finds what it is for and leaves alone what it must."""
+
+import unittest
+
+from rules import Layers, check_file
+
+CMAKE = """
+meld_layer(runtime/base DEPENDS fmt::fmt)
+meld_layer(runtime/abi DEPENDS runtime/base)
+meld_plugin(meld_backend compiler/build/backend DEPENDS runtime_base meld_clang)
+meld_layer(compiler/build DEPENDS runtime/abi meld_backend)
+meld_layer(runtime/comm DEPENDS runtime/base meld_mpi)
+meld_layer(physics DEPENDS runtime/base)
+"""
+
+
+def rules_broken(path, body="", opening="// What it is.\n#pragma once\n"):
+    return [problem.rule for problem in check_file(path, opening + body, Layers(CMAKE))]
+
+
+class LayerRules(unittest.TestCase):
+    def test_a_layer_sees_itself_and_what_is_below(self):
+        self.assertEqual(rules_broken("runtime/abi/a.h", '#include "runtime/abi/b.h"\n#include "runtime/base/c.h"\n'), [])
+        self.assertEqual(rules_broken("compiler/build/a.h", '#include "runtime/base/c.h"\n'), [])
+
+    def test_a_layer_does_not_see_what_is_above_or_beside(self):
+        self.assertEqual(len(rules_broken("runtime/base/a.h", '#include "runtime/abi/b.h"\n')), 1)
+        self.assertEqual(len(rules_broken("runtime/comm/a.h", '#include "compiler/build/b.h"\n')), 1)
+
+    def test_a_plugin_is_a_layer_of_its_own(self):
+        self.assertEqual(rules_broken("compiler/build/a.h", '#include "compiler/build/backend/b.h"\n'), [])
+        self.assertEqual(len(rules_broken("compiler/build/backend/a.h", '#include "compiler/build/b.h"\n')), 1)
+
+    def test_each_source_folder_is_a_layer(self):
+        self.assertEqual(len(rules_broken("runtime/attic/a.h")), 1)
+
+    def test_includes_are_full_paths_in_quotes(self):
+        self.assertEqual(len(rules_broken("runtime/base/a.h", '#include "c.h"\n')), 1)
+        self.assertEqual(len(rules_broken("runtime/base/a.h", "#include <runtime/base/c.h>\n")), 1)
+
+    def test_layers_stand_in_order(self):
+        upside_down = Layers("meld_layer(a/b DEPENDS a/c)\nmeld_layer(a/c DEPENDS)\n")
+        self.assertEqual(len(list(upside_down.problems_of_order("CMakeLists.txt"))), 1)
+        self.assertEqual(list(Layers(CMAKE).problems_of_order("CMakeLists.txt")), [])
+
+
+class HeaderRules(unittest.TestCase):
+    def test_outside_libraries_stay_in_their_layer(self):
+        for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"), ("llvm/IR/Module.h", "compiler/build/backend/a.h")):
+            self.assertEqual(rules_broken(home, f"#include <{header}>\n"), [])
+            self.assertEqual(len(rules_broken("runtime/abi/a.h", f"#include <{header}>\n")), 1)
+
+    def test_threads_are_started_in_one_place(self):
+        body = "#include <thread>\nstd::thread worker;\n"
+        self.assertEqual(rules_broken("runtime/base/parallel_for.cpp", body), [])
+        self.assertEqual(len(rules_broken("runtime/abi/a.cpp", body)), 2)
+        self.assertEqual(rules_broken("runtime/abi/a.cpp", "// Not a std::thread.\n"), [])
+
+    def test_headers_open_with_a_sentence_and_pragma_once(self):
+        self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "// What it is.\n")), 1)
+        self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "#pragma once\n")), 1)
+
+
+class TextRules(unittest.TestCase):
+    def test_tabs_and_spaces_at_the_end(self):
+        self.assertEqual(len(rules_broken("tests/a.cpp", "\tint x;\nint y; \n")), 2)
+
+    def test_length(self):
+        self.assertEqual(len(rules_broken("tests/a.cpp", "int x;\n" * 598)), 0)
+        self.assertEqual(len(rules_broken("tests/a.cpp", "int x;\n" * 599)), 1)
+
+    def test_the_last_line_ends(self):
+        self.assertEqual(len(rules_broken("tests/a.cpp", "int x;")), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,47 @@
+"""Checks the repository against rules.py: tidy.py ROOT prints each problem as file:line: rule and exits with 1 if there are any."""
+
+import pathlib
+import sys
+
+from rules import Layers, Problem, check_file
+
+FOLDERS = ("cmake", "compiler", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
+SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".cmake", ".meld")
+# A test of the scanner may contain any byte.
+FREE_TEXT = "tests/meld/"
+
+
+def files_of(root: pathlib.Path):
+    yield root / "CMakeLists.txt"
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*")):
+            if path.is_file() and (path.suffix in SUFFIXES or path.name == "CMakeLists.txt") and "__pycache__" not in path.parts:
+                yield path
+
+
+def check_repository(root: pathlib.Path):
+    layers = Layers((root / "CMakeLists.txt").read_text())
+    yield from layers.problems_of_order("CMakeLists.txt")
+    for file in files_of(root):
+        path = file.relative_to(root).as_posix()
+        if path.startswith(FREE_TEXT):
+            continue
+        try:
+            text = file.read_bytes().decode("utf-8")
+        except UnicodeDecodeError as error:
+            yield Problem(path, 1, f"not UTF-8 ({error.reason})")
+            continue
+        yield from check_file(path, text, layers)
+
+
+def main():
+    problems = list(check_repository(pathlib.Path(sys.argv[1]).resolve()))
+    for problem in problems:
+        print(problem)
+    if problems:
+        print(f"{len(problems)} problems; docs of the rules: tests/tidy/rules.py")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
