@@ -25,7 +25,8 @@ class Layers:
         for kind, arguments in self.CALL.findall(cmake_text):
             words = arguments.split()
             if kind == "plugin":
-                plugins[words.pop(0)] = words[0]
+                name = words.pop(0)
+                plugins[name] = words[0]
             calls.append((words[0], words[2:]))
         folders = {folder for folder, _ in calls}
         targets = {folder.replace("/", "_"): folder for folder in folders} | plugins
