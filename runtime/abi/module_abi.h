@@ -130,9 +130,11 @@ struct Eval {
     const Host* host = nullptr;
     u32 catom = 0;
     u64 dirty = 0;            // Of the catom under evaluation.
-    u8* arena = nullptr;      // Scratch memory, released after each catom.
+    u8* arena = nullptr;      // Scratch memory, taken up to arena_end; each catom starts again at arena_start.
+    u8* arena_start = nullptr;
     u8* arena_end = nullptr;
     u64 derivations = 0;      // Counted over the run.
+    u64 dropped = 0;          // Linear facts for a neighbour that is no longer there.
     u32 greatest_rank = 0;
     Trap trap = Trap::None;   // The first failure; evaluation of the catom is abandoned at its next check.
     u32 trap_rule = 0;
@@ -141,7 +143,7 @@ struct Eval {
 
 // What the runtime does for a module. All calls concern the catom under evaluation.
 struct Host {
-    // A new arena chunk of at least this many bytes becomes Eval::arena.
+    // A new chunk of at least this many bytes becomes the arena; older chunks live until the block of catoms ends.
     void (*more_arena)(Eval*, u64 bytes);
     // The catom's exported record of a column is to become *record at the end of the tick.
     void (*export_record)(Eval*, u16 column, const void* record);

@@ -81,6 +81,15 @@ inline i64 checked_truncate(Eval& e, u32 rule, double a) {
     }
     return static_cast<i64>(a);
 }
+inline i64 checked_abs(Eval& e, u32 rule, i64 a) { return a < 0 ? checked_subtract(e, rule, 0, a) : a; }
+template <class V>
+V least_of(V a, V b) {
+    return b < a ? b : a;
+}
+template <class V>
+V greatest_of(V a, V b) {
+    return a < b ? b : a;
+}
 // A NaN has no place in an order, so it never enters a fact.
 inline double checked_real(Eval& e, u32 rule, double a) {
     if (a != a) trap(e, Trap::NotANumber, rule, a);
@@ -157,6 +166,18 @@ void sort_rows(Eval& e, Row* rows, u32 count, Less less) {
 // How the candidates of a group become its value.
 enum class Reduce : u8 { Set, Best, First, Sum, Count };
 
+// The row of a group among sorted rows, or count.
+template <class T>
+u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group) {
+    u32 low = 0, high = count;
+    while (low < high) {
+        const u32 middle = low + (high - low) / 2;
+        if (T::key(rows[middle], group) < 0) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && T::key(rows[low], group) == 0 ? low : count;
+}
+
 // The predicate T at the catom under evaluation: what holds now, and what rules have proposed.
 template <class T>
 struct Relation {
@@ -181,15 +202,7 @@ struct Relation {
         proposed.add(e, row);
     }
     // Position of the group of this row, or count.
-    u32 find(const Row& group) const {
-        u32 low = 0, high = count;
-        while (low < high) {
-            const u32 middle = low + (high - low) / 2;
-            if (T::key(rows[middle], group) < 0) low = middle + 1;
-            else high = middle;
-        }
-        return low < count && T::key(rows[low], group) == 0 ? low : count;
-    }
+    u32 find(const Row& group) const { return find_row<T>(rows, count, group); }
     void replace(const Row* with, u32 n) {
         rows = with;
         count = n;
@@ -213,8 +226,11 @@ struct ChoiceOrder {
 template <class T>
 bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
     if (n != m) return false;
-    for (u32 i = 0; i < n; ++i)
-        if (!T::same(a[i], b[i])) return false;
+    for (u32 i = 0; i < n; ++i) {
+        if (T::key(a[i], b[i]) != 0 || !T::same(a[i], b[i])) return false;
+        if constexpr (T::kRanked)
+            if (a[i].rank != b[i].rank) return false;
+    }
     return true;
 }
 
@@ -276,6 +292,14 @@ const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& o
 
 inline void wake_at(Eval& e, i64 tick) {
     if (tick != 0) e.host->wake(&e, tick, kDirtyWake);
+}
+
+// One more than the largest rank among body facts.
+inline u32 rank_above(u32 a) { return a + 1; }
+inline u32 rank_above(u32 a, u32 b) { return (a > b ? a : b) + 1; }
+template <class... More>
+u32 rank_above(u32 a, u32 b, More... more) {
+    return rank_above(a > b ? a : b, more...);
 }
 
 inline void note_rank(Eval& e, u32 rank) {
@@ -387,12 +411,16 @@ template <class T>
 struct Mutual {
     using Row = typename T::Row;
     Relation<T>& r;
+    const Row* before;         // As it was before this component was settled.
+    u32 before_count;
     const Row* old = nullptr;
     u32 old_count = 0;
     u8* kept = nullptr;
     RowList<Row> lost{};       // Groups lost in this evaluation.
     bool replaced = false;
     i64 wake = 0;
+
+    explicit Mutual(Relation<T>& relation) : r(relation), before(relation.rows), before_count(relation.count) { lost.reset(); }
 
     void start(Eval& e) {
         old = r.rows;
@@ -409,14 +437,9 @@ struct Mutual {
         bool grew = false;
         for (u32 i = 0; i < r.proposed.count; ++i) {
             const Row& p = r.proposed.rows[i];
-            u32 low = 0, high = old_count;
-            while (low < high) {
-                const u32 middle = low + (high - low) / 2;
-                if (T::key(old[middle], p) < 0) low = middle + 1;
-                else high = middle;
-            }
-            if (low == old_count || kept[low] || !T::same(old[low], p) || p.rank > old[low].rank) continue;
-            kept[low] = 1;
+            const u32 at = find_row<T>(old, old_count, p);
+            if (at == old_count || kept[at] || !T::same(old[at], p) || p.rank > old[at].rank) continue;
+            kept[at] = 1;
             grew = true;
         }
         if (!grew) return false;  // The proposals of the last round stay for `lose`.
@@ -431,14 +454,14 @@ struct Mutual {
     }
     i64 trusted(Eval& e, const Row& p) {
         Tombstone memory{};
-        const Tombstone* before = lost_before<T>(e, p, memory);
+        const Tombstone* known = lost_before<T>(e, p, memory);
         for (u32 i = 0; i < lost.count; ++i)
             if (T::key(lost.rows[i], p) == 0) {
-                const u32 least = before != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
+                const u32 least = known != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
                 memory = Tombstone{least, e.part->now};
-                before = &memory;
+                known = &memory;
             }
-        return trusted_from(before, p.rank, e.part->latency);
+        return trusted_from(known, p.rank, e.part->latency);
     }
     void lose(Eval& e) {
         if constexpr (T::kLinks)
@@ -457,9 +480,8 @@ struct Mutual {
     }
     // A fact born within this evaluation was seen by nobody, so its loss is none.
     bool was_there(const Row& row) const {
-        for (u32 i = 0; i < r.origin_count; ++i)
-            if (T::key(r.origin[i], row) == 0) return T::same(r.origin[i], row);
-        return false;
+        const u32 at = find_row<T>(r.origin, r.origin_count, row);
+        return at < r.origin_count && T::same(r.origin[at], row);
     }
     // Groups take the best trusted value proposed.
     bool take(Eval& e) {
@@ -501,13 +523,9 @@ struct Mutual {
     }
     bool finish(Eval& e) {
         wake_at(e, wake);
-        if (r.count == r.origin_count) {
-            bool equal = true;
-            for (u32 i = 0; i < r.count && equal; ++i) equal = T::same(r.rows[i], r.origin[i]) && r.rows[i].rank == r.origin[i].rank;
-            if (equal) {
-                r.rows = r.origin;
-                return false;
-            }
+        if (equal_rows<T>(r.rows, r.count, before, before_count)) {
+            r.rows = before;
+            return false;
         }
         r.changed = true;
         return true;
@@ -541,21 +559,45 @@ bool gather(Eval& e, Relation<T>& r) {
     return true;
 }
 
+// Ends a run of gather(): whether the set differs from what it was before.
+template <class T>
+bool gathered(Relation<T>& r, const typename T::Row* before, u32 before_count) {
+    if (equal_rows<T>(r.rows, r.count, before, before_count)) {
+        r.rows = before;
+        return false;
+    }
+    r.changed = true;
+    return true;
+}
+
 // ---- linear facts: a sorted bag; the lowest fact that fits is matched first.
 
 template <class T>
 struct Bag {
     using Row = typename T::Row;
     RowList<Row> list;
+    RowList<Row> held;   // Made while a comprehension consumes this bag: they join it when it ends.
+    bool holding;
     bool changed;
 
     void open(Eval& e, const Row* from, u32 n) {
         list.reset();
+        held.reset();
         for (u32 i = 0; i < n; ++i) list.add(e, from[i]);
-        changed = false;
+        changed = holding = false;
+    }
+    void hold() { holding = true; }
+    void release(Eval& e) {
+        holding = false;
+        for (u32 i = 0; i < held.count; ++i) insert(e, held.rows[i]);
+        held.clear();
     }
     void add(Eval& e, const Row& row) {
         ++e.derivations;
+        if (holding) held.add(e, row);
+        else insert(e, row);
+    }
+    void insert(Eval& e, const Row& row) {
         list.add(e, row);
         u32 at = list.count - 1;
         while (at > 0 && T::key(row, list.rows[at - 1]) < 0) {
@@ -565,6 +607,16 @@ struct Bag {
         list.rows[at] = row;
         changed = true;
         check_fact_limit<T>(e, list.count, T::kFirstRule);
+    }
+    // Removes the facts at these positions, in any order; `positions` is sorted on the way.
+    void remove_all(u32* positions, u32 n) {
+        for (u32 i = 1; i < n; ++i)
+            for (u32 k = i; k > 0 && positions[k] > positions[k - 1]; --k) {
+                const u32 swap = positions[k];
+                positions[k] = positions[k - 1];
+                positions[k - 1] = swap;
+            }
+        for (u32 i = 0; i < n; ++i) remove(positions[i]);
     }
     void remove(u32 at) {
         for (u32 i = at + 1; i < list.count; ++i) list.rows[i - 1] = list.rows[i];

@@ -1,0 +1,95 @@
+// Pass 4: range restriction. Every variable of a head, a test or a negation gets its value from a positive fact or from
+// an equality; order does not matter, the planner reorders. Assumes homes are known: the home catom is always bound.
+#include <set>
+
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+using Bound = std::set<VariableId>;
+
+bool all_bound(const Term& term, const Bound& bound) {
+    bool all = true;
+    each_variable(term, [&](VariableId v) { all = all && bound.contains(v); });
+    return all;
+}
+
+// Adds what the positive clauses bind, to a fixpoint.
+void bind(const std::vector<Clause>& body, Bound& bound) {
+    for (const Clause& c : body)
+        if (c.kind == Clause::Kind::Atom)
+            for (const Term& a : c.atom.arguments)
+                if (a.is_variable()) bound.insert(a.variable);
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+            for (int side = 0; side < 2; ++side) {
+                const Term& target = c.test.operands[static_cast<std::size_t>(side)];
+                const Term& value = c.test.operands[static_cast<std::size_t>(1 - side)];
+                if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second;
+            }
+        }
+    }
+}
+
+class Bindings {
+  public:
+    Bindings(const Program& program, const Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
+
+    void run() {
+        Bound bound;
+        if (rule_.home.valid()) bound.insert(rule_.home);
+        bind(rule_.body, bound);
+        body(rule_.body, bound);
+        heads(rule_.heads, bound);
+    }
+
+  private:
+    void need(const Term& term, const Bound& bound, const char* what) {
+        each_subterm(term, [&](const Term& t) {
+            if (!t.is_variable() || bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
+            report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", rule_.variables[t.variable].name, what)).help =
+                fmt::format("use it in a fact of the body, or set it with `{} = ...`", rule_.variables[t.variable].name);
+        });
+    }
+    void body(const std::vector<Clause>& clauses, const Bound& bound) {
+        for (const Clause& c : clauses) {
+            for (const Term& a : c.atom.arguments) need(a, bound, "here");
+            if (c.kind == Clause::Kind::Test) need(c.test, bound, "in this condition");
+            if (c.kind == Clause::Kind::Not) {
+                Bound inner = bound;
+                bind(c.inner, inner);
+                body(c.inner, inner);
+            }
+        }
+    }
+    void heads(const std::vector<Head>& all, const Bound& bound) {
+        for (const Head& h : all) {
+            Bound inner = bound;
+            if (h.kind == Head::Kind::Comprehension) {
+                bind(h.body, inner);
+                body(h.body, inner);
+            }
+            for (const Term& a : h.atom.arguments) need(a, inner, "in this head");
+            heads(h.heads, inner);
+        }
+    }
+
+    const Program& program_;
+    const Rule& rule_;
+    diagnostics::Reporter& report_;
+    Bound reported_;
+};
+
+}  // namespace
+
+void check_bindings(const Program& program, diagnostics::Reporter& report) {
+    for (const Rule& rule : program.rules) Bindings(program, rule, report).run();
+}
+
+}  // namespace meld::check

@@ -1,0 +1,18 @@
+// The passes of the check in order.
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
+    Program program;
+    declare(tree, prelude_files, program, report);
+    resolve_rules(files, tree, program, report);
+    if (report.has_errors()) return program;
+    find_homes(program, report);
+    check_bindings(program, report);
+    if (report.has_errors()) return program;
+    stratify(program, report);
+    return program;
+}
+
+}  // namespace meld::check

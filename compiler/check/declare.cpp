@@ -1,0 +1,322 @@
+// Pass 1: predicates and constants from declarations.
+// Assumes nothing; leaves every declared name in the tables, with Type::Error where its type was refused.
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+const std::map<std::string, Type> kTypes = {{"int", Type::Int},     {"float", Type::Float},   {"bool", Type::Bool},   {"node", Type::Node},
+                                            {"catom", Type::Node},  {"module", Type::Node},   {"addr", Type::Node},   {"string", Type::String}};
+const std::map<std::string, Aggregate> kAggregates = {{"min", Aggregate::Min}, {"max", Aggregate::Max},     {"sum", Aggregate::Sum},
+                                                      {"count", Aggregate::Count}, {"first", Aggregate::First}, {"any", Aggregate::First}};
+
+class Declarer {
+  public:
+    Declarer(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report)
+        : tree_(tree), prelude_files_(prelude_files), program_(program), report_(report) {}
+
+    void run() {
+        for (const syntax::Item& item : tree_.items) std::visit([&](const auto& it) { declare(it); }, item);
+        for (const auto& [name, constant] : constants_) evaluate(name);
+    }
+
+  private:
+    // ---- predicates
+
+    void declare(const syntax::Declaration& d) {
+        Predicate p;
+        p.name = d.name.text;
+        p.span = d.name.span;
+        p.prelude = d.span.file < prelude_files_;
+        p.repeats = d.repeats;
+        modifiers(d, p);
+        for (std::size_t i = 0; i < d.arguments.size(); ++i) argument(d, i, p);
+        check_shape(d, p);
+        add(d, std::move(p));
+    }
+
+    void modifiers(const syntax::Declaration& d, Predicate& p) {
+        const syntax::Name* kind = nullptr;
+        for (const syntax::Name& m : d.modifiers) {
+            if (m.text == "route") {
+                p.route = true;
+            } else if (m.text == "sensed") {
+                p.sensed = true;
+            } else if (m.text == "linear" || m.text == "action" || m.text == "persistent") {
+                if (kind != nullptr && kind->text != m.text)
+                    report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text)).labels = {
+                        {kind->span, "declared here as " + kind->text}};
+                kind = &m;
+                p.kind = m.text == "linear" ? PredicateKind::Linear : m.text == "action" ? PredicateKind::Action : PredicateKind::Persistent;
+            } else {
+                report_.add(Kind::NotSupportedYet, m.span, fmt::format("the modifier `{}` is not compiled by this version", m.text)).help =
+                    "modifiers here are route, linear, action, sensed and persistent";
+            }
+        }
+        if (p.sensed && p.kind == PredicateKind::Action)
+            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`{}` cannot be both sensed and an action", p.name));
+        if (p.sensed && p.kind == PredicateKind::Persistent) p.kind = PredicateKind::Sensed;
+        if (p.repeats && p.kind != PredicateKind::Action)
+            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is none", p.name)).help =
+                fmt::format("write `type action {}(...) while.`", p.name);
+    }
+
+    void argument(const syntax::Declaration& d, std::size_t i, Predicate& p) {
+        const syntax::Argument& a = d.arguments[i];
+        Argument out;
+        out.name = a.name ? a.name->text : "";
+        const auto type = kTypes.find(a.type.name);
+        if (type == kTypes.end() || !a.type.arguments.empty()) {
+            static const std::vector<std::string> later = {"list", "set", "array", "struct", "tuple", "vec3"};
+            if (std::find(later.begin(), later.end(), a.type.name) != later.end())
+                report_.add(Kind::NotSupportedYet, a.type.span, fmt::format("the type `{}` is not compiled by this version", a.type.name)).help =
+                    "types here are int, float, bool and node";
+            else
+                unknown_type(a.type);
+        } else if (type->second == Type::String) {
+            report_.add(Kind::NotSupportedYet, a.type.span, "strings are not compiled by this version").help = "types here are int, float, bool and node";
+        } else {
+            out.type = type->second;
+        }
+        p.arguments.push_back(out);
+        if (a.aggregate.empty()) return;
+        const auto aggregate = kAggregates.find(a.aggregate);
+        if (aggregate == kAggregates.end() || a.neighbour_complete) {
+            report_.add(Kind::NotSupportedYet, a.aggregate_span, fmt::format("the aggregate `{}` is not compiled by this version", a.aggregate)).help =
+                "aggregates here are min, max, sum, count, first and any";
+            return;
+        }
+        if (p.aggregate != Aggregate::None) {
+            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("`{}` has two aggregates", p.name)).help = "split it into two predicates with one each";
+            return;
+        }
+        p.aggregate = aggregate->second;
+        p.aggregate_at = i;
+        if (i == 0) report_.add(Kind::BadAggregate, a.aggregate_span, "the catom itself cannot be aggregated");
+        const bool numeric = out.type == Type::Int || out.type == Type::Float || out.type == Type::Error;
+        if (p.aggregate == Aggregate::Sum && !numeric)
+            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("a sum of {} values has no meaning", type_name(out.type))).help = "sum an int or a float";
+        if (p.aggregate == Aggregate::Count && out.type != Type::Int && out.type != Type::Error)
+            report_.add(Kind::BadAggregate, a.aggregate_span, "a count is an int").help = "write `count int`";
+        if (p.kind == PredicateKind::Linear || p.kind == PredicateKind::Action)
+            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"));
+        const bool last = i + 1 == d.arguments.size();
+        if (!last && (p.aggregate == Aggregate::Sum || p.aggregate == Aggregate::Count))
+            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("no argument can ride along with a {}: no single fact wins", a.aggregate)).help =
+                "put the arguments of the group before the aggregate";
+    }
+
+    void unknown_type(const syntax::Type& type) {
+        std::vector<std::string> names;
+        for (const auto& [name, t] : kTypes) names.push_back(name);
+        const std::string near = diagnostics::nearest_name(type.name, names);
+        report_.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)).help =
+            near.empty() ? "types are int, float, bool and node" : fmt::format("did you mean `{}`?", near);
+    }
+
+    void check_shape(const syntax::Declaration& d, const Predicate& p) {
+        const bool first_ok = !p.arguments.empty() && (p.arguments[0].type == Type::Node || p.arguments[0].type == Type::Error);
+        if (!first_ok)
+            report_.add(Kind::FirstArgumentNotNode, d.arguments.empty() ? d.name.span : d.arguments[0].span,
+                        fmt::format("the first argument of `{}` must be the catom where the fact lives", p.name))
+                .help = fmt::format("write `{}(node{})`", p.name, d.arguments.size() > 1 ? ", ..." : "");
+        if (p.route && (p.arguments.size() < 2 || (p.arguments[1].type != Type::Node && p.arguments[1].type != Type::Error)))
+            report_.add(Kind::RouteSecondNotNode, d.name.span, fmt::format("the second argument of the route `{}` must be the catom it points to", p.name)).help =
+                fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
+    }
+
+    void add(const syntax::Declaration& d, Predicate p) {
+        const auto key = std::pair(p.name, p.arguments.size());
+        const auto found = names_.find(key);
+        if (found == names_.end()) {
+            if (!p.prelude) refuse_other_form(d, p);
+            names_.emplace(key, program_.predicates.add(std::move(p)));
+            return;
+        }
+        Predicate& before = program_.predicates[found->second];
+        if (!before.prelude || p.prelude) {
+            report_.add(Kind::DuplicateDeclaration, d.name.span, fmt::format("`{}` is declared twice", p.signature())).labels = {{before.span, "first declared here"}};
+            return;
+        }
+        const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
+                                           [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
+        if (!same_types || p.linear() != before.linear() || (p.kind == PredicateKind::Action) != (before.kind == PredicateKind::Action)) {
+            report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help = "write `" + form(before) + "`";
+            return;
+        }
+        before.repeats = before.repeats || p.repeats;
+        before.route = before.route || p.route;
+    }
+
+    // A predicate of the prelude declared with another number of arguments is a mistake, not a new predicate.
+    void refuse_other_form(const syntax::Declaration& d, const Predicate& p) {
+        if (!p.sensed && p.kind != PredicateKind::Action) return;
+        for (const Predicate& known : program_.predicates)
+            if (known.prelude && known.name == p.name) {
+                report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size())).help =
+                    "write `" + form(known) + "`";
+                return;
+            }
+    }
+
+    static std::string form(const Predicate& p) {
+        std::string text = "type ";
+        if (p.kind == PredicateKind::Action) text += "action ";
+        if (p.linear()) text += "linear ";
+        if (p.sensed) text += "sensed ";
+        if (p.route) text += "route ";
+        text += p.name + "(";
+        for (std::size_t i = 0; i < p.arguments.size(); ++i) text += (i ? ", " : "") + type_name(p.arguments[i].type);
+        return text + ").";
+    }
+
+    // ---- constants
+
+    void declare(const syntax::Constant& c) {
+        const auto found = constants_.find(c.name.text);
+        if (found != constants_.end()) {
+            report_.add(Kind::DuplicateDeclaration, c.name.span, fmt::format("the constant `{}` is declared twice", c.name.text)).labels = {
+                {found->second.tree->name.span, "first declared here"}};
+            return;
+        }
+        Constant constant;
+        constant.name = c.name.text;
+        constant.span = c.name.span;
+        constant.prelude = c.span.file < prelude_files_;
+        constants_.emplace(c.name.text, Pending{&c, program_.constants.add(constant), State::Waiting});
+    }
+
+    enum class State { Waiting, Busy, Done };
+    struct Pending {
+        const syntax::Constant* tree;
+        ConstantId id;
+        State state;
+    };
+    struct Number {
+        Type type = Type::Error;
+        std::int64_t integer = 0;
+        double real = 0;
+        double as_real() const { return type == Type::Float ? real : static_cast<double>(integer); }
+    };
+
+    void evaluate(const std::string& name) {
+        Pending& pending = constants_.at(name);
+        if (pending.state == State::Done) return;
+        if (pending.state == State::Busy) {
+            report_.add(Kind::BadConstant, pending.tree->name.span, fmt::format("the constant `{}` is defined by itself", name));
+            pending.state = State::Done;
+            return;
+        }
+        pending.state = State::Busy;
+        const std::optional<Number> value = fold(*pending.tree->value);
+        if (value) {
+            Constant& constant = program_.constants[pending.id];
+            constant.type = value->type;
+            constant.integer = value->integer;
+            constant.real = value->real;
+        } else if (pending.state != State::Done) {
+            report_.add(Kind::BadConstant, pending.tree->value->span, fmt::format("the value of `{}` cannot be computed here", name)).help =
+                "use numbers, true, false, catoms, other constants and + - * / %";
+        }
+        pending.state = State::Done;
+    }
+
+    std::optional<Number> fold(const syntax::Expr& e) {
+        if (const auto* i = std::get_if<syntax::IntLiteral>(&e.node)) return Number{Type::Int, i->value, 0};
+        if (const auto* f = std::get_if<syntax::FloatLiteral>(&e.node)) return Number{Type::Float, 0, f->value};
+        if (const auto* b = std::get_if<syntax::BoolLiteral>(&e.node)) return Number{Type::Bool, b->value, 0};
+        if (const auto* c = std::get_if<syntax::CatomLiteral>(&e.node)) return Number{Type::Node, c->id, 0};
+        if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses && constants_.contains(call->name)) {
+            evaluate(call->name);
+            const Constant& other = program_.constants[constants_.at(call->name).id];
+            if (other.type == Type::Error) return std::nullopt;
+            return Number{other.type, other.integer, other.real};
+        }
+        if (const auto* u = std::get_if<syntax::Unary>(&e.node); u != nullptr && u->op == syntax::UnaryOp::Negate) {
+            std::optional<Number> v = fold(*u->operand);
+            if (!v || (v->type != Type::Int && v->type != Type::Float)) return std::nullopt;
+            Number n = *v;
+            n.real = -n.real;
+            if (__builtin_sub_overflow(std::int64_t{0}, n.integer, &n.integer)) return std::nullopt;
+            return n;
+        }
+        if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return fold_binary(*b);
+        return std::nullopt;
+    }
+
+    std::optional<Number> fold_binary(const syntax::Binary& b) {
+        using syntax::BinaryOp;
+        const std::optional<Number> l = fold(*b.left), r = fold(*b.right);
+        const auto numeric = [](const std::optional<Number>& n) { return n && (n->type == Type::Int || n->type == Type::Float); };
+        if (!numeric(l) || !numeric(r)) return std::nullopt;
+        if (l->type == Type::Int && r->type == Type::Int) {
+            std::int64_t out = 0;
+            switch (b.op) {
+                case BinaryOp::Add: return __builtin_add_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Subtract: return __builtin_sub_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Multiply: return __builtin_mul_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Divide:
+                case BinaryOp::Modulo:
+                    if (r->integer == 0 || r->integer == -1) return std::nullopt;
+                    return Number{Type::Int, b.op == BinaryOp::Divide ? l->integer / r->integer : l->integer % r->integer, 0};
+                default: return std::nullopt;
+            }
+        }
+        switch (b.op) {
+            case BinaryOp::Add: return Number{Type::Float, 0, l->as_real() + r->as_real()};
+            case BinaryOp::Subtract: return Number{Type::Float, 0, l->as_real() - r->as_real()};
+            case BinaryOp::Multiply: return Number{Type::Float, 0, l->as_real() * r->as_real()};
+            case BinaryOp::Divide: return r->as_real() == 0 ? std::nullopt : std::optional(Number{Type::Float, 0, l->as_real() / r->as_real()});
+            default: return std::nullopt;
+        }
+    }
+
+    // ---- the rest of the language is refused by name, so that nothing is silently dropped
+
+    void not_yet(Span span, const std::string& what) { report_.add(Kind::NotSupportedYet, span, what + " are not compiled by this version"); }
+    void declare(const syntax::Function& f) { not_yet(f.span, "functions"); }
+    void declare(const syntax::Extern& e) { not_yet(e.span, "externs"); }
+    void declare(const syntax::Alias& a) { not_yet(a.span, "type names"); }
+    void declare(const syntax::NodeKind& k) { not_yet(k.span, "node kinds"); }
+    void declare(const syntax::Import& i) { not_yet(i.span, "imports"); }
+    void declare(const syntax::Export& e) { not_yet(e.span, "exports"); }
+    void declare(const syntax::Module&) {}
+    void declare(const syntax::Hint& h) {
+        report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` is read and has no effect: it cannot change results", h.directive.text));
+    }
+    void declare(const syntax::Rule&) {}
+
+    const syntax::Tree& tree_;
+    std::uint32_t prelude_files_;
+    Program& program_;
+    diagnostics::Reporter& report_;
+    std::map<std::pair<std::string, std::size_t>, PredicateId> names_;
+    std::map<std::string, Pending> constants_;
+};
+
+// The world predicates by name and number of arguments.
+WorldSource world_source(const Predicate& p) {
+    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {
+        {{"neighbor", 2}, WorldSource::Neighbor}, {{"neighbor", 3}, WorldSource::NeighborPort}, {{"neighborCount", 2}, WorldSource::NeighborCount},
+        {{"vacant", 2}, WorldSource::Vacant},     {{"cell", 4}, WorldSource::Cell},             {{"position", 4}, WorldSource::Position},
+        {{"id", 2}, WorldSource::Id},             {{"tick", 2}, WorldSource::Tick},             {{"target", 1}, WorldSource::Target},
+        {{"target", 2}, WorldSource::TargetPort}};
+    const auto found = sources.find({p.name, p.arguments.size()});
+    return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
+}
+
+}  // namespace
+
+void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report) {
+    Declarer(tree, prelude_files, program, report).run();
+    for (Predicate& p : program.predicates) p.world = world_source(p);
+}
+
+}  // namespace meld::check

@@ -1,0 +1,182 @@
+// Pass 3: locality. Gives each rule its home catom and refuses bodies whose catoms no link connects to it.
+// A link is an atom of a route predicate (neighbor, or one declared `route`) whose second argument is a variable; it is
+// followed in both directions, because neighbours hear each other.
+#include <map>
+#include <set>
+
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+class Homes {
+  public:
+    Homes(const Program& program, Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
+
+    void run() {
+        if (!rule_.linear || rule_.birth) view();
+        else linear();
+    }
+
+  private:
+    using Graph = std::map<VariableId, std::set<VariableId>>;
+
+    const std::string& name(VariableId v) const { return rule_.variables[v].name; }
+    std::string shown(VariableId v) const { return name(v).starts_with("_") ? "this catom" : "`" + name(v) + "`"; }
+
+    void links(const std::vector<Clause>& body, Graph& graph) const {
+        each_atom(body, [&](const Atom& a, bool) {
+            const Predicate& p = program_.predicates[a.predicate];
+            if (!p.route || a.arguments.size() < 2 || !a.arguments[1].is_variable()) return;
+            graph[a.arguments[0].variable].insert(a.arguments[1].variable);
+            graph[a.arguments[1].variable].insert(a.arguments[0].variable);
+        });
+    }
+    static std::set<VariableId> reached(const Graph& graph, VariableId from) {
+        std::set<VariableId> seen{from};
+        std::vector<VariableId> todo{from};
+        while (!todo.empty()) {
+            const VariableId at = todo.back();
+            todo.pop_back();
+            if (const auto next = graph.find(at); next != graph.end())
+                for (const VariableId v : next->second)
+                    if (seen.insert(v).second) todo.push_back(v);
+        }
+        return seen;
+    }
+
+    // Every atom must be at a reached catom; `graph` holds the links of the bodies around.
+    void check_body(const std::vector<Clause>& body, Graph graph) {
+        links(body, graph);
+        const std::set<VariableId> seen = reached(graph, rule_.home);
+        for (const Clause& c : body) {
+            if (c.kind == Clause::Kind::Not) check_body(c.inner, graph);
+            if (c.kind != Clause::Kind::Atom) continue;
+            const VariableId at = c.atom.arguments[0].variable;
+            if (seen.contains(at) || !refused_.insert(at).second) continue;
+            no_route(c.atom, at, body);
+        }
+    }
+
+    void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
+        auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span, fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const Predicate& p = program_.predicates[c.atom.predicate];
+            if (!p.route && c.atom.arguments.size() > 1 && c.atom.arguments[1].is_variable() && c.atom.arguments[1].variable == at && !p.prelude) {
+                d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
+                d.help = fmt::format("declare it `type route {}(...)`", p.name);
+                return;
+            }
+        }
+        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`" : fmt::format("add `neighbor({}, {})`, or another route between them", name(rule_.home), name(at));
+    }
+
+    void view() {
+        const Head& head = rule_.heads[0];
+        rule_.home = head.atom.arguments[0].variable;
+        Graph graph;
+        links(rule_.body, graph);
+        const std::set<VariableId> seen = reached(graph, rule_.home);
+        bool any = false, met = false;
+        for (const Clause& c : rule_.body)
+            if (c.kind == Clause::Kind::Atom) {
+                any = true;
+                met = met || seen.contains(c.atom.arguments[0].variable);
+            }
+        if (any && !met) {
+            auto& d = report_.add(Kind::HeadUnrelated, head.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.home)));
+            for (const Clause& c : rule_.body)
+                if (c.kind == Clause::Kind::Atom) {
+                    const VariableId at = c.atom.arguments[0].variable;
+                    d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
+                    d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_") ? "a head must be at a catom of the body or its neighbour"
+                                                                                            : fmt::format("add `neighbor({}, {})`", name(at), name(rule_.home));
+                    break;
+                }
+            return;
+        }
+        check_body(rule_.body, {});
+    }
+
+    void linear() {
+        const Atom* first = nullptr;
+        bool two = false;
+        const auto consumed = [&](const Atom& a, bool) {
+            if (!program_.predicates[a.predicate].linear()) return;
+            if (first == nullptr) {
+                first = &a;
+            } else if (first->arguments[0].variable != a.arguments[0].variable && !two) {
+                two = true;
+                auto& d = report_.add(Kind::LinearElsewhere, a.span, fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step", shown(first->arguments[0].variable),
+                                                                                 shown(a.arguments[0].variable)));
+                d.labels = {{first->span, fmt::format("this one is at {}", shown(first->arguments[0].variable))}};
+                d.help = "first send one of them over the link: `p(B, X), neighbor(B, A) -o p-here(A, B, X).`, then consume both at A";
+            }
+        };
+        each_atom(rule_.body, consumed);
+        each_head([&](const Head& h) { each_atom(h.body, consumed); });
+        if (two) return;
+        rule_.home = first->arguments[0].variable;
+        Graph graph;
+        links(rule_.body, graph);
+        check_body(rule_.body, {});
+        check_heads(rule_.heads, graph);
+    }
+
+    template <class Visit>
+    void each_head(const Visit& visit) const {
+        const auto walk = [&](const auto& self, const std::vector<Head>& heads) -> void {
+            for (const Head& h : heads) {
+                visit(h);
+                self(self, h.heads);
+            }
+        };
+        walk(walk, rule_.heads);
+    }
+
+    void check_heads(const std::vector<Head>& heads, const Graph& around) {
+        for (const Head& h : heads) {
+            Graph graph = around;
+            if (h.kind == Head::Kind::Comprehension) {
+                check_body(h.body, around);
+                links(h.body, graph);
+                check_heads(h.heads, graph);
+                continue;
+            }
+            const Predicate& p = program_.predicates[h.atom.predicate];
+            const VariableId at = h.atom.arguments[0].variable;
+            if (at == rule_.home) continue;
+            if (p.kind == PredicateKind::Action) {
+                report_.add(Kind::ActionElsewhere, h.atom.span, fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.home))).help =
+                    "send a linear fact there, and let it act by a rule of its own";
+                continue;
+            }
+            const auto near = graph.find(rule_.home);
+            if (near != graph.end() && near->second.contains(at)) continue;
+            if (reached(graph, rule_.home).contains(at))
+                report_.add(Kind::NotSupportedYet, h.atom.span, fmt::format("{} is more than one link away from {}; sending that far is not compiled by this version", shown(at), shown(rule_.home)))
+                    .help = "pass the fact on from neighbour to neighbour by a rule of its own";
+            else
+                report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(at))).help =
+                    fmt::format("add `neighbor({}, {})`", name(rule_.home), name(at));
+        }
+    }
+
+    const Program& program_;
+    Rule& rule_;
+    diagnostics::Reporter& report_;
+    std::set<VariableId> refused_;
+};
+
+}  // namespace
+
+void find_homes(Program& program, diagnostics::Reporter& report) {
+    for (Rule& rule : program.rules) Homes(program, rule, report).run();
+}
+
+}  // namespace meld::check

@@ -1,0 +1,172 @@
+// The checked program as text.
+#include <fmt/format.h>
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+std::string type_name(Type type) {
+    switch (type) {
+        case Type::Error: return "unknown";
+        case Type::Int: return "int";
+        case Type::Float: return "float";
+        case Type::Bool: return "bool";
+        case Type::Node: return "node";
+        case Type::String: return "string";
+    }
+    return "";
+}
+
+std::string aggregate_name(Aggregate aggregate) {
+    switch (aggregate) {
+        case Aggregate::None: return "";
+        case Aggregate::Min: return "min";
+        case Aggregate::Max: return "max";
+        case Aggregate::Sum: return "sum";
+        case Aggregate::Count: return "count";
+        case Aggregate::First: return "first";
+    }
+    return "";
+}
+
+namespace {
+
+const char* infix(Op op) {
+    switch (op) {
+        case Op::Add: return " + ";
+        case Op::Subtract: return " - ";
+        case Op::Multiply: return " * ";
+        case Op::Divide: return " / ";
+        case Op::Modulo: return " % ";
+        case Op::Power: return " ^ ";
+        case Op::Equal: return " = ";
+        case Op::NotEqual: return " <> ";
+        case Op::Less: return " < ";
+        case Op::LessEqual: return " <= ";
+        case Op::Greater: return " > ";
+        case Op::GreaterEqual: return " >= ";
+        case Op::And: return " && ";
+        case Op::Or: return " || ";
+        default: return nullptr;
+    }
+}
+
+const char* function_name(Op op) {
+    switch (op) {
+        case Op::ToFloat: return "float";
+        case Op::Min: return "min";
+        case Op::Max: return "max";
+        case Op::Abs: return "abs";
+        case Op::Truncate: return "truncate";
+        case Op::Sqrt: return "sqrt";
+        case Op::NodeToInt: return "node2int";
+        default: return nullptr;
+    }
+}
+
+std::string joined(const Program& program, const Rule& rule, const std::vector<Clause>& body) {
+    std::string text;
+    for (const Clause& c : body) text += (text.empty() ? "" : ", ") + print(program, rule, c);
+    return text;
+}
+
+std::string print_head(const Program& program, const Rule& rule, const Head& head) {
+    if (head.kind == Head::Kind::Fact) return print(program, rule, head.atom);
+    std::string heads;
+    for (const Head& h : head.heads) heads += (heads.empty() ? "" : ", ") + print_head(program, rule, h);
+    return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
+}
+
+std::string print_declaration(const Predicate& p) {
+    std::string text = "type ";
+    if (p.route) text += "route ";
+    if (p.linear()) text += "linear ";
+    if (p.sensed) text += "sensed ";
+    if (p.kind == PredicateKind::Action) text += "action ";
+    text += p.name + "(";
+    for (std::size_t i = 0; i < p.arguments.size(); ++i) {
+        text += i ? ", " : "";
+        if (p.aggregate != Aggregate::None && p.aggregate_at == i) text += aggregate_name(p.aggregate) + " ";
+        text += type_name(p.arguments[i].type);
+        if (!p.arguments[i].name.empty()) text += " " + p.arguments[i].name;
+    }
+    return text + (p.repeats ? ") while." : ").");
+}
+
+}  // namespace
+
+std::string print(const Program& program, const Rule& rule, const Term& t) {
+    const auto operand = [&](std::size_t i) { return print(program, rule, t.operands[i]); };
+    switch (t.op) {
+        case Op::Variable: return rule.variables[t.variable].name;
+        case Op::Anonymous: return "_";
+        case Op::Int: return std::to_string(t.integer);
+        case Op::Float: return fmt::format("{:#}", t.real);
+        case Op::Bool: return t.integer ? "true" : "false";
+        case Op::Node: return fmt::format("@{}", t.integer);
+        case Op::String: return fmt::format("\"{}\"", t.text);
+        case Op::Constant: return program.constants[t.constant].name;
+        case Op::Negate: return "-" + operand(0);
+        case Op::Not: return "~" + operand(0);
+        case Op::If: return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
+        default: break;
+    }
+    if (const char* sign = infix(t.op)) {
+        const auto side = [&](std::size_t i) {
+            return infix(t.operands[i].op) != nullptr ? "(" + operand(i) + ")" : operand(i);
+        };
+        return side(0) + sign + side(1);
+    }
+    std::string text = std::string(function_name(t.op)) + "(";
+    for (std::size_t i = 0; i < t.operands.size(); ++i) text += (i ? ", " : "") + operand(i);
+    return text + ")";
+}
+
+std::string print(const Program& program, const Rule& rule, const Atom& atom) {
+    std::string text = (atom.read_only ? "$" : "") + program.predicates[atom.predicate].name + "(";
+    for (std::size_t i = 0; i < atom.arguments.size(); ++i) text += (i ? ", " : "") + print(program, rule, atom.arguments[i]);
+    return text + ")";
+}
+
+std::string print(const Program& program, const Rule& rule, const Clause& clause) {
+    switch (clause.kind) {
+        case Clause::Kind::Atom: return print(program, rule, clause.atom);
+        case Clause::Kind::Test: return print(program, rule, clause.test);
+        case Clause::Kind::Not: return "not (" + joined(program, rule, clause.inner) + ")";
+    }
+    return "";
+}
+
+std::string print(const Program& program, const Rule& rule) {
+    std::string heads;
+    for (const Head& h : rule.heads) heads += (heads.empty() ? "" : ", ") + print_head(program, rule, h);
+    if (heads.empty()) heads = "1";
+    const std::string body = joined(program, rule, rule.body);
+    if (body.empty()) return heads + ".";
+    return rule.linear ? body + " -o " + heads + "." : heads + " :- " + body + ".";
+}
+
+std::string print(const Program& program) {
+    std::string text;
+    for (const Predicate& p : program.predicates)
+        if (!p.prelude) text += print_declaration(p) + "\n";
+    for (const Constant& c : program.constants)
+        if (!c.prelude)
+            text += fmt::format("const {} = {}.  // {}\n", c.name, c.type == Type::Float ? fmt::format("{:#}", c.real) : std::to_string(c.integer), type_name(c.type));
+    for (const Rule& rule : program.rules) {
+        text += fmt::format("\n// {}, runs at {}", rule.name, rule.home.valid() ? rule.variables[rule.home].name : "?");
+        for (const Variable& v : rule.variables) text += fmt::format(", {}: {}", v.name, type_name(v.type));
+        text += "\n" + print(program, rule) + "\n";
+    }
+    text += "\n// Components in the order of evaluation\n";
+    for (const Component& c : program.components) {
+        if (c.rules.empty()) continue;
+        text += "//  ";
+        for (const PredicateId p : c.predicates) text += " " + program.predicates[p].name;
+        if (c.recursive) text += fmt::format(": recursive{}{}{}", c.local ? ", at the catom" : "", c.links ? ", over links" : "", c.tree ? ", sums over a tree" : "");
+        text += "\n";
+    }
+    return text;
+}
+
+}  // namespace meld::check

@@ -1,0 +1,208 @@
+// Pass 5: components of mutually dependent predicates in evaluation order, and the recursion that is refused.
+// Assumes homes; leaves Program::components sorted so that each reads only earlier ones and itself.
+#include <algorithm>
+#include <functional>
+#include <map>
+
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+struct Edge {
+    PredicateId to;     // The head reads this.
+    RuleId rule;
+    Span span;
+    bool negated = false;
+    bool remote = false;
+};
+
+class Strata {
+  public:
+    Strata(Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
+
+    void run() {
+        edges_.resize(program_.predicates.count());
+        for (const RuleId id : program_.rules.ids()) add_edges(id);
+        find_components();
+        for (Component& c : program_.components) classify(c);
+    }
+
+  private:
+    void add_edges(RuleId id) {
+        const Rule& rule = program_.rules[id];
+        if (rule.linear) return;
+        each_atom(rule.body, [&](const Atom& a, bool negated) {
+            edges_[rule.heads[0].atom.predicate.index()].push_back({a.predicate, id, a.span, negated, a.arguments[0].variable != rule.home});
+        });
+    }
+
+    // Tarjan's algorithm with its own stack; components come out with what they read first.
+    void find_components() {
+        const std::size_t n = program_.predicates.count();
+        std::vector<std::size_t> order(n, 0), low(n, 0);
+        std::vector<bool> open(n, false);
+        std::vector<PredicateId> stack;
+        std::size_t next = 1;
+        struct Frame {
+            PredicateId at;
+            std::size_t edge;
+        };
+        for (const PredicateId root : program_.predicates.ids()) {
+            if (order[root.index()] != 0) continue;
+            std::vector<Frame> frames{{root, 0}};
+            while (!frames.empty()) {
+                Frame& f = frames.back();
+                const std::size_t v = f.at.index();
+                if (f.edge == 0 && order[v] == 0) {
+                    order[v] = low[v] = next++;
+                    stack.push_back(f.at);
+                    open[v] = true;
+                }
+                if (f.edge < edges_[v].size()) {
+                    const std::size_t w = edges_[v][f.edge++].to.index();
+                    if (order[w] == 0) frames.push_back({PredicateId(w), 0});
+                    else if (open[w]) low[v] = std::min(low[v], order[w]);
+                    continue;
+                }
+                if (low[v] == order[v]) close(v, stack, open);
+                const PredicateId done = f.at;
+                frames.pop_back();
+                if (!frames.empty()) low[frames.back().at.index()] = std::min(low[frames.back().at.index()], low[done.index()]);
+            }
+        }
+    }
+    void close(std::size_t v, std::vector<PredicateId>& stack, std::vector<bool>& open) {
+        Component c;
+        for (;;) {
+            const PredicateId p = stack.back();
+            stack.pop_back();
+            open[p.index()] = false;
+            c.predicates.push_back(p);
+            if (p.index() == v) break;
+        }
+        std::sort(c.predicates.begin(), c.predicates.end());
+        program_.components.push_back(std::move(c));
+    }
+
+    void classify(Component& c) {
+        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
+        for (const RuleId id : program_.rules.ids())
+            if (!program_.rules[id].linear && inside(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
+        for (const PredicateId p : c.predicates) {
+            const Predicate& head = program_.predicates[p];
+            const bool folds = head.aggregate == Aggregate::Sum || head.aggregate == Aggregate::Count;
+            for (const Edge& e : edges_[p.index()]) {
+                if (!inside(e.to)) continue;
+                c.recursive = true;
+                (e.remote ? c.links : c.local) = true;
+                c.tree = c.tree || folds;
+                if (e.negated) refuse(Kind::NegativeRecursion, "recursion through `not`", p, e, c);
+            }
+        }
+        if (c.tree) check_tree(c, inside);
+        if (c.recursive && !c.tree) warn_growth(c, inside);
+    }
+
+    // A sum that feeds itself is fine only where every turn of the cycle crosses a link.
+    template <class Inside>
+    void check_tree(const Component& c, const Inside& inside) {
+        for (const PredicateId p : c.predicates)
+            for (const Edge& e : edges_[p.index()])
+                if (inside(e.to) && !e.remote && local_cycle(p, e.to, inside)) {
+                    refuse(Kind::AggregateRecursion, fmt::format("recursion through {} at one catom", aggregate_name(program_.predicates[p].aggregate)), p, e, c);
+                    return;
+                }
+        const PredicateId p = c.predicates[0];
+        report_.add(Kind::TreeRecursion, program_.predicates[p].span,
+                    fmt::format("`{}` sums over links in recursion: it ends only where those links form a tree", program_.predicates[p].name))
+            .help = "lead it along a spanning tree (see examples/meld/census.meld)";
+    }
+    template <class Inside>
+    bool local_cycle(PredicateId goal, PredicateId from, const Inside& inside) {
+        std::vector<PredicateId> todo{from}, seen;
+        while (!todo.empty()) {
+            const PredicateId at = todo.back();
+            todo.pop_back();
+            if (at == goal) return true;
+            if (std::find(seen.begin(), seen.end(), at) != seen.end()) continue;
+            seen.push_back(at);
+            for (const Edge& e : edges_[at.index()])
+                if (inside(e.to) && !e.remote) todo.push_back(e.to);
+        }
+        return false;
+    }
+
+    // Prints the cycle as a path of rules.
+    void refuse(Kind kind, const std::string& what, PredicateId head, const Edge& through, const Component& c) {
+        std::map<PredicateId, const Edge*> came;
+        std::vector<PredicateId> todo{through.to};
+        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
+        for (std::size_t i = 0; i < todo.size(); ++i)
+            for (const Edge& e : edges_[todo[i].index()])
+                if (inside(e.to) && !came.contains(e.to) && e.to != through.to) {
+                    came[e.to] = &e;
+                    todo.push_back(e.to);
+                }
+        auto& d = report_.add(kind, through.span, what);
+        d.labels.push_back({through.span, fmt::format("`{}` is derived from `{}` here", program_.predicates[head].name, program_.predicates[through.to].name)});
+        std::vector<const Edge*> back;
+        for (PredicateId at = head; at != through.to;) {
+            const auto step = came.find(at);
+            if (step == came.end()) break;
+            back.push_back(step->second);
+            at = program_.rules[step->second->rule].heads[0].atom.predicate;
+        }
+        for (auto e = back.rbegin(); e != back.rend(); ++e) {
+            const std::string from = program_.predicates[program_.rules[(*e)->rule].heads[0].atom.predicate].name;
+            d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
+        }
+        d.help = kind == Kind::NegativeRecursion ? "break the cycle: decide one of these predicates without the other"
+                                                 : "aggregate into another predicate that the sum does not read";
+    }
+
+    // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
+    template <class Inside>
+    void warn_growth(const Component& c, const Inside& inside) {
+        for (const RuleId id : c.rules) {
+            const Rule& rule = program_.rules[id];
+            const Atom& head = rule.heads[0].atom;
+            const Predicate& p = program_.predicates[head.predicate];
+            for (std::size_t i = 1; i < head.arguments.size(); ++i) {
+                const Term& t = head.arguments[i];
+                if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
+                if (p.aggregate == Aggregate::First || (p.aggregate == Aggregate::Min && i == p.aggregate_at && t.op == Op::Add)) continue;
+                if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
+                if (!comes_from(rule, t, inside)) continue;
+                report_.add(Kind::UnboundedArithmetic, t.span, fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name)).help =
+                    p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition" : "bound it with a condition";
+            }
+        }
+    }
+    template <class Inside>
+    static bool comes_from(const Rule& rule, const Term& t, const Inside& inside) {
+        bool found = false, bounded = false;
+        each_variable(t, [&](VariableId v) {
+            each_atom(rule.body, [&](const Atom& a, bool negated) {
+                for (const Term& argument : a.arguments) found = found || (!negated && inside(a.predicate) && argument.is_variable() && argument.variable == v);
+            });
+            for (const Clause& clause : rule.body)
+                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual || clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
+                    each_variable(clause.test, [&](VariableId w) { bounded = bounded || w == v; });
+        });
+        return found && !bounded;
+    }
+
+    Program& program_;
+    diagnostics::Reporter& report_;
+    std::vector<std::vector<Edge>> edges_;
+};
+
+}  // namespace
+
+void stratify(Program& program, diagnostics::Reporter& report) { Strata(program, report).run(); }
+
+}  // namespace meld::check

@@ -1,0 +1,33 @@
+// The whole module, part by part.
+#include "compiler/emit/emit.h"
+
+#include "compiler/emit/writer.h"
+
+namespace meld::emit {
+
+std::string emit_module(const plan::Plan& plan) {
+    Writer w;
+    w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
+    w.raw("#include \"meld/module_eval.h\"");
+    w.raw("");
+    w.raw("using namespace meld;");
+    w.raw("namespace {");
+    emit_records(plan, w);
+    emit_predicates(plan, w);
+    emit_self(plan, w);
+    emit_load_and_save(plan, w);
+    for (const plan::ComponentPlan& c : plan.components)
+        for (const RulePlan& r : c.rules) emit_view_rule(plan, r, w);
+    for (const RulePlan& r : plan.births) emit_linear_rule(plan, r, w);
+    for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
+    emit_components(plan, w);
+    emit_evaluate(plan, w);
+    emit_schema(plan, w);
+    w.raw("");
+    w.raw("}  // namespace");
+    w.raw("");
+    w.raw("extern \"C\" __attribute__((visibility(\"default\"))) const void* claymeld_module() { return &kModule; }");
+    return w.text();
+}
+
+}  // namespace meld::emit

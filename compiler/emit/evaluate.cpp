@@ -1,0 +1,226 @@
+// Emits the drivers: a settle function a component, and evaluate(), which runs a catom to its local fixpoint.
+#include <algorithm>
+
+#include "compiler/emit/writer.h"
+
+namespace meld::emit {
+
+using namespace check;
+using plan::ComponentPlan;
+using plan::Recursion;
+
+namespace {
+
+std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
+
+void run_rules(const plan::Plan& plan, const ComponentPlan& c, PredicateId head, Writer& w) {
+    for (const RulePlan& r : c.rules)
+        if (plan.program.rules[r.rule].heads[0].atom.predicate == head) w.line("{}(s);", rule_function(plan.program, r.rule));
+}
+void run_all_rules(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+    for (const RulePlan& r : c.rules) w.line("{}(s);", rule_function(plan.program, r.rule));
+}
+
+std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
+
+// Not recursive, or sums along a tree: proposals are all there is. A tree component of several predicates repeats until
+// nothing changes; it has no cycle at one catom, so that is at most once a predicate.
+void settle_plainly(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+    const bool repeat = c.predicates.size() > 1;
+    if (repeat) w.open("for (bool again = true; again;) {");
+    if (repeat) w.raw("again = false;");
+    for (const PredicateId p : c.predicates) {
+        run_rules(plan, c, p, w);
+        w.open(fmt::format("if (settle_plain(*s.e, {})) {{", view(plan, p)));
+        w.line("changed |= {};", own_bit(plan, p));
+        if (repeat) w.raw("again = true;");
+        w.close();
+    }
+    if (repeat) w.close();
+}
+
+void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+    for (const PredicateId p : c.predicates) {
+        const std::string name = predicate_name(plan.program, p);
+        w.line("const auto* before_{0} = s.{0}.rows;", name);
+        w.line("const u32 before_{0}_count = s.{0}.count;", name);
+        w.line("s.{0}.rows = nullptr;", name);
+        w.line("s.{0}.count = 0;", name);
+    }
+    w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
+    w.raw("grew = false;");
+    run_all_rules(plan, c, w);
+    for (const PredicateId p : c.predicates) w.line("grew = gather(*s.e, {}) || grew;", view(plan, p));
+    w.close();
+    for (const PredicateId p : c.predicates) {
+        const std::string name = predicate_name(plan.program, p);
+        w.line("if (gathered(s.{0}, before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
+    }
+}
+
+void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+    const auto each = [&](const char* format) {
+        for (const PredicateId p : c.predicates) w.raw(fmt::format(fmt::runtime(format), predicate_name(plan.program, p)));
+    };
+    each("Mutual<{0}_t> m_{0}(s.{0});");
+    w.raw("u64 rounds = 0;");
+    w.open("for (bool again = true; again && s.e->trap == Trap::None;) {");
+    w.raw("again = false;");
+    each("m_{0}.start(*s.e);");
+    w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
+    w.raw("grew = false;");
+    run_all_rules(plan, c, w);
+    // All must have seen the same round before any view grows.
+    for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool kept_{0} = m_{0}.keep(*s.e);", predicate_name(plan.program, p)));
+    each("grew = grew || kept_{0};");
+    w.raw("if (grew) {");
+    each("    s.{0}.proposed.reset();");
+    w.raw("}");
+    w.close();
+    each("m_{0}.lose(*s.e);");
+    w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
+    w.raw("grew = false;");
+    run_all_rules(plan, c, w);
+    for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
+    each("grew = grew || took_{0};");
+    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {});", c.rules[0].rule.index());
+    w.close();
+    each("again = again || m_{0}.replaced;");
+    w.close();
+    for (const PredicateId p : c.predicates)
+        w.line("if (m_{}.finish(*s.e)) changed |= {};", predicate_name(plan.program, p), own_bit(plan, p));
+}
+
+void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
+    std::string names;
+    for (const PredicateId p : c.predicates) names += " " + plan.program.predicates[p].name;
+    w.raw("");
+    w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);
+    w.open(fmt::format("static u64 settle_{}(Self& s) {{", number));
+    w.raw("u64 changed = 0;");
+    for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
+    switch (c.recursion) {
+        case Recursion::None:
+        case Recursion::Tree: settle_plainly(plan, c, w); break;
+        case Recursion::LocalSets: settle_local_sets(plan, c, w); break;
+        case Recursion::Ranked:
+            run_all_rules(plan, c, w);
+            w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, c.predicates[0]), own_bit(plan, c.predicates[0]));
+            break;
+        case Recursion::Mutual: settle_mutually(plan, c, w); break;
+    }
+    w.raw("return changed;");
+    w.close();
+}
+
+// An action is carried out when it newly holds at the end of the tick; a repeating one in every tick in which it holds.
+void emit_actions(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.open("static void act(Self& s) {");
+    w.raw("(void)s;");
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        const Predicate& p = plan.program.predicates[id];
+        if (p.kind != PredicateKind::Action || !has_view(plan, id)) continue;
+        const std::string name = predicate_name(plan.program, id);
+        if (p.repeats) w.line("load_{}(s);", name);
+        w.open(fmt::format("if (s.loaded[{}]) {{", id.index()));
+        w.open(fmt::format("for (u32 i = 0; i < s.{}.count; ++i) {{", name));
+        w.line("[[maybe_unused]] const {}_t::Row& row = s.{}.rows[i];", name, name);
+        if (!p.repeats) w.line("if (find_row<{0}_t>(s.{0}.origin, s.{0}.origin_count, row) < s.{0}.origin_count) continue;", name);
+        w.line("Value values[{}];", std::max<std::size_t>(1, p.arguments.size() - 1));
+        for (std::size_t i = 1; i < p.arguments.size(); ++i)
+            w.line("values[{}].{} = row.{};", i - 1, p.arguments[i].type == Type::Float ? "real" : p.arguments[i].type == Type::Node ? "catom" : "integer", field_name(i));
+        w.line("s.e->host->act(s.e, {}, values);", id.index());
+        w.close();
+        if (p.repeats) w.line("if (s.{}.count > 0) s.e->host->wake(s.e, s.e->part->now + 1, kDirtyTick);", name);
+        w.close();
+    }
+    w.close();
+}
+
+void emit_catom(const plan::Plan& plan, Writer& w) {
+    const bool linear = !plan.linear_rules.empty();
+    w.raw("");
+    w.raw("// One catom to its local fixpoint: views by strata, then linear rules in order, each firing followed by the views.");
+    w.open("static void evaluate_catom(Self& s, u64 todo) {");
+    w.raw("Eval& e = *s.e;");
+    w.raw("s.site = s.g->catom_site[s.catom];");
+    w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
+    w.raw("for (bool& loaded : s.loaded) loaded = false;");
+    w.raw("s.raised = 0;");
+    if (!plan.births.empty()) {
+        w.open("if (todo & kDirtyBorn) {");
+        for (const RulePlan& r : plan.births) w.line("{}(s);", rule_function(plan.program, r.rule));
+        w.raw("todo |= s.raised;");
+        w.raw("s.raised = 0;");
+        w.close();
+    }
+    if (linear) {
+        w.raw("for (bool& active : s.active) active = false;");
+        w.raw("u64 fired = 0;");
+        w.open("for (;;) {");
+    }
+    for (std::size_t i = 0; i < plan.components.size(); ++i) w.line("if (todo & {}) todo |= settle_{}(s);", hex(plan.components[i].inputs), i);
+    if (linear) {
+        w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
+        w.raw("if (todo & kLinearInputs[r]) s.active[r] = true;");
+        w.close();
+        w.raw("bool again = false;");
+        w.open("for (u32 r = 0; r < kLinearRules && e.trap == Trap::None; ++r) {");
+        w.raw("if (!s.active[r]) continue;");
+        w.open("if (kLinear[r](s)) {");
+        w.raw("again = true;");
+        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<double>(fired));");
+        w.raw("break;");
+        w.close();
+        w.raw("s.active[r] = false;");
+        w.close();
+        w.raw("if (!again || e.trap != Trap::None) break;");
+        w.raw("todo = s.raised;");
+        w.raw("s.raised = 0;");
+        w.close();
+    }
+    w.raw("if (e.trap != Trap::None) return;");
+    w.raw("act(s);");
+    if (plan.reads_tick) w.raw("e.host->wake(&e, e.part->now + 1, kDirtyTick);");
+    w.raw("save(s);");
+    w.close();
+}
+
+}  // namespace
+
+void emit_components(const plan::Plan& plan, Writer& w) {
+    for (std::size_t i = 0; i < plan.components.size(); ++i) emit_component(plan, plan.components[i], i, w);
+}
+
+void emit_evaluate(const plan::Plan& plan, Writer& w) {
+    emit_actions(plan, w);
+    if (!plan.linear_rules.empty()) {
+        w.raw("");
+        w.line("static constexpr u32 kLinearRules = {};", plan.linear_rules.size());
+        std::string functions, inputs, numbers;
+        for (const RulePlan& r : plan.linear_rules) {
+            functions += (functions.empty() ? "" : ", ") + rule_function(plan.program, r.rule);
+            inputs += (inputs.empty() ? "" : ", ") + hex(r.inputs);
+            numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", r.rule.index());
+        }
+        w.line("static bool (*const kLinear[])(Self&) = {{{}}};", functions);
+        w.line("static constexpr u64 kLinearInputs[] = {{{}}};", inputs);
+        w.line("static constexpr u32 kLinearNumbers[] = {{{}}};", numbers);
+    }
+    emit_catom(plan, w);
+    w.raw("");
+    w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
+    w.raw("Self s;");
+    w.raw("s.e = e;");
+    w.raw("s.g = &e->part->geometry;");
+    w.open("for (u32 i = 0; i < count && e->trap == Trap::None; ++i) {");
+    w.raw("e->catom = s.catom = catoms[i];");
+    w.raw("e->dirty = dirty[i];");
+    w.raw("e->arena = e->arena_start;");
+    w.raw("evaluate_catom(s, dirty[i]);");
+    w.close();
+    w.close();
+}
+
+}  // namespace meld::emit

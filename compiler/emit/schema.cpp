@@ -1,0 +1,150 @@
+// Emits the tables by which the runtime knows a module's predicates, columns, parameters and rules.
+#include <xxhash.h>
+
+#include "compiler/emit/emit.h"
+#include "compiler/emit/writer.h"
+
+namespace meld::emit {
+
+using namespace check;
+
+namespace {
+
+const char* value_type(Type t) {
+    switch (t) {
+        case Type::Float: return "Float";
+        case Type::Bool: return "Bool";
+        case Type::Node: return "Node";
+        default: return "Int";
+    }
+}
+const char* kind_name(PredicateKind k) {
+    switch (k) {
+        case PredicateKind::Persistent: return "Persistent";
+        case PredicateKind::Linear: return "Linear";
+        case PredicateKind::Action: return "Action";
+        case PredicateKind::Sensed: return "Sensed";
+    }
+    return "";
+}
+const char* abi_storage(Storage s) {
+    switch (s) {
+        case Storage::Flag: return "Flag";
+        case Storage::Single: return "Single";
+        case Storage::PerLink: return "PerLink";
+        case Storage::Rows: return "Rows";
+        default: return "World";
+    }
+}
+
+void emit_fields(const plan::Plan& plan, Writer& w) {
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        const Predicate& p = plan.program.predicates[id];
+        const Stored& s = plan.of(id);
+        if (p.arguments.size() < 2) continue;
+        w.open(fmt::format("static constexpr FieldInfo kFields{}[] = {{", id.index()));
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) {
+            const plan::Field field = s.fields.empty() ? plan::Field{} : s.fields[i - 1];
+            w.line("{{{}, ValueType::{}, {}, {}}},", quoted(p.arguments[i].name), value_type(p.arguments[i].type), field.bytes, field.offset);
+        }
+        w.close("};");
+    }
+}
+
+void emit_predicate_table(const plan::Plan& plan, Writer& w) {
+    w.open("static constexpr PredicateInfo kPredicates[] = {");
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        const Predicate& p = plan.program.predicates[id];
+        const Stored& s = plan.of(id);
+        const bool stored = s.column.valid();
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary,
+               p.repeats, p.arguments.size() - 1, p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
+               stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
+               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask);
+    }
+    w.close("};");
+}
+
+// A record in which nothing holds: ranks absent, everything else zero.
+void emit_initial(const plan::Plan& plan, plan::ColumnId id, Writer& w) {
+    std::vector<unsigned> bytes(plan.columns[id].stride, 0);
+    bool any = false;
+    for (const PredicateId p : plan.columns[id].predicates) {
+        const Stored& s = plan.of(p);
+        if (!s.ranked) continue;
+        any = true;
+        for (std::uint32_t i = 0; i < 4; ++i) bytes[s.rank_offset + i] = 255;
+    }
+    if (!any) return;
+    std::string text;
+    for (const unsigned b : bytes) text += fmt::format("{},", b);
+    w.line("static constexpr u8 kInitial{}[] = {{{}}};", id.index(), text);
+}
+
+bool has_initial(const plan::Plan& plan, plan::ColumnId id) {
+    if (plan.columns[id].rows) return false;
+    for (const PredicateId p : plan.columns[id].predicates)
+        if (plan.of(p).ranked) return true;
+    return false;
+}
+
+void emit_column_table(const plan::Plan& plan, Writer& w) {
+    for (const plan::ColumnId id : plan.columns.ids())
+        if (has_initial(plan, id)) emit_initial(plan, id, w);
+    w.open("static constexpr ColumnInfo kColumns[] = {");
+    for (const plan::ColumnId id : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[id];
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
+               has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr");
+    }
+    if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr},");
+    w.close("};");
+}
+
+std::string constant_value(const Constant& c) {
+    if (c.type == Type::Float) return fmt::format("{{.real = {:#.17g}}}", c.real);
+    if (c.type == Type::Node) return fmt::format("{{.catom = {}ull}}", static_cast<std::uint64_t>(c.integer));
+    return c.integer == INT64_MIN ? "{.integer = -__INT64_MAX__ - 1}" : fmt::format("{{.integer = {}ll}}", c.integer);
+}
+
+void emit_parameter_table(const plan::Plan& plan, Writer& w) {
+    w.open("static constexpr ParameterInfo kParameters[] = {");
+    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}}},", quoted(c.name), value_type(c.type), constant_value(c));
+    if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}},");
+    w.close("};");
+}
+
+void emit_rule_table(const plan::Plan& plan, Writer& w) {
+    w.open("static constexpr RuleInfo kRules[] = {");
+    for (const check::Rule& r : plan.program.rules) w.line("{{{}, {}, {}}},", quoted(r.name), quoted(r.text), r.line);
+    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0},");
+    w.close("};");
+}
+
+}  // namespace
+
+std::uint64_t schema_hash(const plan::Plan& plan) {
+    Writer w;
+    emit_fields(plan, w);
+    emit_predicate_table(plan, w);
+    emit_column_table(plan, w);
+    return XXH3_64bits(w.text().data(), w.text().size());
+}
+
+void emit_schema(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    emit_fields(plan, w);
+    emit_predicate_table(plan, w);
+    emit_column_table(plan, w);
+    emit_parameter_table(plan, w);
+    emit_rule_table(plan, w);
+    const auto& p = plan.program;
+    w.raw("");
+    w.open("static constexpr ModuleInfo kModule = {");
+    w.line("kAbiVersion, {}, {}, {},", hex(schema_hash(plan)), quoted(p.name), quoted(p.source_text));
+    w.line("{}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", p.predicates.count(), plan.columns.count(), p.constants.count(),
+           p.rules.count(), plan.reads_tick);
+    w.close("};");
+}
+
+}  // namespace meld::emit

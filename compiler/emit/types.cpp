@@ -1,0 +1,288 @@
+// Emits the records, the row types with their order, and the working state of one catom.
+#include <algorithm>
+
+#include "compiler/emit/emit.h"
+#include "compiler/emit/writer.h"
+
+namespace meld::emit {
+
+using namespace check;
+
+namespace {
+
+// A member of a record or row, placed by the layout; members are declared in the order of their offsets.
+struct Member {
+    std::uint32_t offset;
+    std::string text;
+};
+
+void emit_members(std::vector<Member> members, Writer& w) {
+    std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.offset < b.offset; });
+    for (std::size_t i = 0; i < members.size(); ++i)
+        if (i == 0 || members[i].offset != members[i - 1].offset) w.raw(members[i].text);  // Predicates share presence words.
+}
+
+std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c) {
+    std::vector<Member> out;
+    for (const PredicateId id : c.predicates) {
+        const Stored& s = plan.of(id);
+        const std::string name = predicate_name(plan.program, id);
+        const bool per_link = s.storage == Storage::PerLink;
+        for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
+            out.push_back({s.fields[i].offset,
+                           fmt::format("{} {}_{}{};", cpp_type(s.fields[i].type), name, field_name(i + 1), per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
+        if (s.ranked) out.push_back({s.rank_offset, fmt::format("u32 {}_rank;", name)});
+        else if (per_link) out.push_back({s.presence_offset, fmt::format("u32 {}_ports;", name)});
+        else out.push_back({s.presence_offset, fmt::format("u32 present_{};", s.presence_offset)});
+    }
+    return out;
+}
+
+}  // namespace
+
+void emit_records(const plan::Plan& plan, Writer& w) {
+    for (const plan::ColumnId id : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[id];
+        if (c.rows) continue;
+        w.raw("");
+        w.line("// {}, {} bytes a catom{}", c.name, c.stride, c.exported ? ", read by neighbours" : "");
+        w.open(fmt::format("struct {} {{", record_name(id)));
+        emit_members(record_members(plan, c), w);
+        w.close("};");
+        w.line("static_assert(sizeof({}) == {});", record_name(id), c.stride);
+    }
+}
+
+namespace {
+
+// The parts of a predicate's row that make the group, the value, and what rides along. PerLink rows name the port.
+struct RowShape {
+    std::vector<std::size_t> key, value, ride;  // Arguments, counted from 1.
+};
+
+RowShape shape(const Predicate& p) {
+    RowShape out;
+    const bool aggregated = p.aggregate != Aggregate::None;
+    for (std::size_t i = 1; i < p.arguments.size(); ++i) {
+        if (!aggregated || i < p.aggregate_at) out.key.push_back(i);
+        else if (i == p.aggregate_at) out.value.push_back(i);
+        else out.ride.push_back(i);
+    }
+    return out;
+}
+
+std::string chained_compare(const std::vector<std::size_t>& fields) {
+    std::string text;
+    for (const std::size_t f : fields) text += fmt::format("if (const int c = compare(a.{0}, b.{0})) return c; ", field_name(f));
+    return text + "return 0;";
+}
+
+void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
+    const Predicate& p = plan.program.predicates[id];
+    const Stored& s = plan.of(id);
+    const RowShape fields = shape(p);
+    const std::string name = predicate_name(plan.program, id);
+    std::uint32_t first_rule = 0;
+    bool links = false;
+    for (const plan::ComponentPlan& c : plan.components)
+        for (const PredicateId member : c.predicates)
+            if (member == id) links = c.links;
+    for (const RuleId r : plan.program.rules.ids())
+        for (const Head& h : plan.program.rules[r].heads)
+            if (h.kind == Head::Kind::Fact && h.atom.predicate == id && first_rule == 0) first_rule = static_cast<std::uint32_t>(r.index());
+
+    w.raw("");
+    w.open(fmt::format("struct {}_t {{  // {}", name, p.signature()));
+    w.open("struct Row {");
+    std::vector<Member> members;
+    for (std::size_t i = 0; i < s.fields.size(); ++i) {
+        const bool port = s.storage == Storage::PerLink && i == 0;
+        // Without a layout of rows of its own, the order of declaration serves.
+        const std::uint32_t at = s.storage == Storage::Rows ? s.fields[i].offset : static_cast<std::uint32_t>(i);
+        members.push_back({at, fmt::format("{} {};", port ? "i64" : cpp_type(s.fields[i].type), field_name(i + 1))});
+    }
+    if (s.ranked) members.push_back({s.storage == Storage::Rows ? s.rank_offset : 1000, "u32 rank;"});
+    if (members.empty()) members.push_back({0, "u8 unit;"});
+    emit_members(std::move(members), w);
+    w.close("};");
+    if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
+    const char* reduce = p.aggregate == Aggregate::Sum ? "Sum" : p.aggregate == Aggregate::Count ? "Count" : p.aggregate == Aggregate::First ? "First"
+                         : p.aggregate == Aggregate::None ? "Set" : "Best";
+    w.line("static constexpr Reduce kReduce = Reduce::{};", reduce);
+    w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {};", s.ranked, links, !fields.key.empty());
+    w.line("static constexpr u16 kPredicate = {};", id.index());
+    w.line("static constexpr u32 kFirstRule = {};", first_rule);
+    const auto signature = [](const std::vector<std::size_t>& f) { return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b"; };
+    w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(fields.key));
+    const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
+    w.line("static bool better({}) {{ return {}; }}", signature(ordered ? fields.value : std::vector<std::size_t>{}),
+           !ordered ? "false" : fmt::format("a.{0} {1} b.{0}", field_name(fields.value[0]), p.aggregate == Aggregate::Min ? "<" : ">"));
+    std::vector<std::size_t> rest = fields.value;
+    rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
+    std::string same = "true", first;
+    for (const std::size_t f : rest) same = (same == "true" ? "" : same + " && ") + fmt::format("a.{0} == b.{0}", field_name(f));
+    w.line("static bool same({}) {{ return {}; }}", signature(rest), same);
+    w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(rest));
+    w.line("static bool before(const Row& a, const Row& b) {{ return rest(a, b) < 0; }}");
+    std::string hash = "0x9e37ull";
+    for (const std::size_t f : fields.key) hash = fmt::format("mix({}, bits_of(row.{}))", hash, field_name(f));
+    w.line("static u64 hash(const Row&{}) {{ return {}; }}", fields.key.empty() ? "" : " row", hash);
+    if (p.aggregate == Aggregate::Sum) {
+        const std::string v = field_name(fields.value[0]);
+        const bool real = p.arguments[p.aggregate_at].type == Type::Float;
+        w.line("static Row unit(const Row& row) {{ return row; }}");
+        w.line("static void fold(Eval& e, Row& into, const Row& row) {{ into.{0} = {1}; }}", v,
+               real ? fmt::format("checked_real(e, kFirstRule, into.{0} + row.{0})", v) : fmt::format("checked_add(e, kFirstRule, into.{0}, row.{0})", v));
+    } else if (p.aggregate == Aggregate::Count) {
+        w.line("static Row unit(Row row) {{ row.{} = 1; return row; }}", field_name(fields.value[0]));
+        w.line("static void fold(Eval&, Row& into, const Row&) {{ ++into.{}; }}", field_name(fields.value[0]));
+    }
+    w.close("};");
+}
+
+}  // namespace
+
+void emit_predicates(const plan::Plan& plan, Writer& w) {
+    for (const PredicateId id : plan.program.predicates.ids())
+        if (has_view(plan, id)) emit_predicate(plan, id, w);
+}
+
+void emit_self(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.raw("// The catom under evaluation: its links, and a working view of each of its predicates, loaded when first used.");
+    w.open("struct Self {");
+    w.raw("Eval* e;");
+    w.raw("const Geometry* g;");
+    w.raw("u32 catom;");
+    w.raw("u32 site;");
+    w.raw("i32 neighbour[kMaxPorts];");
+    w.raw("u64 raised;                 // Dirty bits of what linear rules changed.");
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        if (!has_view(plan, id)) continue;
+        const std::string name = predicate_name(plan.program, id);
+        w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
+    }
+    w.line("bool loaded[{}];", std::max<std::size_t>(1, plan.program.predicates.count()));
+    w.line("bool active[{}];", std::max<std::size_t>(1, plan.linear_rules.size()));
+    w.close("};");
+    w.raw("");
+    w.raw("template <class R>");
+    w.open("const R& record(const Self& s, u16 column, u32 catom) {");
+    w.raw("return reinterpret_cast<const R*>(s.e->part->columns[column])[catom];");
+    w.close();
+    w.open("inline const RowsHead& rows_of(const Self& s, u16 column, u32 catom) {");
+    w.raw("return reinterpret_cast<const RowsHead*>(s.e->part->columns[column])[catom];");
+    w.close();
+    w.raw("// The port of the neighbour with this id, or -1.");
+    w.open("inline i32 port_of(const Self& s, u64 id) {");
+    w.raw("for (i32 port = 0; port < s.g->ports; ++port)");
+    w.raw("    if (s.neighbour[port] >= 0 && s.g->catom_id[s.neighbour[port]] == id) return port;");
+    w.raw("return -1;");
+    w.close();
+}
+
+namespace {
+
+std::string presence(const Stored& s, const std::string& record, const std::string& name) {
+    if (s.ranked) return fmt::format("{}.{}_rank != kAbsent", record, name);
+    return fmt::format("({}.present_{} & {:#x}u) != 0", record, s.presence_offset, s.presence_mask);
+}
+
+void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
+    const Stored& s = plan.of(id);
+    const std::string name = predicate_name(plan.program, id);
+    const std::string view = "s." + name;
+    w.raw("");
+    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
+    w.line("if (s.loaded[{0}]) return;", id.index());
+    w.line("s.loaded[{}] = true;", id.index());
+    if (s.storage == Storage::Rows) {
+        w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
+        if (plan.program.predicates[id].linear()) w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count);", view, name);
+        else w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count);", view, name);
+    } else {
+        w.line("const {0}& r = record<{0}>(s, {1}, s.catom);", record_name(s.column), s.column.index());
+        if (s.storage == Storage::PerLink) {
+            w.line("auto* rows = static_cast<{}_t::Row*>(scratch(*s.e, kMaxPorts * sizeof({}_t::Row)));", name, name);
+            w.raw("u32 n = 0;");
+            w.open(fmt::format("for (u32 port = 0; port < {}; ++port) {{", plan::kMaxPorts));
+            w.line("if ((r.{}_ports >> port & 1) == 0) continue;", name);
+            w.raw("rows[n].a1 = port;");
+            for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("rows[n].{1} = r.{0}_{1}[port];", name, field_name(i + 1));
+            w.raw("++n;");
+            w.close();
+            w.line("{}.open(rows, n);", view);
+        } else {
+            w.open(fmt::format("if ({}) {{", presence(s, "r", name)));
+            for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("{0}.single.{2} = r.{1}_{2};", view, name, field_name(i + 1));
+            if (s.ranked) w.line("{}.single.rank = r.{}_rank;", view, name);
+            else if (s.fields.empty()) w.line("{}.single.unit = 0;", view);
+            w.line("{0}.open(&{0}.single, 1);", view);
+            w.close();
+            w.open("else {");
+            w.line("{}.open(nullptr, 0);", view);
+            w.close();
+        }
+    }
+    w.close();
+}
+
+void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
+    const Stored& s = plan.of(id);
+    const std::string name = predicate_name(plan.program, id);
+    w.open(fmt::format("if (s.loaded[{}] && s.{}.changed) {{", id.index(), name));
+    w.raw("changed = true;");
+    if (s.storage == Storage::PerLink) {
+        w.line("r.{}_ports = 0;", name);
+        w.open(fmt::format("for (u32 i = 0; i < s.{}.count; ++i) {{", name));
+        w.line("const auto& row = s.{}.rows[i];", name);
+        w.line("r.{}_ports |= 1u << row.a1;", name);
+        for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("r.{0}_{1}[row.a1] = row.{1};", name, field_name(i + 1));
+        w.close();
+    } else {
+        const std::string clear = s.ranked ? fmt::format("r.{}_rank = kAbsent;", name) : fmt::format("r.present_{} &= ~{:#x}u;", s.presence_offset, s.presence_mask);
+        const std::string set = s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name) : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
+        w.open(fmt::format("if (s.{}.count == 0) {{", name));
+        w.raw(clear);
+        // What is absent is zero, so that equal states have equal bytes.
+        for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("r.{}_{} = {{}};", name, field_name(i + 1));
+        w.close();
+        w.open("else {");
+        w.raw(set);
+        for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("r.{0}_{1} = s.{0}.rows[0].{1};", name, field_name(i + 1));
+        w.close();
+    }
+    w.close();
+}
+
+}  // namespace
+
+void emit_load_and_save(const plan::Plan& plan, Writer& w) {
+    for (const PredicateId id : plan.program.predicates.ids())
+        if (has_view(plan, id)) emit_load(plan, id, w);
+    w.raw("");
+    w.raw("// Writes what has changed back: exported columns at the end of the tick, the others now.");
+    w.open("inline void save(Self& s) {");
+    for (const plan::ColumnId column : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[column];
+        if (c.rows) {
+            const std::string name = predicate_name(plan.program, c.predicates[0]);
+            const bool linear = plan.program.predicates[c.predicates[0]].linear();
+            const std::string list = linear ? "s." + name + ".list" : "s." + name;
+            w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->assign_rows(s.e, {2}, {3}.rows, {3}.count);", c.predicates[0].index(), name, column.index(), list);
+            continue;
+        }
+        std::string any;
+        for (const PredicateId id : c.predicates) any += fmt::format("{}s.loaded[{}]", any.empty() ? "" : " || ", id.index());
+        w.open(fmt::format("if ({}) {{", any));
+        w.line("{0} r = record<{0}>(s, {1}, s.catom);", record_name(column), column.index());
+        w.raw("bool changed = false;");
+        for (const PredicateId id : c.predicates) emit_store(plan, id, w);
+        if (c.exported) w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
+        else w.line("if (changed) reinterpret_cast<{}*>(s.e->part->columns[{}])[s.catom] = r;", record_name(column), column.index());
+        w.close();
+    }
+    w.close();
+}
+
+}  // namespace meld::emit

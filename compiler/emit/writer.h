@@ -1,0 +1,91 @@
+// Shared by the emission files: indented text, names, and the scope of a rule being emitted.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::emit {
+
+using plan::PredicateId;
+using plan::RulePlan;
+using plan::Storage;
+using plan::Stored;
+
+class Writer {
+  public:
+    template <class... A>
+    void line(fmt::format_string<A...> format, A&&... a) {
+        raw(fmt::format(format, std::forward<A>(a)...));
+    }
+    void raw(const std::string& text) {
+        if (!text.empty()) out_.append(depth_ * 4, ' ');
+        out_ += text;
+        out_ += '\n';
+    }
+    void open(const std::string& text) {
+        raw(text);
+        ++depth_;
+    }
+    void close(const std::string& text = "}") {
+        --depth_;
+        raw(text);
+    }
+    std::size_t depth() const { return depth_; }
+    const std::string& text() const { return out_; }
+
+  private:
+    std::string out_;
+    std::size_t depth_ = 0;
+};
+
+// Names of emitted things. All are lower-case with a number, so no Meld name can meet a C++ keyword or another one.
+std::string clean(const std::string& name);                                  // letters, digits and _ only
+std::string predicate_name(const check::Program& program, PredicateId id);   // dist_7
+std::string record_name(plan::ColumnId id);                                  // record_2
+std::string rule_function(const check::Program& program, plan::RuleId id);   // dist_at_line_12_r3
+std::string cpp_type(check::Type type);                                      // i64 double bool u64
+std::string field_name(std::size_t argument);                                // a1: the first after the catom
+std::string hex(std::uint64_t bits);                                         // 0x20ull
+std::string quoted(const std::string& text);                                 // a C++ string literal
+
+// What is known at a point of a rule: which variables have a C++ value, which are places.
+struct Scope {
+    const plan::Plan& plan;
+    const check::Rule& rule;
+    std::size_t rule_index;
+    std::set<plan::VariableId> values = {};
+    std::set<plan::VariableId> places = {};
+    int next = 0;                                   // For fresh names.
+    std::vector<std::string> ranks = {};            // Expressions of the ranks that count for the head.
+
+    std::string value(plan::VariableId v) const;    // D_4, or the id of a place.
+    std::string at(plan::VariableId v) const;       // The catom index of a place.
+    std::string port(plan::VariableId v) const;
+    std::string local(plan::VariableId v) const;    // The C++ name of a variable.
+};
+
+// A term as a C++ expression of its type.
+std::string term(const Scope& scope, const check::Term& t);
+// The same, converted where the place is a float and the term an int.
+std::string term_as(const Scope& scope, const check::Term& t, check::Type type);
+
+// ---- the parts of a module, in order
+void emit_records(const plan::Plan& plan, Writer& w);
+void emit_predicates(const plan::Plan& plan, Writer& w);
+void emit_self(const plan::Plan& plan, Writer& w);
+void emit_load_and_save(const plan::Plan& plan, Writer& w);
+void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
+void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
+void emit_components(const plan::Plan& plan, Writer& w);
+void emit_evaluate(const plan::Plan& plan, Writer& w);
+void emit_schema(const plan::Plan& plan, Writer& w);
+
+// Whether the predicate has a working view (a Relation or a Bag) in Self.
+bool has_view(const plan::Plan& plan, PredicateId id);
+
+}  // namespace meld::emit

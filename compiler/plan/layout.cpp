@@ -1,0 +1,237 @@
+// Pass: layout. Chooses for every predicate the tightest storage its declaration and rules allow, puts what one delta
+// touches together into one record, and gives every column its dirty bits. Assumes localized rules and components.
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+// As in runtime/abi/module_abi.h: the low bits of a dirty word are the runtime's own.
+constexpr std::uint32_t kFirstBit = 5;
+constexpr std::uint32_t kBits = 64 - kFirstBit;
+
+struct Facts {              // What the rules say about a predicate.
+    bool used = false;
+    bool exported = false;
+    bool derived = false;   // By a view.
+    bool ranked = false;
+    bool recursive = false;
+    bool per_link = true;   // Every derivation names a direct neighbour as the second argument.
+    std::size_t component = 0;
+};
+
+class Layout {
+  public:
+    explicit Layout(Plan& plan) : plan_(plan), program_(plan.program), facts_(program_.predicates.count()) {}
+
+    void run() {
+        study_rules();
+        study_components();
+        plan_.stored.resize(program_.predicates.count());
+        for (const PredicateId p : program_.predicates.ids()) choose(p);
+        make_columns();
+        number_bits();
+    }
+
+  private:
+    Facts& of(PredicateId p) { return facts_[p.index()]; }
+
+    void study_rules() {
+        for (const PredicateId p : program_.predicates.ids()) of(p).used = !program_.predicates[p].prelude;
+        for (const Rule& rule : program_.rules) {
+            const auto read = [&](const Atom& a, bool) {
+                of(a.predicate).used = true;
+                if (a.arguments[0].variable != rule.home) of(a.predicate).exported = true;
+            };
+            each_atom(rule.body, read);
+            study_heads(rule, rule.heads, read);
+            if (rule.linear) continue;
+            const Atom& head = rule.heads[0].atom;
+            of(head.predicate).derived = true;
+            of(head.predicate).per_link = of(head.predicate).per_link && names_neighbour(rule, head);
+        }
+    }
+    void study_heads(const Rule& rule, const std::vector<Head>& heads, const std::function<void(const Atom&, bool)>& read) {
+        for (const Head& h : heads) {
+            if (h.kind == Head::Kind::Fact) of(h.atom.predicate).used = true;
+            each_atom(h.body, read);
+            study_heads(rule, h.heads, read);
+        }
+    }
+    // The second argument is a variable that some positive link joins to the home.
+    bool names_neighbour(const Rule& rule, const Atom& head) const {
+        if (head.arguments.size() < 2 || !head.arguments[1].is_variable()) return false;
+        const VariableId v = head.arguments[1].variable;
+        for (const Clause& c : rule.body) {
+            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable()) continue;
+            const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
+            // A stored route at the home may point to a catom that has left; a neighbour fact, or one told by the other, may not.
+            const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.home;
+            if (surely && ((a == rule.home && b == v) || (b == rule.home && a == v))) return true;
+        }
+        return false;
+    }
+
+    void study_components() {
+        for (std::size_t i = 0; i < program_.components.size(); ++i) {
+            const Component& c = program_.components[i];
+            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(), [&](PredicateId p) { return program_.predicates[p].aggregate != Aggregate::None; });
+            for (const PredicateId p : c.predicates) {
+                of(p).component = i;
+                of(p).recursive = c.recursive;
+                of(p).ranked = c.recursive && !c.tree && (c.links || aggregates);
+            }
+        }
+    }
+
+    void choose(PredicateId id) {
+        const Predicate& p = program_.predicates[id];
+        const Facts& f = of(id);
+        Stored& s = plan_.stored[id.index()];
+        if (!f.used) return;
+        if (p.world != WorldSource::None) {
+            s.storage = Storage::World;
+            return;
+        }
+        if (p.kind == PredicateKind::Action && !f.derived) return;  // Only linear rules act: nothing is kept.
+        s.exported = f.exported;
+        s.ranked = f.ranked;
+        const std::size_t arity = p.arguments.size() - 1;
+        const bool keyed_by_link = p.aggregate == Aggregate::None ? arity == 1 : p.aggregate_at == 2;
+        if (p.linear()) s.storage = Storage::Rows;
+        else if (arity == 0) s.storage = Storage::Flag;
+        else if (p.aggregate != Aggregate::None && p.aggregate_at == 1) s.storage = Storage::Single;
+        else if (f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported && !f.recursive && p.kind == PredicateKind::Persistent)
+            s.storage = Storage::PerLink;
+        else s.storage = Storage::Rows;
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) s.fields.push_back({p.arguments[i].type, p.arguments[i].type == Type::Bool ? 1u : 8u, 0});
+        if (p.kind != PredicateKind::Action && !f.derived) s.base = id;
+    }
+
+    // ---- columns
+
+    // Records: the predicates of one component that are alike in being exported; given flags and values share one.
+    std::string record_group(PredicateId id) {
+        const Stored& s = plan_.of(id);
+        const std::string side = s.exported ? "exported" : "private";
+        if (!of(id).derived) return "given-" + side;
+        if (!s.exported && !s.ranked) return "derived-private";
+        return fmt::format("{}-{}", side, of(id).component);
+    }
+
+    void make_columns() {
+        std::vector<std::string> order;
+        std::map<std::string, std::vector<PredicateId>> groups;
+        for (const PredicateId id : program_.predicates.ids()) {
+            const Storage storage = plan_.of(id).storage;
+            if (storage == Storage::Unused || storage == Storage::World) continue;
+            if (storage == Storage::Rows) {
+                rows_column(id);
+                continue;
+            }
+            const std::string group = record_group(id);
+            if (!groups.contains(group)) order.push_back(group);
+            groups[group].push_back(id);
+        }
+        for (const std::string& group : order) record_column(groups[group]);
+    }
+
+    struct Item {
+        std::uint32_t bytes;
+        std::uint32_t count;      // PerLink: one for each port.
+        std::uint32_t* offset;
+    };
+    // Largest first, in order of declaration among equals: no padding but at the end.
+    static std::uint32_t place(std::vector<Item>& items) {
+        std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.bytes > b.bytes; });
+        std::uint32_t at = 0, align = 1;
+        for (Item& item : items) {
+            *item.offset = at;
+            at += item.bytes * item.count;
+            align = std::max(align, item.bytes);
+        }
+        return (at + align - 1) / align * align;
+    }
+
+    void rows_column(PredicateId id) {
+        Stored& s = plan_.stored[id.index()];
+        std::vector<Item> items;
+        for (Field& f : s.fields) items.push_back({f.bytes, 1, &f.offset});
+        if (s.ranked) items.push_back({4, 1, &s.rank_offset});
+        Column c;
+        c.name = program_.predicates[id].name;
+        c.rows = true;
+        c.exported = s.exported;
+        c.predicates = {id};
+        c.stride = 16;
+        c.row_bytes = std::max<std::uint32_t>(1, place(items));
+        s.column = plan_.columns.add(std::move(c));
+    }
+
+    void record_column(const std::vector<PredicateId>& predicates) {
+        Column c;
+        c.predicates = predicates;
+        std::vector<Item> items;
+        std::vector<std::uint32_t> words;  // Presence words of 32 predicates each.
+        words.reserve(predicates.size());
+        std::uint32_t bit = 32;
+        std::vector<std::pair<PredicateId, std::size_t>> word_of;
+        for (const PredicateId id : predicates) {
+            Stored& s = plan_.stored[id.index()];
+            const bool per_link = s.storage == Storage::PerLink;
+            c.name += (c.name.empty() ? "" : "+") + program_.predicates[id].name;
+            c.exported = s.exported;
+            for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i) items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
+            if (s.ranked) {
+                items.push_back({4, 1, &s.rank_offset});
+            } else if (per_link) {
+                items.push_back({4, 1, &s.presence_offset});
+            } else {
+                if (bit == 32) {
+                    words.push_back(0);
+                    items.push_back({4, 1, &words.back()});
+                    bit = 0;
+                }
+                word_of.push_back({id, words.size() - 1});
+                s.presence_mask = 1u << bit++;
+            }
+        }
+        c.stride = place(items);
+        for (const auto& [id, word] : word_of) plan_.stored[id.index()].presence_offset = words[word];
+        const ColumnId column = plan_.columns.add(std::move(c));
+        for (const PredicateId id : predicates) plan_.stored[id.index()].column = column;
+    }
+
+    // Where there are more columns than bits, columns share: they are looked at more often, never too seldom.
+    void number_bits() {
+        std::uint32_t next = 0;
+        const auto bit = [&] { return std::uint64_t{1} << (kFirstBit + next++ % kBits); };
+        for (Column& c : plan_.columns) {
+            c.own_dirty = bit();
+            if (c.exported) c.reader_dirty = bit();
+        }
+    }
+
+    Plan& plan_;
+    Program& program_;
+    std::vector<Facts> facts_;
+};
+
+}  // namespace
+
+void lay_out(Plan& plan) { Layout(plan).run(); }
+
+std::uint64_t bytes_per_catom(const Plan& plan) {
+    std::uint64_t bytes = 0;
+    for (const Column& c : plan.columns) bytes += c.stride;
+    return bytes;
+}
+
+}  // namespace meld::plan

@@ -1,0 +1,337 @@
+// Pass: join order. Turns every body into steps. What needs no new catom comes first, cheap and bound facts before
+// unbound ones, a link only when nothing else is left; linear rules keep their textual order, which is their meaning.
+// Assumes localized rules and a layout.
+#include <algorithm>
+#include <set>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+using Variables = std::set<VariableId>;
+
+class Orderer {
+  public:
+    Orderer(const Plan& plan, const Rule& rule, bool ranked_component, const std::vector<PredicateId>& component)
+        : plan_(plan), program_(plan.program), rule_(rule), ranked_(ranked_component), component_(component) {}
+
+    struct State {
+        Variables values;  // Known by value.
+        Variables places;  // Known as the home or a direct neighbour.
+    };
+
+    State start() const {
+        State s;
+        if (rule_.home.valid()) s.places.insert(rule_.home);
+        return s;
+    }
+
+    // Orders a body after what is already known; `later` are variables that clauses outside will bind or use.
+    std::vector<Step> order(std::vector<Clause> body, State& state, bool textual, const Variables& outside) const {
+        std::vector<Step> steps;
+        while (!body.empty()) {
+            if (take_ready(body, state, outside, steps)) continue;
+            const std::size_t next = pick(body, state, textual);
+            MELD_CHECK(next < body.size(), "rule {}: no atom can be read next", rule_.name);
+            Clause clause = body[next];
+            body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
+            atom(clause.atom, state, steps);
+        }
+        return steps;
+    }
+
+  private:
+    bool known(VariableId v, const State& s) const { return s.values.contains(v) || s.places.contains(v); }
+    bool known(const Term& t, const State& s) const {
+        bool all = true;
+        each_variable(t, [&](VariableId v) { all = all && known(v, s); });
+        return all;
+    }
+
+    // A test or negation all of whose variables are known, or an equality that gives a new one its value.
+    bool take_ready(std::vector<Clause>& body, State& state, const Variables& outside, std::vector<Step>& steps) const {
+        for (std::size_t i = 0; i < body.size(); ++i) {
+            const Clause& c = body[i];
+            if (c.kind == Clause::Kind::Test) {
+                if (known(c.test, state)) {
+                    Step s{.kind = Step::Kind::Test};
+                    s.term = c.test;
+                    steps.push_back(std::move(s));
+                } else if (!set(c.test, state, steps)) {
+                    continue;
+                }
+            } else if (c.kind == Clause::Kind::Not) {
+                Variables others = outside;
+                for (std::size_t k = 0; k < body.size(); ++k)
+                    if (k != i) each_variable(body[k], [&](VariableId v) { others.insert(v); });
+                bool ready = true;
+                each_variable(c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v)); });
+                if (!ready) continue;
+                Step s{.kind = Step::Kind::Absent};
+                State inner = state;
+                s.inner = order(c.inner, inner, false, others);
+                steps.push_back(std::move(s));
+            } else {
+                continue;
+            }
+            body.erase(body.begin() + static_cast<std::ptrdiff_t>(i));
+            return true;
+        }
+        return false;
+    }
+
+    bool set(const Term& test, State& state, std::vector<Step>& steps) const {
+        if (test.op != Op::Equal) return false;
+        for (std::size_t side = 0; side < 2; ++side) {
+            const Term& target = test.operands[side];
+            const Term& value = test.operands[1 - side];
+            if (!target.is_variable() || known(target.variable, state) || !known(value, state)) continue;
+            Step s{.kind = Step::Kind::Set};
+            s.variable = target.variable;
+            s.term = value;
+            state.values.insert(target.variable);
+            steps.push_back(std::move(s));
+            return true;
+        }
+        return false;
+    }
+
+    bool is_neighbor(const Atom& a) const {
+        const WorldSource w = program_.predicates[a.predicate].world;
+        return w == WorldSource::Neighbor || w == WorldSource::NeighborPort;
+    }
+
+    // Lower is sooner; a large number: cannot be read yet.
+    static constexpr int kNotYet = 1000;
+    int cost(const Atom& a, const State& s) const {
+        const VariableId at = a.arguments[0].variable;
+        const bool home = at == rule_.home;
+        int unknown = 0;
+        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
+            if (a.arguments[i].is_variable()) unknown += known(a.arguments[i].variable, s) ? 0 : 1;
+            else if (a.arguments[i].op != Op::Anonymous && !known(a.arguments[i], s)) return kNotYet;
+        }
+        if (is_neighbor(a)) {
+            const VariableId other = home ? a.arguments[1].is_variable() ? a.arguments[1].variable : VariableId() : at;
+            if (other.valid() && s.places.contains(other)) return 5;
+            if (other.valid() && s.values.contains(other)) return 30;
+            return 60;
+        }
+        const Storage storage = plan_.of(a.predicate).storage;
+        const bool one = storage == Storage::Flag || storage == Storage::Single || (storage == Storage::World);
+        if (home) return one ? 10 + unknown : (unknown == 0 ? 20 : 40 + unknown);
+        if (s.places.contains(at)) return one ? 15 + unknown : (unknown == 0 ? 25 : 50 + unknown);
+        if (s.values.contains(at)) return 35 + unknown;
+        // Nothing is known of this catom: it must be a neighbour that points here; all neighbours are asked.
+        const bool points_home = program_.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable() && a.arguments[1].variable == rule_.home;
+        return points_home ? 70 : kNotYet;
+    }
+
+    std::size_t pick(const std::vector<Clause>& body, const State& s, bool textual) const {
+        std::size_t best = body.size();
+        int least = kNotYet;
+        for (std::size_t i = 0; i < body.size(); ++i) {
+            if (body[i].kind != Clause::Kind::Atom) continue;
+            const int c = cost(body[i].atom, s);
+            if (c >= kNotYet) continue;
+            if (textual) return i;
+            if (c < least) {
+                least = c;
+                best = i;
+            }
+        }
+        return best;
+    }
+
+    void reach(VariableId at, State& s, std::vector<Step>& steps) const {
+        if (s.places.contains(at)) return;
+        Step step{.kind = s.values.contains(at) ? Step::Kind::Locate : Step::Kind::Neighbours};
+        step.place = at;
+        s.places.insert(at);
+        steps.push_back(std::move(step));
+    }
+
+    void atom(const Atom& a, State& s, std::vector<Step>& steps) const {
+        if (is_neighbor(a)) return neighbor(a, s, steps);
+        const VariableId at = a.arguments[0].variable;
+        reach(at, s, steps);
+        Step step{.kind = Step::Kind::Match};
+        step.place = at;
+        step.at_home = at == rule_.home;
+        step.predicate = a.predicate;
+        step.read_only = a.read_only;
+        step.ranks = ranked_ && std::find(component_.begin(), component_.end(), a.predicate) != component_.end();
+        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
+            const Term& t = a.arguments[i];
+            step.arguments.push_back(t);
+            if (t.op == Op::Anonymous) {
+                step.uses.push_back(ArgumentUse::Skip);
+            } else if (t.is_variable() && !known(t.variable, s)) {
+                step.uses.push_back(ArgumentUse::Bind);
+                s.values.insert(t.variable);
+                if (i == 1 && plan_.of(a.predicate).storage == Storage::PerLink) s.places.insert(t.variable);
+            } else {
+                step.uses.push_back(ArgumentUse::Compare);
+            }
+        }
+        steps.push_back(std::move(step));
+    }
+
+    // neighbor(A, B, P) seen from the home, whichever of the two it is.
+    void neighbor(const Atom& a, State& s, std::vector<Step>& steps) const {
+        const bool forward = a.arguments[0].variable == rule_.home;
+        const Term& other = forward ? a.arguments[1] : a.arguments[0];
+        Step step{.kind = Step::Kind::Neighbours};
+        step.port_from_other_side = !forward;
+        if (other.is_variable() && s.places.contains(other.variable) && other.variable != rule_.home) {
+            if (a.arguments.size() < 3 || a.arguments[2].op == Op::Anonymous) return;  // It is one: nothing to check.
+            step.place = other.variable;
+            step.kind = Step::Kind::Locate;
+        } else if (other.is_variable()) {
+            step.place = other.variable;
+            step.kind = s.values.contains(other.variable) ? Step::Kind::Locate : Step::Kind::Neighbours;
+            s.places.insert(other.variable);
+        } else {
+            step.term = other;  // A fixed catom or `_`.
+        }
+        if (a.arguments.size() > 2) {
+            const Term& port = a.arguments[2];
+            if (port.is_variable() && !known(port.variable, s)) {
+                step.port = port.variable;
+                s.values.insert(port.variable);
+            } else {
+                step.port_compare = port;
+            }
+        }
+        steps.push_back(std::move(step));
+    }
+
+    const Plan& plan_;
+    const Program& program_;
+    const Rule& rule_;
+    bool ranked_;
+    const std::vector<PredicateId>& component_;
+};
+
+class Inputs {
+  public:
+    explicit Inputs(const Plan& plan) : plan_(plan) {}
+
+    std::uint64_t of(const std::vector<Step>& steps) const {
+        // The bits of runtime/abi/module_abi.h.
+        constexpr std::uint64_t born = 1, links = 2, place = 4, tick = 16;
+        std::uint64_t bits = born;
+        for (const Step& s : steps) {
+            bits |= of(s.inner);
+            if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate) bits |= links;
+            if (s.kind != Step::Kind::Match) continue;
+            const Stored& stored = plan_.of(s.predicate);
+            switch (plan_.program.predicates[s.predicate].world) {
+                case WorldSource::None:
+                    bits |= s.at_home ? plan_.columns[stored.column].own_dirty : plan_.columns[stored.column].reader_dirty | links;
+                    if (stored.storage == Storage::PerLink) bits |= links;
+                    break;
+                case WorldSource::Neighbor:
+                case WorldSource::NeighborPort:
+                case WorldSource::NeighborCount:
+                case WorldSource::Vacant: bits |= links; break;
+                case WorldSource::Cell:
+                case WorldSource::Position:
+                case WorldSource::Target:
+                case WorldSource::TargetPort: bits |= place; break;
+                case WorldSource::Tick: bits |= tick; break;
+                case WorldSource::Id: break;
+            }
+        }
+        return bits;
+    }
+    std::uint64_t of(const std::vector<HeadPlan>& heads) const {
+        std::uint64_t bits = 0;
+        for (const HeadPlan& h : heads) bits |= of(h.steps) | of(h.heads);
+        return bits;
+    }
+
+  private:
+    const Plan& plan_;
+};
+
+void head_variables(const std::vector<Head>& heads, Variables& out) {
+    for (const Head& h : heads) {
+        for (const Term& t : h.atom.arguments) each_variable(t, [&](VariableId v) { out.insert(v); });
+        head_variables(h.heads, out);
+    }
+}
+
+std::vector<HeadPlan> plan_heads(const Orderer& orderer, const std::vector<Head>& heads, const Orderer::State& state) {
+    std::vector<HeadPlan> out;
+    for (const Head& h : heads) {
+        HeadPlan plan;
+        plan.kind = h.kind;
+        if (h.kind == Head::Kind::Fact) {
+            plan.predicate = h.atom.predicate;
+            plan.place = h.atom.arguments[0].variable;
+            plan.arguments.assign(h.atom.arguments.begin() + 1, h.atom.arguments.end());
+        } else {
+            Orderer::State inner = state;
+            Variables used;
+            head_variables(h.heads, used);
+            plan.steps = orderer.order(h.body, inner, true, used);
+            plan.heads = plan_heads(orderer, h.heads, inner);
+        }
+        out.push_back(std::move(plan));
+    }
+    return out;
+}
+
+RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<PredicateId>& component) {
+    const Rule& rule = plan.program.rules[id];
+    const Orderer orderer(plan, rule, ranked, component);
+    Orderer::State state = orderer.start();
+    RulePlan out;
+    out.rule = id;
+    Variables used;
+    head_variables(rule.heads, used);
+    out.steps = orderer.order(rule.body, state, rule.linear, used);
+    out.heads = plan_heads(orderer, rule.heads, state);
+    const Inputs inputs(plan);
+    out.inputs = inputs.of(out.steps) | inputs.of(out.heads);
+    return out;
+}
+
+bool is_ranked(const Plan& plan, const Component& c) { return plan.of(c.predicates[0]).ranked; }
+
+}  // namespace
+
+void order_rules(Plan& plan) {
+    for (const Component& c : plan.program.components) {
+        if (c.rules.empty()) continue;
+        ComponentPlan out;
+        out.predicates = c.predicates;
+        out.links = c.links;
+        const bool ranked = is_ranked(plan, c);
+        out.recursion = !c.recursive ? Recursion::None : c.tree ? Recursion::Tree : !ranked ? Recursion::LocalSets
+                        : c.local || c.predicates.size() > 1 ? Recursion::Mutual : Recursion::Ranked;
+        for (const RuleId id : c.rules) {
+            out.rules.push_back(plan_rule(plan, id, ranked, c.predicates));
+            out.inputs |= out.rules.back().inputs;
+        }
+        constexpr std::uint64_t wake = 8;
+        if (ranked && c.links) out.inputs |= wake;
+        for (const PredicateId p : c.predicates) out.outputs |= plan.columns[plan.of(p).column].own_dirty;
+        plan.components.push_back(std::move(out));
+    }
+    for (const RuleId id : plan.program.rules.ids()) {
+        const Rule& rule = plan.program.rules[id];
+        if (!rule.linear) continue;
+        (rule.birth ? plan.births : plan.linear_rules).push_back(plan_rule(plan, id, false, {}));
+    }
+    const std::uint64_t tick = 16;
+    for (const ComponentPlan& c : plan.components) plan.reads_tick = plan.reads_tick || (c.inputs & tick);
+    for (const RulePlan& r : plan.linear_rules) plan.reads_tick = plan.reads_tick || (r.inputs & tick);
+}
+
+}  // namespace meld::plan

@@ -1,0 +1,47 @@
+// The planner's pipeline.
+#include "compiler/plan/plan.h"
+
+#include "compiler/check/check.h"
+
+namespace meld::plan {
+
+Plan make_plan(check::Program program) {
+    Plan plan;
+    separate_base(program);
+    localize(program);
+    program.components.clear();
+    diagnostics::Reporter already_reported;
+    check::stratify(program, already_reported);
+    plan.program = std::move(program);
+    lay_out(plan);
+    order_rules(plan);
+    verify(plan);
+    return plan;
+}
+
+namespace {
+
+void verify_steps(const Plan& plan, const check::Rule& rule, const std::vector<Step>& steps) {
+    for (const Step& s : steps) {
+        verify_steps(plan, rule, s.inner);
+        if (s.kind != Step::Kind::Match) continue;
+        const check::Predicate& p = plan.program.predicates[s.predicate];
+        MELD_CHECK(s.uses.size() == s.arguments.size() && s.arguments.size() + 1 == p.arguments.size(), "rule {}, {}", rule.name, p.name);
+        MELD_CHECK(plan.of(s.predicate).storage != Storage::Unused, "rule {} reads {}, which is stored nowhere", rule.name, p.name);
+        MELD_CHECK(s.at_home || p.world == check::WorldSource::None, "rule {} reads {} at a neighbour", rule.name, p.name);
+        MELD_CHECK(s.at_home || plan.of(s.predicate).exported, "rule {} reads {} at a neighbour, and it is not exported", rule.name, p.name);
+    }
+}
+
+}  // namespace
+
+void verify(const Plan& plan) {
+    const auto rules = [&](const std::vector<RulePlan>& all) {
+        for (const RulePlan& r : all) verify_steps(plan, plan.program.rules[r.rule], r.steps);
+    };
+    for (const ComponentPlan& c : plan.components) rules(c.rules);
+    rules(plan.linear_rules);
+    rules(plan.births);
+}
+
+}  // namespace meld::plan

@@ -1,0 +1,147 @@
+// Rule plans: how each rule is evaluated at its home catom, and how each predicate is stored. Printed by --emit=plan in
+// the concrete syntax shown beside each step.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compiler/check/program.h"
+
+namespace meld::plan {
+
+using check::PredicateId;
+using check::RuleId;
+using check::Term;
+using check::VariableId;
+
+// ---- storage
+
+enum class Storage { Unused, Flag, Single, PerLink, Rows, World };
+std::string storage_name(Storage storage);
+
+struct Column;
+using ColumnId = Id<Column>;
+
+struct Field {               // One argument after the catom.
+    check::Type type = check::Type::Int;
+    std::uint32_t bytes = 8;
+    std::uint32_t offset = 0;  // In the record or row; PerLink: of port 0.
+};
+
+struct Stored {
+    Storage storage = Storage::Unused;
+    ColumnId column;
+    std::vector<Field> fields;
+    bool exported = false;     // Read at neighbours.
+    bool ranked = false;       // Carries the rank of its fact.
+    std::uint32_t rank_offset = 0;
+    std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a word; PerLink: the mask of ports.
+    std::uint32_t presence_mask = 0;
+    PredicateId base;          // Where facts given from outside go: itself, an auxiliary, or none.
+};
+
+struct Column {
+    std::string name;
+    bool rows = false;
+    bool exported = false;
+    std::vector<PredicateId> predicates;
+    std::uint32_t stride = 0;     // Bytes a catom.
+    std::uint32_t row_bytes = 0;
+    std::uint64_t own_dirty = 0;
+    std::uint64_t reader_dirty = 0;
+};
+
+// ---- steps of a rule, outermost first; each later step runs for every way to satisfy the earlier ones
+
+enum class ArgumentUse { Skip, Bind, Compare };
+
+struct Step {
+    enum class Kind {
+        Neighbours,  // for each neighbour B [at port P]
+        Locate,      // find neighbour B              B's id is known
+        Match,       // dist(A, D)                    facts of a stored or world predicate at a place
+        Test,        // if D > 3
+        Set,         // D = X + 1
+        Absent,      // unless { steps }
+    } kind = Kind::Match;
+    VariableId place = {};            // Neighbours, Locate: the catom found; Match: where.
+    bool at_home = true;              // Match: at the rule's home.
+    PredicateId predicate = {};       // Match
+    std::vector<Term> arguments = {}; // Match, after the catom.
+    std::vector<ArgumentUse> uses = {};
+    VariableId port = {};             // Neighbours: bound to the port, if valid.
+    Term port_compare = {};           // Neighbours: the port must equal this (where not Anonymous).
+    bool port_from_other_side = false;  // The port is the one at which B sees the home.
+    bool read_only = false;           // Match of a linear fact that is left in place.
+    bool ranks = false;               // Match: its rank counts for the head's.
+    Term term = {};                   // Test, Set
+    VariableId variable = {};         // Set
+    std::vector<Step> inner = {};     // Absent
+};
+
+struct HeadPlan {
+    check::Head::Kind kind = check::Head::Kind::Fact;
+    PredicateId predicate;
+    VariableId place;
+    std::vector<Term> arguments = {};
+    std::vector<Step> steps = {};     // Comprehension
+    std::vector<HeadPlan> heads = {};
+};
+
+struct RulePlan {
+    RuleId rule;
+    std::vector<Step> steps;
+    std::vector<HeadPlan> heads;
+    std::uint64_t inputs = 0;         // Dirty bits after which the rule is looked at again.
+};
+
+// How the support of a component is kept (evaluation.md, "Four kinds of recursion").
+enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
+
+struct ComponentPlan {
+    std::vector<PredicateId> predicates;
+    std::vector<RulePlan> rules;
+    Recursion recursion = Recursion::None;
+    bool links = false;
+    std::uint64_t inputs = 0;
+    std::uint64_t outputs = 0;        // own_dirty of its columns.
+};
+
+struct Plan {
+    check::Program program;           // With the auxiliaries of localization.
+    std::vector<Stored> stored;       // By PredicateId.
+    Table<Column> columns;
+    std::vector<ComponentPlan> components;
+    std::vector<RulePlan> linear_rules;  // In order of priority.
+    std::vector<RulePlan> births;     // Linear axioms.
+    bool reads_tick = false;
+
+    const Stored& of(PredicateId p) const { return stored[p.index()]; }
+};
+
+// Plans a program that was checked without errors. max_ports: the most links a catom can have.
+Plan make_plan(check::Program program);
+
+// ---- the passes, one file each, in this order
+
+// Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
+void separate_base(check::Program& program);
+// Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
+void localize(check::Program& program);
+// Chooses storage, records and columns, and dirty bits.
+void lay_out(Plan& plan);
+// Orders the bodies into steps.
+void order_rules(Plan& plan);
+// Checks the invariants that emission relies on; a violation is our bug and ends the process.
+void verify(const Plan& plan);
+
+std::string print(const Plan& plan);
+// For every rule where it runs and what it sends; for every predicate its storage and bytes a catom.
+std::string explain(const Plan& plan);
+// Bytes a catom of all columns, without what rows need beyond their heads.
+std::uint64_t bytes_per_catom(const Plan& plan);
+
+inline constexpr std::uint32_t kMaxPorts = 12;
+
+}  // namespace meld::plan

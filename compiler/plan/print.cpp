@@ -1,0 +1,200 @@
+// The plan as text, and the explanation of rules and storage that --explain-rules prints.
+#include <fmt/format.h>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+std::string storage_name(Storage storage) {
+    switch (storage) {
+        case Storage::Unused: return "unused";
+        case Storage::Flag: return "flag";
+        case Storage::Single: return "single";
+        case Storage::PerLink: return "per link";
+        case Storage::Rows: return "rows";
+        case Storage::World: return "world";
+    }
+    return "";
+}
+
+namespace {
+
+std::string recursion_name(Recursion r) {
+    switch (r) {
+        case Recursion::None: return "not recursive";
+        case Recursion::LocalSets: return "recursive at the catom, from scratch";
+        case Recursion::Ranked: return "recursive over links, ranks and quarantine";
+        case Recursion::Mutual: return "mutually recursive, ranks and quarantine";
+        case Recursion::Tree: return "sums over a tree";
+    }
+    return "";
+}
+
+class Printer {
+  public:
+    explicit Printer(const Plan& plan) : plan_(plan), program_(plan.program) {}
+
+    std::string plan() {
+        for (const ColumnId id : plan_.columns.ids()) {
+            const Column& c = plan_.columns[id];
+            out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride, c.rows ? fmt::format(", {} a row", c.row_bytes) : "",
+                                c.exported ? ", exported" : "");
+        }
+        for (const ComponentPlan& c : plan_.components) {
+            std::string names;
+            for (const PredicateId p : c.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;
+            out_ += fmt::format("\ncomponent {}: {}\n", names, recursion_name(c.recursion));
+            for (const RulePlan& r : c.rules) rule(r);
+        }
+        if (!plan_.births.empty()) out_ += "\nat birth\n";
+        for (const RulePlan& r : plan_.births) rule(r);
+        if (!plan_.linear_rules.empty()) out_ += "\nlinear rules, first fitting first\n";
+        for (const RulePlan& r : plan_.linear_rules) rule(r);
+        return out_;
+    }
+
+    std::string explanation() {
+        out_ += "Predicates\n";
+        for (const PredicateId id : program_.predicates.ids()) {
+            const Predicate& p = program_.predicates[id];
+            const Stored& s = plan_.of(id);
+            if (s.storage == Storage::Unused && p.prelude) continue;
+            out_ += fmt::format("  {:<28} {:<9}", p.signature(), storage_name(s.storage));
+            if (s.column.valid()) {
+                const Column& c = plan_.columns[s.column];
+                out_ += c.rows ? fmt::format(" {} bytes a catom and {} a fact", c.stride, c.row_bytes)
+                               : fmt::format(" in a record of {} bytes{}", c.stride, c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
+                if (s.exported) out_ += ", read by neighbours";
+                if (s.ranked) out_ += ", with its rank";
+            } else if (s.storage == Storage::World) {
+                out_ += " read from the ensemble";
+            } else if (p.kind == PredicateKind::Action) {
+                out_ += " not stored: carried out";
+            }
+            out_ += "\n";
+        }
+        out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
+        for (const ComponentPlan& c : plan_.components)
+            for (const RulePlan& r : c.rules) explain_rule(r, recursion_name(c.recursion));
+        for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
+        for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
+        return out_;
+    }
+
+  private:
+    std::string others(const Column& c, PredicateId self) const {
+        std::string text;
+        for (const PredicateId p : c.predicates)
+            if (p != self) text += (text.empty() ? "" : ", ") + program_.predicates[p].name;
+        return text;
+    }
+
+    void explain_rule(const RulePlan& r, const std::string& how) {
+        const check::Rule& rule = program_.rules[r.rule];
+        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, rule.variables[rule.home].name, how);
+        std::string reads;
+        remote_reads(r.steps, reads);
+        heads_remote(r.heads, reads);
+        if (!reads.empty()) out_ += fmt::format("\n      a change of {} is sent over each link", reads);
+        std::string sends;
+        sent(r.heads, rule, sends);
+        if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
+        out_ += "\n";
+    }
+    void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
+        for (const HeadPlan& h : heads) {
+            remote_reads(h.steps, out);
+            heads_remote(h.heads, out);
+        }
+    }
+    void remote_reads(const std::vector<Step>& steps, std::string& out) const {
+        for (const Step& s : steps) {
+            remote_reads(s.inner, out);
+            const std::string name = s.kind == Step::Kind::Match ? program_.predicates[s.predicate].name : "";
+            if (s.kind == Step::Kind::Match && !s.at_home && out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
+        }
+    }
+    void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
+        for (const HeadPlan& h : heads) {
+            if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
+                out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
+            sent(h.heads, rule, out);
+        }
+    }
+
+    void rule(const RulePlan& r) {
+        rule_ = &program_.rules[r.rule];
+        out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->home].name, rule_->text);
+        steps(r.steps, 2);
+        heads(r.heads, 2 + r.steps.size());
+    }
+
+    void indented(std::size_t depth, const std::string& text) { out_ += std::string(depth * 2, ' ') + text + "\n"; }
+
+    void steps(const std::vector<Step>& all, std::size_t depth) {
+        for (const Step& s : all) {
+            indented(depth, step(s, depth));
+            ++depth;
+        }
+    }
+
+    std::string name(VariableId v) const { return rule_->variables[v].name; }
+
+    std::string step(const Step& s, std::size_t depth) {
+        switch (s.kind) {
+            case Step::Kind::Neighbours:
+            case Step::Kind::Locate: {
+                std::string text = fmt::format("{} neighbour {}", s.kind == Step::Kind::Neighbours ? "for each" : "find",
+                                               s.place.valid() ? name(s.place) : s.term.op == Op::Anonymous ? "_" : print(program_, *rule_, s.term));
+                if (s.port.valid()) text += " at port " + name(s.port);
+                if (s.port_compare.op != Op::Anonymous) text += " at port " + print(program_, *rule_, s.port_compare);
+                return text;
+            }
+            case Step::Kind::Match: {
+                std::string text = program_.predicates[s.predicate].name + "(" + name(s.place);
+                for (std::size_t i = 0; i < s.arguments.size(); ++i)
+                    text += ", " + std::string(s.uses[i] == ArgumentUse::Compare ? "=" : "") + print(program_, *rule_, s.arguments[i]);
+                return text + ")" + (s.ranks ? "  rank" : "");
+            }
+            case Step::Kind::Test: return "if " + print(program_, *rule_, s.term);
+            case Step::Kind::Set: return name(s.variable) + " = " + print(program_, *rule_, s.term);
+            case Step::Kind::Absent: {
+                std::string saved;
+                std::swap(saved, out_);
+                steps(s.inner, depth + 1);
+                std::swap(saved, out_);
+                while (!saved.empty() && saved.back() == '\n') saved.pop_back();
+                return "unless\n" + saved;
+            }
+        }
+        return "";
+    }
+
+    void heads(const std::vector<HeadPlan>& all, std::size_t depth) {
+        for (const HeadPlan& h : all) {
+            if (h.kind == Head::Kind::Comprehension) {
+                indented(depth, "-> for all");
+                steps(h.steps, depth + 1);
+                heads(h.heads, depth + 1 + h.steps.size());
+                continue;
+            }
+            std::string text = "-> " + program_.predicates[h.predicate].name + "(" + name(h.place);
+            for (const Term& t : h.arguments) text += ", " + print(program_, *rule_, t);
+            indented(depth, text + ")");
+        }
+    }
+
+    const Plan& plan_;
+    const Program& program_;
+    const check::Rule* rule_ = nullptr;
+    std::string out_;
+};
+
+}  // namespace
+
+std::string print(const Plan& plan) { return Printer(plan).plan(); }
+std::string explain(const Plan& plan) { return Printer(plan).explanation(); }
+
+}  // namespace meld::plan
