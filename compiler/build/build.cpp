@@ -15,7 +15,7 @@ namespace {
 
 // Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more;
 // Clang's version is part of it.
-constexpr const char* kRecipe = "1, clang " CLAYMELD_LLVM_VERSION;
+constexpr const char* kRecipe = "2, clang " CLAYMELD_LLVM_VERSION;
 
 class ContentHash {
   public:

@@ -1,14 +1,24 @@
-// Where the program finds its backend is in its RUNPATH, which cmake/MeldBuild.cmake sets.
+// Finds the library from where the program lies, so that both can be moved together. A run path in the program would not
+// do: dlopen honours that of its caller, which under a sanitizer is the sanitizer's library.
 #include "compiler/build/load_backend.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <filesystem>
+
 namespace meld {
 namespace {
 
+std::string backend_path() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kBackendLibrary;
+    return std::filesystem::exists(beside, error) ? beside.string() : std::string(kBackendLibrary);
+}
+
 Result<const Backend*> open_backend() {
-    void* handle = ::dlopen(kBackendLibrary, RTLD_LAZY | RTLD_LOCAL);
+    void* handle = ::dlopen(backend_path().c_str(), RTLD_LAZY | RTLD_LOCAL);
     void* entry = handle == nullptr ? nullptr : ::dlsym(handle, kBackendEntry);
     if (entry == nullptr) {
         const char* reason = ::dlerror();

@@ -39,8 +39,8 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         "-triple", llvm::sys::getDefaultTargetTriple(), "-target-cpu", options.target_cpu,
         "-emit-obj", "-x", "c++", "-std=c++20", "-O" + std::to_string(options.optimisation),
         "-ffp-contract=off", "-fno-rtti", "-mrelocation-model", "pic", "-pic-level", "2",
-        "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kRoot, "-isystem", kRoot + "freestanding",
-        "-disable-free", "-w", "-main-file-name", source};
+        "-fvisibility-inlines-hidden", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kRoot, "-isystem", kRoot + "freestanding",
+        "-w", "-main-file-name", source};
     // clang-format on
     if (options.optimisation >= 2) arguments.insert(arguments.end(), {"-vectorize-loops", "-vectorize-slp"});
     arguments.push_back(source);
