@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <dlfcn.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -143,6 +145,23 @@ TEST(BuildModule, SurvivesManyProcessesBuildingTheSameModule) {
         EXPECT_EQ(status, 0);
     }
     EXPECT_EQ(files_in(cache.path()), 1);
+}
+
+TEST(BuildModule, ReportsADiskThatFillsUpAtAnyPoint) {
+    for (::rlim_t limit_bytes = 0; limit_bytes < 8000; limit_bytes += 250) {
+        const ScratchFolder cache;
+        if (::fork() == 0) {
+            ::signal(SIGXFSZ, SIG_IGN);
+            const ::rlimit limit = {.rlim_cur = limit_bytes, .rlim_max = limit_bytes};
+            ::setrlimit(RLIMIT_FSIZE, &limit);
+            const Result<std::string> path = build_module(kSource, "full", options_in(cache.path()));
+            const bool fine = path ? note_of(*path).abi_version == 7 : path.error().code == ExitCode::UsageOrWorld;
+            ::_exit(fine && files_in(cache.path()) == (path ? 1 : 0) ? 0 : 1);
+        }
+        int status = -1;
+        ASSERT_GT(::wait(&status), 0);
+        ASSERT_EQ(status, 0) << limit_bytes;
+    }
 }
 
 void make_file(const fs::path& path, std::size_t size_bytes, std::chrono::hours age) {
