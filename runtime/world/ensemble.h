@@ -1,14 +1,15 @@
 // The catoms one part knows: which cell each stands on, which catom stands on each cell, in bricks.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "runtime/abi/geometry_abi.h"
+#include "runtime/world/brick_table.h"
 #include "runtime/world/lattice.h"
 
 namespace meld::world {
@@ -16,10 +17,14 @@ namespace meld::world {
 using Slot = std::uint32_t;
 using Catom = std::uint32_t;  // An index on this part, not an id.
 
+class Target;
+
 class Ensemble {
   public:
     // in_target says for a cell whether it is in the target shape; asked once per cell of a brick when the brick is made.
     Ensemble(const Lattice& lattice, std::function<bool(Cell)> in_target);
+    // The same from a world's target, which skips bricks that the target does not reach. The target must outlive this.
+    Ensemble(const Lattice& lattice, const Target& target);
 
     const Lattice& lattice() const { return lattice_; }
     // The arrays a module reads. Pointers change when catoms or bricks are added: fetch again after any change.
@@ -30,7 +35,8 @@ class Ensemble {
     std::optional<Slot> find_slot(Cell brick) const;
     Cell brick(Slot slot) const;
     std::size_t brick_count() const;  // Without the empty slot 0.
-    // Makes all 26 neighbours of a brick present, so that every cell a catom there can reach has a slot.
+    // Makes all 26 neighbours of a brick present, so that every cell a catom there can reach has a slot. At the edge of
+    // the world, where there are fewer, the others stay slot 0.
     void surround(Slot slot);
 
     // Adds a catom on an empty cell and returns its index, the lowest free one, else a new one at the end.
@@ -50,18 +56,44 @@ class Ensemble {
     std::size_t index_count() const { return id_.size(); }
     std::size_t owned_count() const { return owned_count_; }
     std::size_t ghost_count() const { return ghost_count_; }
-    // The catom with this id, if this part knows it. Cost: one hash lookup; the map is made on first use and kept.
+    // The catom with this id, if this part knows it. Cost: one hash lookup; the map is made on first use and kept, so the
+    // first call must not run beside others.
     std::optional<Catom> find(std::uint64_t id) const;
     void reserve(std::size_t catoms, std::size_t bricks);
     std::size_t bytes() const;
 
   private:
-    // (the implementer fills this in)
-    const Lattice lattice_;
-    std::function<bool(Cell)> in_target_;
+    // Sets the 512 target bits of a brick, which are clear.
+    using FillTarget = std::function<void(Cell brick, std::span<std::uint64_t, 8> bits)>;
+    Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t sentinels);
+
+    Slot make_slot(Cell brick);
+    std::uint32_t site(Cell cell);  // Makes the brick if need be.
+    void count(std::uint8_t state, std::size_t by);
+
+    Lattice lattice_;
+    FillTarget fill_target_;
+
+    // By slot: 27 neighbours, 512 cells, 8 words of target bits, 3 coordinates of the first cell.
+    std::vector<std::uint32_t> neighbours_;
+    std::vector<std::int32_t> cell_catom_;
+    std::vector<std::uint64_t> target_;
+    std::vector<std::int32_t> origin_;
+    BrickTable slots_;
+    // The brick that was asked for last.
+    std::uint64_t last_key_ = 0;
+    Slot last_slot_ = 0;
+
+    // By catom. A free index has state kCatomFree and site 0.
     std::vector<std::uint64_t> id_;
+    std::vector<std::uint32_t> site_;
     std::vector<std::uint8_t> state_;
+    // A heap with the lowest free index on top.
+    std::vector<Catom> free_;
     std::size_t owned_count_ = 0, ghost_count_ = 0;
+
+    mutable IdTable ids_;
+    mutable bool ids_kept_ = false;
 };
 
 }  // namespace meld::world

@@ -40,8 +40,11 @@ class Lattice {
     LatticeKind kind() const { return kind_; }
     bool flat() const { return kind_ == LatticeKind::Square || kind_ == LatticeKind::Hex; }
 
+    // Cell (0,0,0) is centred on the origin on every lattice. hex: axial coordinates, row y shifted by y/2. fcc: layers
+    // sqrt(1/2) apart, odd layers shifted by (1/2, 1/2); so the cells of a neighbour depend on the parity of z.
     // Ports are numbered so that docs/worlds.md can print the table; square: E N W S; hex: 0..5 counter-clockwise from
-    // east (axial coordinates); cubic: +x -x +y -y +z -z; fcc: the 4 of the layer, 4 above, 4 below.
+    // east (axial coordinates); cubic: +x -x +y -y +z -z; fcc: the 4 of the layer (E N W S), 4 above and 4
+    // below (each NE NW SW SE).
     int ports() const { return ports_; }
     Cell neighbour(Cell cell, int port) const;
     int opposite(int port) const { return opposite_[static_cast<std::size_t>(port)]; }
@@ -50,12 +53,19 @@ class Lattice {
     // The smallest box of cells whose centres cover the box of positions [low, high], grown by one cell on each side.
     void cells_covering(Vec3 low, Vec3 high, Cell& first, Cell& last) const;
 
+    // The box of positions that holds the centres of all cells from `first` to `last`.
+    void positions_covering(Cell first, Cell last, Vec3& low, Vec3& high) const;
+    static bool in_range(Cell cell);        // Whether all coordinates lie in [-kCellLimit, kCellLimit).
+
     // Bricks: 8x8x8 cells in space, 32x16x1 in the plane.
     const std::array<std::int32_t, 3>& brick_bits() const { return brick_bits_; }
     Cell brick_of(Cell cell) const;         // Brick coordinates.
     Cell brick_origin(Cell brick) const;    // Its first cell.
     std::uint32_t number_in_brick(Cell cell) const;
     Cell cell_in_brick(Cell brick, std::uint32_t number) const;
+    bool brick_in_range(Cell brick) const;
+    // The 27 bricks around a brick, itself among them, are numbered (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
+    static Cell brick_offset(u32 neighbour);
     BrickKey brick_key(Cell brick) const;   // Hilbert index; brick coordinates as brick_of gives them.
     Cell brick_at(BrickKey key) const;
     CellKey key(Cell cell) const { return brick_key(brick_of(cell)) << kBrickCellBits | number_in_brick(cell); }

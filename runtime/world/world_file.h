@@ -44,8 +44,14 @@ struct World {
     LatticeKind lattice = LatticeKind::Cubic;
     double radius = 0.5;                 // Metres; only recordings and physics see it.
     Shape body;                          // Union of all [[body]] shapes.
-    std::vector<Cell> cells;             // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...].
+    // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may lie
+    // in `body` too. See sort_cells.
+    std::vector<Cell> cells;
     std::optional<Shape> target;
+    // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, that is
+    // catoms times (1 + held). Target (target.h) chooses them.
+    std::optional<std::uint64_t> target_cells;
+    bool target_is_mass = false;
     int held = 0;                        // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
@@ -61,8 +67,13 @@ Result<World> read_world(const std::string& path);
 // The same from text; `path` is only for messages.
 Result<World> parse_world(const std::string& text, const std::string& path);
 
-// How many catoms the world has and the boxes of cells they lie in, without making them. Used for memory estimates:
-// exact for boxes, else an upper bound from the shape's bounding box.
+// Brings cells into the order that World::cells has.
+void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);
+
+// How many catoms the world has and the box of cells they lie in, without making them. Used for memory estimates before
+// anything is allocated: exact for one box and for listed cells, else an upper bound, found by cutting space into some ten
+// thousand pieces and leaving out those that the shape does not reach. Cost: some milliseconds, however large the world.
+// Errors: the body is empty; it reaches beyond the cells that there are.
 struct WorldSize {
     double cells_upper_bound = 0;
     Cell first, last;

@@ -1,0 +1,215 @@
+// Bricks are slots that never go away; catoms are indices that are given back and used again, lowest first.
+#include "runtime/world/ensemble.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/world/target.h"
+
+namespace meld::world {
+namespace {
+
+constexpr std::int32_t kNobody = -1;
+
+}  // namespace
+
+Ensemble::Ensemble(const Lattice& lattice, std::function<bool(Cell)> in_target)
+    : Ensemble(lattice, in_target ? FillTarget([lattice, in_target](Cell brick, std::span<std::uint64_t, 8> bits) {
+                   for (std::uint32_t number = 0; number < kBrickCells; ++number) {
+                       if (in_target(lattice.cell_in_brick(brick, number))) bits[number / 64] |= std::uint64_t{1} << number % 64;
+                   }
+               })
+                                  : FillTarget(),
+               1) {}
+
+Ensemble::Ensemble(const Lattice& lattice, const Target& target)
+    : Ensemble(lattice, [&target](Cell brick, std::span<std::uint64_t, 8> bits) { target.fill(brick, bits); }, 1) {}
+
+Ensemble::Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t sentinels)
+    : lattice_(lattice),
+      fill_target_(std::move(fill_target)),
+      neighbours_(sentinels * kBrickNeighbours, 0),
+      cell_catom_(sentinels * kBrickCells, kNobody),
+      target_(sentinels * kBrickCells / 64, 0),
+      origin_(sentinels * 3, 0) {}
+
+Geometry Ensemble::geometry() const {
+    Geometry g;
+    g.ports = lattice_.ports();
+    for (int port = 0; port < g.ports; ++port) g.opposite[port] = lattice_.opposite(port);
+    g.step = lattice_.step_table().data();
+    g.cell_catom = cell_catom_.data();
+    g.brick_neighbours = neighbours_.data();
+    g.brick_target = target_.data();
+    g.brick_origin = origin_.data();
+    std::copy(lattice_.brick_bits().begin(), lattice_.brick_bits().end(), g.cell_bits);
+    g.catom_site = site_.data();
+    g.catom_id = id_.data();
+    g.catom_state = state_.data();
+    g.catoms = static_cast<u32>(id_.size());
+    return g;
+}
+
+Slot Ensemble::slot(Cell brick) {
+    const std::uint64_t key = packed(brick);
+    if (last_slot_ != 0 && key == last_key_) return last_slot_;
+    const Slot known = slots_.find(key);
+    last_slot_ = known != 0 ? known : make_slot(brick);
+    last_key_ = key;
+    return last_slot_;
+}
+
+std::optional<Slot> Ensemble::find_slot(Cell brick) const {
+    if (!lattice_.brick_in_range(brick)) return std::nullopt;
+    const Slot known = slots_.find(packed(brick));
+    return known != 0 ? std::optional<Slot>(known) : std::nullopt;
+}
+
+Cell Ensemble::brick(Slot slot) const {
+    MELD_EXPECT(slot > 0 && slot <= brick_count(), "slot {}", slot);
+    const std::size_t at = std::size_t{slot} * 3;
+    return lattice_.brick_of({origin_[at], origin_[at + 1], origin_[at + 2]});
+}
+
+std::size_t Ensemble::brick_count() const { return origin_.size() / 3 - 1; }
+
+void Ensemble::surround(Slot slot) {
+    const Cell centre = brick(slot);
+    for (u32 n = 0; n < kBrickNeighbours; ++n) {
+        if (neighbours_[std::size_t{slot} * kBrickNeighbours + n] != 0) continue;
+        const Cell there = centre + Lattice::brick_offset(n);
+        if (lattice_.brick_in_range(there)) make_slot(there);
+    }
+}
+
+Slot Ensemble::make_slot(Cell brick) {
+    MELD_CHECK(lattice_.brick_in_range(brick), "brick {} {} {}", brick.x, brick.y, brick.z);
+    const std::size_t made = brick_count() + 1;
+    // A site has 32 bits, 9 of them for the cell.
+    MELD_CHECK(made < std::size_t{1} << (32 - kBrickCellBits), "{} bricks", made);
+    const Slot slot = static_cast<Slot>(made);
+    neighbours_.resize((made + 1) * kBrickNeighbours, 0);
+    cell_catom_.resize((made + 1) * kBrickCells, kNobody);
+    target_.resize((made + 1) * kBrickCells / 64, 0);
+    const Cell origin = lattice_.brick_origin(brick);
+    origin_.insert(origin_.end(), {origin.x, origin.y, origin.z});
+    slots_.insert(packed(brick), slot);
+    for (u32 n = 0; n < kBrickNeighbours; ++n) {
+        const std::optional<Slot> other = find_slot(brick + Lattice::brick_offset(n));
+        if (!other) continue;
+        neighbours_[made * kBrickNeighbours + n] = *other;
+        neighbours_[std::size_t{*other} * kBrickNeighbours + (kBrickNeighbours - 1 - n)] = slot;
+    }
+    if (fill_target_) fill_target_(brick, std::span<std::uint64_t, 8>(target_.data() + made * 8, 8));
+    return slot;
+}
+
+std::uint32_t Ensemble::site(Cell cell) { return slot(lattice_.brick_of(cell)) << kBrickCellBits | lattice_.number_in_brick(cell); }
+
+Catom Ensemble::add(std::uint64_t id, Cell cell, CatomState state) {
+    MELD_EXPECT(state != kCatomFree);
+    MELD_EXPECT(Lattice::in_range(cell), "cell {} {} {}", cell.x, cell.y, cell.z);
+    const std::uint32_t here = site(cell);
+    MELD_EXPECT(cell_catom_[here] == kNobody, "catom {} stands on {} {} {}", cell_catom_[here], cell.x, cell.y, cell.z);
+    Catom catom = static_cast<Catom>(id_.size());
+    if (free_.empty()) {
+        id_.push_back(id);
+        site_.push_back(here);
+        state_.push_back(state);
+    } else {
+        std::pop_heap(free_.begin(), free_.end(), std::greater<>());
+        catom = free_.back();
+        free_.pop_back();
+        id_[catom] = id;
+        site_[catom] = here;
+        state_[catom] = state;
+    }
+    cell_catom_[here] = static_cast<std::int32_t>(catom);
+    count(state, 1);
+    if (ids_kept_) ids_.insert(catom, id_);
+    return catom;
+}
+
+void Ensemble::remove(Catom catom) {
+    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
+    if (ids_kept_) ids_.erase(catom, id_);
+    count(state_[catom], static_cast<std::size_t>(-1));
+    cell_catom_[site_[catom]] = kNobody;
+    site_[catom] = 0;
+    state_[catom] = kCatomFree;
+    free_.push_back(catom);
+    std::push_heap(free_.begin(), free_.end(), std::greater<>());
+}
+
+void Ensemble::move(Catom catom, Cell to) {
+    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
+    MELD_EXPECT(Lattice::in_range(to), "cell {} {} {}", to.x, to.y, to.z);
+    const std::uint32_t there = site(to);
+    MELD_EXPECT(cell_catom_[there] == kNobody, "catom {} stands on {} {} {}", cell_catom_[there], to.x, to.y, to.z);
+    cell_catom_[site_[catom]] = kNobody;
+    cell_catom_[there] = static_cast<std::int32_t>(catom);
+    site_[catom] = there;
+}
+
+void Ensemble::set_state(Catom catom, CatomState state) {
+    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree && state != kCatomFree, "catom {}", catom);
+    count(state_[catom], static_cast<std::size_t>(-1));
+    count(state, 1);
+    state_[catom] = state;
+}
+
+// `by` is 1 or, wrapped around, -1.
+void Ensemble::count(std::uint8_t state, std::size_t by) { (state == kCatomOwned ? owned_count_ : ghost_count_) += by; }
+
+std::optional<Catom> Ensemble::at(Cell cell) const {
+    const std::optional<Slot> slot = find_slot(lattice_.brick_of(cell));
+    if (!slot) return std::nullopt;
+    const std::int32_t catom = cell_catom_[std::size_t{*slot} << kBrickCellBits | lattice_.number_in_brick(cell)];
+    return catom == kNobody ? std::nullopt : std::optional<Catom>(static_cast<Catom>(catom));
+}
+
+Cell Ensemble::cell(Catom catom) const {
+    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
+    const std::uint32_t site = site_[catom];
+    const std::size_t at = std::size_t{site >> kBrickCellBits} * 3;
+    return Cell{origin_[at], origin_[at + 1], origin_[at + 2]} + lattice_.cell_in_brick({}, site & (kBrickCells - 1));
+}
+
+bool Ensemble::target(Cell cell) const {
+    const std::optional<Slot> slot = find_slot(lattice_.brick_of(cell));
+    if (!slot) return false;
+    const std::uint32_t number = lattice_.number_in_brick(cell);
+    return target_[std::size_t{*slot} * 8 + number / 64] >> number % 64 & 1;
+}
+
+std::optional<Catom> Ensemble::find(std::uint64_t id) const {
+    if (!ids_kept_) {
+        ids_.reserve(id_.size(), id_);
+        for (Catom catom = 0; catom < id_.size(); ++catom) {
+            if (state_[catom] != kCatomFree) ids_.insert(catom, id_);
+        }
+        ids_kept_ = true;
+    }
+    const Catom known = ids_.find(id, id_);
+    return known == IdTable::kAbsent ? std::nullopt : std::optional<Catom>(known);
+}
+
+void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
+    id_.reserve(catoms);
+    site_.reserve(catoms);
+    state_.reserve(catoms);
+    neighbours_.reserve((bricks + 1) * kBrickNeighbours);
+    cell_catom_.reserve((bricks + 1) * kBrickCells);
+    target_.reserve((bricks + 1) * kBrickCells / 64);
+    origin_.reserve((bricks + 1) * 3);
+    slots_.reserve(bricks);
+}
+
+std::size_t Ensemble::bytes() const {
+    const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
+    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
+           slots_.bytes() + ids_.bytes();
+}
+
+}  // namespace meld::world

@@ -1,0 +1,70 @@
+// Reading the small expressions of a world file, shapes and regions: words, numbers and signs, each with its column.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/world/shape.h"
+
+namespace meld::world {
+
+// What is wrong with an expression and where: columns count bytes from 1.
+struct ExpressionError {
+    std::size_t column = 1;
+    std::string problem;
+    std::string suggestion = {};
+
+    // "column 7: problem".
+    Error error() const;
+};
+
+template <class T>
+using Parsed = tl::expected<T, ExpressionError>;
+
+enum class TokenKind { Word, Number, Sign, End };
+
+struct Token {
+    TokenKind kind = TokenKind::End;
+    std::string_view text;  // Of the expression, which must outlive it.
+    double number = 0;
+    std::size_t column = 1;
+};
+
+// The tokens of an expression, the last of which is End. Signs are ( ) , = == != < <= > >= && || ! % and a lone -.
+// Errors: a byte that starts no token; a number that is not finite.
+Parsed<std::vector<Token>> tokenize(std::string_view text);
+
+// A place in the tokens of one expression, moved forward by parsing.
+class Cursor {
+  public:
+    explicit Cursor(std::vector<Token> tokens) : tokens_(std::move(tokens)) {}
+    const Token& peek(std::size_t ahead = 0) const;
+    const Token& last() const { return tokens_[next_ - 1]; }  // The one taken last.
+    bool at(std::string_view sign) const { return is(peek(), sign); }
+    bool accept(std::string_view sign);
+    Token take();
+    tl::unexpected<ExpressionError> expected(std::string_view what) const;  // "expected what, found 'this'".
+
+    // How deep parentheses may be nested: far more than anybody writes, far less than the stack holds.
+    static constexpr int kMaxDepth = 200;
+    int depth = 0;
+
+  private:
+    static bool is(const Token& token, std::string_view sign) { return token.kind == TokenKind::Sign && token.text == sign; }
+    std::vector<Token> tokens_;
+    std::size_t next_ = 0;
+};
+
+// A number with an optional minus before it.
+Parsed<double> parse_signed(Cursor& cursor);
+// The shape that starts at the cursor.
+Parsed<Shape> parse_shape(Cursor& cursor);
+// A whole text that must be one shape, or one region.
+Parsed<Shape> parse_shape_text(std::string_view text);
+Parsed<Region> parse_region_text(const std::string& text);
+
+}  // namespace meld::world

@@ -1,0 +1,154 @@
+// Finds bricks by halving the box of bricks that holds a shape, and leaves out every part that the shape does not reach.
+#include "runtime/world/populate.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "runtime/base/assert.h"
+
+namespace meld::world {
+namespace {
+
+// Bricks are dealt out to shares in runs of this many: neighbours cost about the same, and a run is walked in one go.
+constexpr std::uint64_t kRun = 16;
+
+Box positions(const Lattice& lattice, Cell first_brick, Cell last_brick) {
+    Box box;
+    lattice.positions_covering(lattice.brick_origin(first_brick), lattice.cell_in_brick(last_brick, kBrickCells - 1), box.low, box.high);
+    return box;
+}
+
+// The longest side of a box of bricks, or nothing if it is one brick.
+std::int32_t Cell::*longest_side(Cell first, Cell last) {
+    const Cell size = last - first;
+    std::int32_t Cell::*longest = &Cell::x;
+    if (size.y > size.*longest) longest = &Cell::y;
+    if (size.z > size.*longest) longest = &Cell::z;
+    return size.*longest > 0 ? longest : nullptr;
+}
+
+struct Walk {
+    const Shape& shape;
+    const Lattice& lattice;
+    const std::function<bool(Cell)>& visit;
+
+    // Whether to go on. `inside`: the bricks are known to lie wholly in the shape.
+    bool over(Cell first, Cell last, bool inside) const {
+        if (!inside) {
+            const Box box = positions(lattice, first, last);
+            if (!shape.may_touch(box)) return true;
+            inside = shape.surely_contains(box);
+        }
+        std::int32_t Cell::*side = longest_side(first, last);
+        if (!side) return visit(first);
+        const std::int32_t middle = first.*side + (last.*side - first.*side) / 2;
+        Cell below = last, above = first;
+        below.*side = middle;
+        above.*side = middle + 1;
+        return over(first, below, inside) && over(above, last, inside);
+    }
+};
+
+BrickCells listed_cells(const World& world, const Lattice& lattice, BrickKey brick) {
+    BrickCells bits{};
+    const CellKey first = brick << kBrickCellBits;
+    const auto before = [&lattice](Cell cell, CellKey key) { return lattice.key(cell) < key; };
+    for (auto at = std::lower_bound(world.cells.begin(), world.cells.end(), first, before); at != world.cells.end(); ++at) {
+        const CellKey key = lattice.key(*at);
+        if (key - first >= kBrickCells) break;
+        bits[(key - first) / 64] |= std::uint64_t{1} << (key - first) % 64;
+    }
+    return bits;
+}
+
+// The bricks with listed cells, ascending; the cells are sorted by key, so those of a brick stand together.
+std::vector<BrickKey> bricks_of_list(const World& world, const Lattice& lattice) {
+    std::vector<BrickKey> bricks;
+    for (const Cell cell : world.cells) {
+        const BrickKey key = lattice.brick_key(lattice.brick_of(cell));
+        if (bricks.empty() || bricks.back() != key) bricks.push_back(key);
+    }
+    return bricks;
+}
+
+}  // namespace
+
+BrickCells cells_of_body(const World& world, const Lattice& lattice, Cell brick) {
+    BrickCells bits = cells_in_shape(world.body, lattice, brick);
+    if (world.cells.empty()) return bits;
+    const BrickCells listed = listed_cells(world, lattice, lattice.brick_key(brick));
+    for (std::size_t i = 0; i < bits.size(); ++i) bits[i] |= listed[i];
+    return bits;
+}
+
+namespace {
+
+std::uint32_t bit_count(const BrickCells& bits) {
+    std::uint32_t count = 0;
+    for (const std::uint64_t word : bits) count += static_cast<std::uint32_t>(std::popcount(word));
+    return count;
+}
+
+}  // namespace
+
+BrickCells cells_in_shape(const Shape& shape, const Lattice& lattice, Cell brick) {
+    BrickCells bits{};
+    const Box box = positions(lattice, brick, brick);
+    if (!shape.may_touch(box)) return bits;
+    if (shape.surely_contains(box)) {
+        bits.fill(~std::uint64_t{0});
+        return bits;
+    }
+    for (std::uint32_t number = 0; number < kBrickCells; ++number) {
+        if (shape.contains(lattice.position(lattice.cell_in_brick(brick, number)))) bits[number / 64] |= std::uint64_t{1} << number % 64;
+    }
+    return bits;
+}
+
+void for_each_brick(const Shape& shape, const Lattice& lattice, const std::function<bool(Cell brick)>& visit) {
+    const Box box = shape.bounds();
+    if (box.empty()) return;
+    Cell first, last;
+    lattice.cells_covering(box.low, box.high, first, last);
+    Walk{shape, lattice, visit}.over(lattice.brick_of(first), lattice.brick_of(last), false);
+}
+
+std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world, const Lattice& lattice, int share, int shares) {
+    MELD_EXPECT(shares > 0 && share >= 0 && share < shares, "share {} of {}", share, shares);
+    std::vector<std::pair<BrickKey, std::uint32_t>> counts;
+    std::uint64_t turn = 0;
+    const auto mine = [&turn, share, shares] { return turn++ / kRun % static_cast<std::uint64_t>(shares) == static_cast<std::uint64_t>(share); };
+    const auto count = [&](Cell brick, BrickKey key) {
+        const std::uint32_t cells = bit_count(cells_of_body(world, lattice, brick));
+        if (cells > 0) counts.emplace_back(key, cells);
+    };
+    const std::vector<BrickKey> listed = bricks_of_list(world, lattice);
+    for_each_brick(world.body, lattice, [&](Cell brick) {
+        if (!listed.empty() && std::binary_search(listed.begin(), listed.end(), lattice.brick_key(brick))) return true;
+        if (mine()) count(brick, lattice.brick_key(brick));
+        return true;
+    });
+    for (const BrickKey key : listed) {
+        if (mine()) count(lattice.brick_at(key), key);
+    }
+    std::sort(counts.begin(), counts.end());
+    return counts;
+}
+
+void cells_of_brick(const World& world, const Lattice& lattice, BrickKey brick, std::vector<std::uint32_t>& cells) {
+    cells.clear();
+    const BrickCells bits = cells_of_body(world, lattice, lattice.brick_at(brick));
+    for (std::uint32_t word = 0; word < bits.size(); ++word) {
+        for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1) {
+            cells.push_back(word * 64 + static_cast<std::uint32_t>(std::countr_zero(rest)));
+        }
+    }
+}
+
+std::uint64_t count_catoms(const World& world, const Lattice& lattice) {
+    std::uint64_t total = 0;
+    for (const auto& [brick, cells] : count_bricks(world, lattice, 0, 1)) total += cells;
+    return total;
+}
+
+}  // namespace meld::world

@@ -1,0 +1,195 @@
+// Asking a shape: each question walks down the tree, combinations by the rules of sets and of distances.
+#include "runtime/world/shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "runtime/world/expression.h"
+#include "runtime/world/shape_tree.h"
+
+namespace meld::world {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Distances are rounded; a box that touches a surface this closely counts as touched.
+constexpr double kSlack = 1e-9;
+constexpr Box kNothing = {{0, 0, 0}, {-1, -1, -1}};
+
+double distance_of(const Shape& shape, const Vec3& p);
+
+bool within(const Box& box, const Vec3& p) {
+    return p[0] >= box.low[0] && p[0] <= box.high[0] && p[1] >= box.low[1] && p[1] <= box.high[1] && p[2] >= box.low[2] && p[2] <= box.high[2];
+}
+
+Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vec3 times(const Vec3& a, double f) { return {a[0] * f, a[1] * f, a[2] * f}; }
+
+Vec3 turned(const Vec3& p, std::size_t axis, double sine, double cosine) {
+    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    Vec3 result = p;
+    result[u] = cosine * p[u] - sine * p[v];
+    result[v] = sine * p[u] + cosine * p[v];
+    return result;
+}
+Vec3 turned_back(const Rotated& s, const Vec3& p) { return turned(p, s.axis, -s.sine, s.cosine); }
+
+bool contains(const Union& s, const Vec3& p) {
+    return std::any_of(s.parts.begin(), s.parts.end(), [&p](const Shape& part) { return part.contains(p); });
+}
+bool contains(const Intersection& s, const Vec3& p) {
+    return std::all_of(s.parts.begin(), s.parts.end(), [&p](const Shape& part) { return part.contains(p); });
+}
+bool contains(const Difference& s, const Vec3& p) {
+    return s.whole.contains(p) && std::none_of(s.without.begin(), s.without.end(), [&p](const Shape& part) { return part.contains(p); });
+}
+bool contains(const Shell& s, const Vec3& p) { return s.solid.contains(p) && distance_of(s.solid, p) > -s.thickness; }
+bool contains(const Moved& s, const Vec3& p) { return s.solid.contains(minus(p, s.by)); }
+bool contains(const Rotated& s, const Vec3& p) { return s.solid.contains(turned_back(s, p)); }
+bool contains(const Scaled& s, const Vec3& p) { return s.solid.contains(times(p, 1 / s.factor)); }
+
+bool holds(const Solid& solid, const Vec3& p) {
+    return std::visit([&p](const auto& s) { return contains(s, p); }, solid);
+}
+
+double distance(const Union& s, const Vec3& p) {
+    double least = kInfinity;
+    for (const Shape& part : s.parts) least = std::min(least, distance_of(part, p));
+    return least;
+}
+double distance(const Intersection& s, const Vec3& p) {
+    double most = -kInfinity;
+    for (const Shape& part : s.parts) most = std::max(most, distance_of(part, p));
+    return most;
+}
+double distance(const Difference& s, const Vec3& p) {
+    double most = distance_of(s.whole, p);
+    for (const Shape& part : s.without) most = std::max(most, -distance_of(part, p));
+    return most;
+}
+double distance(const Shell& s, const Vec3& p) {
+    const double solid = distance_of(s.solid, p);
+    return std::max(solid, -s.thickness - solid);
+}
+double distance(const Moved& s, const Vec3& p) { return distance_of(s.solid, minus(p, s.by)); }
+double distance(const Rotated& s, const Vec3& p) { return distance_of(s.solid, turned_back(s, p)); }
+double distance(const Scaled& s, const Vec3& p) { return s.factor * distance_of(s.solid, times(p, 1 / s.factor)); }
+
+double distance_of(const Shape& shape, const Vec3& p) {
+    if (!shape.root()) return kInfinity;
+    return std::visit([&p](const auto& solid) { return distance(solid, p); }, shape.root()->solid);
+}
+
+Box bounds(const Union& s) {
+    Box all = kNothing;
+    for (const Shape& part : s.parts) {
+        const Box box = part.bounds();
+        if (box.empty()) continue;
+        if (all.empty()) all = box;
+        for (std::size_t i = 0; i < 3; ++i) {
+            all.low[i] = std::min(all.low[i], box.low[i]);
+            all.high[i] = std::max(all.high[i], box.high[i]);
+        }
+    }
+    return all;
+}
+Box bounds(const Intersection& s) {
+    Box all = {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+    for (const Shape& part : s.parts) {
+        const Box box = part.bounds();
+        for (std::size_t i = 0; i < 3; ++i) {
+            all.low[i] = std::max(all.low[i], box.low[i]);
+            all.high[i] = std::min(all.high[i], box.high[i]);
+        }
+    }
+    return all.empty() ? kNothing : all;
+}
+Box bounds(const Difference& s) { return s.whole.bounds(); }
+Box bounds(const Shell& s) { return s.solid.bounds(); }
+Box bounds(const Moved& s) {
+    const Box box = s.solid.bounds();
+    return {minus(box.low, times(s.by, -1)), minus(box.high, times(s.by, -1))};
+}
+Box bounds(const Scaled& s) {
+    const Box box = s.solid.bounds();
+    return {times(box.low, s.factor), times(box.high, s.factor)};
+}
+Box bounds(const Rotated& s) {
+    const Box box = s.solid.bounds();
+    if (box.empty()) return kNothing;
+    Box all = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (std::size_t i = 0; i < 3; ++i) p[i] = corner >> i & 1 ? box.high[i] : box.low[i];
+        p = turned(p, s.axis, s.sine, s.cosine);
+        for (std::size_t i = 0; i < 3; ++i) {
+            // Rounding must not leave a point of the shape outside.
+            all.low[i] = std::min(all.low[i], p[i] - kSlack * (1 + std::abs(p[i])));
+            all.high[i] = std::max(all.high[i], p[i] + kSlack * (1 + std::abs(p[i])));
+        }
+    }
+    return all;
+}
+
+// The middle of a box, and how far its corners are from there, a little more for rounding.
+struct BallAround {
+    Vec3 centre;
+    double radius;
+};
+BallAround ball_around(const Box& box) {
+    Vec3 centre;
+    double square = 0, size = 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+        centre[i] = std::midpoint(box.low[i], box.high[i]);
+        square += (box.high[i] - centre[i]) * (box.high[i] - centre[i]);
+        size += std::abs(box.high[i]) + std::abs(box.low[i]);
+    }
+    return {centre, std::sqrt(square) + kSlack * size};
+}
+
+}  // namespace
+
+Shape make_shape(Solid solid, std::string text) {
+    const Box box = std::visit([](const auto& s) { return bounds(s); }, solid);
+    return Shape(std::make_shared<const Shape::Node>(Shape::Node{std::move(solid), box, std::move(text)}));
+}
+
+Result<Shape> Shape::parse(const std::string& text) {
+    return parse_shape_text(text).map_error([](const ExpressionError& error) { return error.error(); });
+}
+
+Shape Shape::unite(std::vector<Shape> shapes) {
+    std::erase_if(shapes, [](const Shape& shape) { return !shape.root(); });
+    if (shapes.empty()) return Shape();
+    if (shapes.size() == 1) return shapes[0];
+    std::string text = "union(";
+    for (const Shape& shape : shapes) text += (&shape == shapes.data() ? "" : ", ") + shape.text();
+    return make_shape(Union{std::move(shapes)}, text + ")");
+}
+
+bool Shape::contains(const Vec3& point) const {
+    if (!root_ || !within(root_->bounds, point)) return false;
+    return holds(root_->solid, point);
+}
+
+Box Shape::bounds() const { return root_ ? root_->bounds : kNothing; }
+
+bool Shape::may_touch(const Box& box) const {
+    if (!root_ || box.empty()) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (box.high[i] < root_->bounds.low[i] || box.low[i] > root_->bounds.high[i]) return false;
+    }
+    const BallAround ball = ball_around(box);
+    return distance_of(*this, ball.centre) <= ball.radius;
+}
+
+bool Shape::surely_contains(const Box& box) const {
+    if (!root_ || box.empty()) return false;
+    const BallAround ball = ball_around(box);
+    return distance_of(*this, ball.centre) < -ball.radius;
+}
+
+std::string Shape::text() const { return root_ ? root_->text : "union()"; }
+
+}  // namespace meld::world
