@@ -1,0 +1,258 @@
+// The only file that knows HDF5. The library is a build for parallel use, but is used by one process like any serial one.
+#define OMPI_SKIP_MPICXX 1
+#include "runtime/record/hdf5_file.h"
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+
+#include "runtime/base/assert.h"
+
+namespace meld::record {
+
+static_assert(sizeof(hid_t) == sizeof(std::int64_t), "handles are kept as 64-bit integers");
+
+namespace {
+
+// An HDF5 handle that is given back at the end of its scope.
+class Handle {
+  public:
+    Handle(hid_t id, herr_t (*release)(hid_t)) : id_(id), release_(release) {}
+    ~Handle() {
+        if (id_ >= 0) release_(id_);
+    }
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
+    operator hid_t() const { return id_; }
+
+  private:
+    hid_t id_;
+    herr_t (*release_)(hid_t);
+};
+
+hid_t stored_type(ElementType type) {
+    switch (type) {
+        case ElementType::Int64: return H5T_STD_I64LE;
+        case ElementType::Float32: return H5T_IEEE_F32LE;
+        case ElementType::Float64: return H5T_IEEE_F64LE;
+        case ElementType::UInt8: return H5T_STD_U8LE;
+    }
+    return -1;
+}
+
+hid_t memory_type(ElementType type) {
+    switch (type) {
+        case ElementType::Int64: return H5T_NATIVE_INT64;
+        case ElementType::Float32: return H5T_NATIVE_FLOAT;
+        case ElementType::Float64: return H5T_NATIVE_DOUBLE;
+        case ElementType::UInt8: return H5T_NATIVE_UINT8;
+    }
+    return -1;
+}
+
+// The innermost entry of HDF5's error stack is where it began; the system's own words are quoted in it.
+herr_t take_innermost(unsigned depth, const H5E_error2_t* entry, void* result) {
+    if (depth == 0 && entry->desc != nullptr) *static_cast<std::string*>(result) = entry->desc;
+    return 0;
+}
+
+std::string text_of_last_error() {
+    std::string text;
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &text);
+    constexpr std::string_view key = "error message = '";
+    const std::size_t begin = text.find(key);
+    if (begin == std::string::npos) return text.empty() ? "HDF5 gives no reason" : text;
+    const std::size_t message = begin + key.size();
+    return text.substr(message, text.find('\'', message) - message);
+}
+
+// A fixed-length string type; HDF5 has none of length zero.
+Handle text_type(std::string_view text, H5T_cset_t characters) {
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, std::max<std::size_t>(1, text.size()));
+    H5Tset_strpad(type, H5T_STR_NULLPAD);
+    H5Tset_cset(type, characters);
+    return {type, H5Tclose};
+}
+
+void set_up_library_once() {
+    static const bool done = [] {
+        // A file that could not be written must not be tried again when the process ends.
+        H5dont_atexit();
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+        // Viewers may read while we write: every flushed step is complete.
+        setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+        // A file size limit then shows as a failed write.
+        std::signal(SIGXFSZ, SIG_IGN);
+        return true;
+    }();
+    static_cast<void>(done);
+}
+
+}  // namespace
+
+std::size_t size_of(ElementType type) {
+    switch (type) {
+        case ElementType::Int64:
+        case ElementType::Float64: return 8;
+        case ElementType::Float32: return 4;
+        case ElementType::UInt8: return 1;
+    }
+    return 0;
+}
+
+// Format versions up to 1.8: with later ones, a killed process leaves a file that cannot be opened.
+Hdf5File::Hdf5File(const std::string& path) {
+    set_up_library_once();
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    check(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
+    file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    check(file_);
+}
+
+Hdf5File::~Hdf5File() { close(); }
+
+void Hdf5File::check(std::int64_t result) {
+    if (result < 0 && !failed()) failure_ = text_of_last_error();
+}
+
+void Hdf5File::make_group(const std::string& path) {
+    if (failed()) return;
+    const Handle group(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    check(group);
+}
+
+void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space,
+                               const void* data) {
+    if (failed()) return;
+    const Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
+    const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    check(attribute);
+    if (!failed()) check(H5Awrite(attribute, type, data));
+}
+
+void Hdf5File::set_attribute(const std::string& group, const std::string& name, std::string_view text) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const bool ascii = std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    const Handle type = text_type(text, ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8);
+    write_attribute(group, name, type, space, text.empty() ? "" : text.data());
+}
+
+void Hdf5File::set_attribute(const std::string& group, const std::string& name, std::span<const std::int64_t> values) {
+    const hsize_t count = values.size();
+    const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    write_attribute(group, name, H5T_NATIVE_INT64, space, values.data());
+}
+
+void Hdf5File::set_attribute(const std::string& group, const std::string& name, std::int64_t value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    write_attribute(group, name, H5T_NATIVE_INT64, space, &value);
+}
+
+void Hdf5File::set_attribute(const std::string& group, const std::string& name, std::uint64_t value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    write_attribute(group, name, H5T_NATIVE_UINT64, space, &value);
+}
+
+void Hdf5File::set_attribute(const std::string& group, const std::string& name, double value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    write_attribute(group, name, H5T_NATIVE_DOUBLE, space, &value);
+}
+
+void Hdf5File::change_attribute(const std::string& group, const std::string& name, std::int64_t value) {
+    if (failed()) return;
+    const Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
+    check(attribute);
+    if (!failed()) check(H5Awrite(attribute, H5T_NATIVE_INT64, &value));
+}
+
+void Hdf5File::write_text(const std::string& path, std::string_view text) {
+    if (failed()) return;
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle type = text_type(text, H5T_CSET_UTF8);
+    const Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    check(dataset);
+    if (!failed()) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.empty() ? "" : text.data()));
+}
+
+void Hdf5File::write_texts(const std::string& path, const std::vector<std::string>& texts) {
+    if (failed()) return;
+    const hsize_t count = texts.size();
+    const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_cset(type, H5T_CSET_UTF8);
+    const Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    check(dataset);
+    std::vector<const char*> pointers;
+    for (const std::string& text : texts) pointers.push_back(text.c_str());
+    if (!failed() && count > 0) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()));
+}
+
+ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& shape) {
+    columns_.push_back({.dataset = -1, .shape = shape, .rows = 0});
+    const ColumnIndex index = columns_.size() - 1;
+    if (failed()) return index;
+    const auto components = static_cast<hsize_t>(shape.components);
+    const int dimensions = shape.components > 1 || shape.two_dimensional ? 2 : 1;
+    const std::array<hsize_t, 2> none = {0, components};
+    const std::array<hsize_t, 2> limits = {H5S_UNLIMITED, components};
+    const std::array<hsize_t, 2> chunk = {shape.chunk_rows, components};
+    const Handle space(H5Screate_simple(dimensions, none.data(), limits.data()), H5Sclose);
+    const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    check(H5Pset_chunk(properties, dimensions, chunk.data()));
+    if (shape.compressed) {
+        check(H5Pset_shuffle(properties));
+        check(H5Pset_deflate(properties, 1));
+    }
+    if (shape.type == ElementType::Float32 || shape.type == ElementType::Float64) {
+        const double nothing = std::numeric_limits<double>::quiet_NaN();
+        check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nothing));
+    }
+    columns_[index].dataset =
+        H5Dcreate2(file_, path.c_str(), stored_type(shape.type), space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    check(columns_[index].dataset);
+    return index;
+}
+
+void Hdf5File::lengthen(ColumnIndex index, std::uint64_t rows) {
+    Column& column = columns_[index];
+    if (failed() || rows <= column.rows) return;
+    const std::array<hsize_t, 2> extent = {rows, static_cast<hsize_t>(column.shape.components)};
+    check(H5Dset_extent(column.dataset, extent.data()));
+    column.rows = rows;
+}
+
+void Hdf5File::write_rows(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, const void* data) {
+    lengthen(index, first_row + rows);
+    if (failed() || rows == 0) return;
+    const Column& column = columns_[index];
+    const auto components = static_cast<hsize_t>(column.shape.components);
+    const int dimensions = column.shape.components > 1 || column.shape.two_dimensional ? 2 : 1;
+    const std::array<hsize_t, 2> begin = {first_row, 0};
+    const std::array<hsize_t, 2> count = {rows, components};
+    const Handle in_file(H5Dget_space(column.dataset), H5Sclose);
+    check(H5Sselect_hyperslab(in_file, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr));
+    const Handle in_memory(H5Screate_simple(dimensions, count.data(), nullptr), H5Sclose);
+    if (!failed()) check(H5Dwrite(column.dataset, memory_type(column.shape.type), in_memory, in_file, H5P_DEFAULT, data));
+}
+
+void Hdf5File::flush() {
+    if (!failed()) check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
+}
+
+// After a failure the library may refuse to close what it could not write; there is nothing more to learn from that.
+void Hdf5File::close() {
+    for (Column& column : columns_) {
+        if (column.dataset >= 0) check(H5Dclose(std::exchange(column.dataset, -1)));
+    }
+    if (file_ >= 0) check(H5Fclose(std::exchange(file_, -1)));
+}
+
+}  // namespace meld::record

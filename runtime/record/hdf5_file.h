@@ -1,0 +1,81 @@
+// As much of HDF5 as a recording needs: groups, attributes, texts, and columns that grow. Hides <hdf5.h>, which drags in MPI.
+// Private to runtime/record.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/error.h"
+
+namespace meld::record {
+
+enum class ElementType { Int64, Float32, Float64, UInt8 };
+
+std::size_t size_of(ElementType type);
+
+// The shape of a column: rows of `components` elements, stored in chunks of `chunk_rows`. Rows never written read as zero,
+// floats as NaN, and take no space as long as their whole chunk is unwritten.
+struct ColumnShape {
+    ElementType type = ElementType::Int64;
+    int components = 1;
+    std::uint64_t chunk_rows = 1;
+    bool two_dimensional = false;  // Stored as rows × components also when components is 1.
+    bool compressed = false;
+};
+
+using ColumnIndex = std::size_t;
+
+// The first failure sticks: every later call does nothing, and error() tells it. So a caller asks once, at the end.
+class Hdf5File {
+  public:
+    explicit Hdf5File(const std::string& path);
+    ~Hdf5File();
+    Hdf5File(const Hdf5File&) = delete;
+    Hdf5File& operator=(const Hdf5File&) = delete;
+
+    bool failed() const { return failure_.has_value(); }
+    // Why the first failed call failed, as the system says it.
+    const std::string& failure() const { return *failure_; }
+
+    void make_group(const std::string& path);
+    void set_attribute(const std::string& group, const std::string& name, std::string_view text);
+    void set_attribute(const std::string& group, const std::string& name, std::span<const std::int64_t> values);
+    void set_attribute(const std::string& group, const std::string& name, std::int64_t value);
+    void set_attribute(const std::string& group, const std::string& name, std::uint64_t value);
+    void set_attribute(const std::string& group, const std::string& name, double value);
+    void change_attribute(const std::string& group, const std::string& name, std::int64_t value);
+    void write_text(const std::string& path, std::string_view text);
+    void write_texts(const std::string& path, const std::vector<std::string>& texts);
+
+    ColumnIndex make_column(const std::string& path, const ColumnShape& shape);
+    // Writes rows from `first_row` on, beyond the end as well.
+    void write_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
+    void lengthen(ColumnIndex column, std::uint64_t rows);
+    std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
+    const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
+
+    // All that has been written is given to the system.
+    void flush();
+    void close();
+
+  private:
+    struct Column {
+        std::int64_t dataset = -1;
+        ColumnShape shape;
+        std::uint64_t rows = 0;
+    };
+
+    void check(std::int64_t result);
+    void write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data);
+
+    std::int64_t file_ = -1;
+    std::vector<Column> columns_;
+    std::optional<std::string> failure_;
+};
+
+}  // namespace meld::record

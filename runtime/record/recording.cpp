@@ -1,0 +1,377 @@
+// The layout of a recording: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format, "Temporal Data".
+//
+// A step is a row of offsets into columns that only grow. Each step's rows begin on a chunk boundary of their column, so that
+// writing a step never touches what an earlier one has written. A "part" in the sense of the format says how many points and
+// vertices there are; steps with as many catoms share one, with its connectivity 0, 1, 2, ...
+#include "runtime/record/recording.h"
+
+#include <unistd.h>
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/record/disk_space.h"
+#include "runtime/record/hdf5_file.h"
+#include "runtime/record/xdmf.h"
+
+namespace meld::record {
+
+namespace {
+
+constexpr std::int64_t kFormatVersion = 1;
+// The order in which the format lists the kinds of cells; catoms are vertices, the other three stay empty.
+constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygons", "Strips"};
+
+// A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
+constexpr std::uint64_t kFewestChunkRows = 1024;
+constexpr std::uint64_t kMostChunkRows = 65536;
+constexpr std::uint64_t kStepsPerChunk = 1024;
+
+// What HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
+// columns of the steps.
+constexpr std::uint64_t kTablesBytes = 32 << 10;
+constexpr std::uint64_t kTableBytesARow = 1;  // 40 bytes for a chunk, and a chunk has many rows.
+constexpr std::uint64_t kReserveBytes = 512 << 10;
+
+ElementType element_type(RecordedArray::Type type) {
+    switch (type) {
+        case RecordedArray::Int64: return ElementType::Int64;
+        case RecordedArray::Float64: return ElementType::Float64;
+        case RecordedArray::UInt8: return ElementType::UInt8;
+    }
+    return ElementType::Int64;
+}
+
+// What a column held in the last step, and where: the same content is not written again.
+struct SeriesColumn {
+    ColumnIndex values = 0;
+    std::optional<ColumnIndex> offsets;  // In Steps/PointDataOffsets; points have theirs in Steps itself.
+    std::uint64_t last_offset = 0;
+    std::uint64_t last_rows = 0;
+    XXH128_hash_t last_hash = {};
+    bool written = false;
+    // Rows that are nobody's, for steps without this array.
+    std::uint64_t blank_offset = 0;
+    std::uint64_t blank_rows = 0;
+};
+
+struct Part {
+    std::int64_t index = 0;
+    std::int64_t cell_offset = 0;
+    std::int64_t connectivity_offset = 0;
+};
+
+std::filesystem::path directory_of(const std::string& path) {
+    const std::filesystem::path directory = std::filesystem::path(path).parent_path();
+    return directory.empty() ? "." : directory;
+}
+
+}  // namespace
+
+struct Recording::State {
+    std::string path;
+    std::unique_ptr<Hdf5File> file;
+    std::optional<XdmfSidecar> sidecar;
+    std::optional<Error> failure;
+
+    std::int64_t steps = 0;
+    std::uint64_t most_rows = 0;
+    ColumnIndex values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
+    ColumnIndex number_of_points = 0;
+    std::array<ColumnIndex, 4> number_of_cells = {}, number_of_connectivity_ids = {}, offsets = {}, connectivity = {};
+    std::optional<SeriesColumn> points;
+    std::map<std::string, SeriesColumn> arrays;
+
+    std::map<std::uint64_t, Part> part_of_rows;
+    std::int64_t next_cell_offset = 0;
+
+    void make_layout(const RecordingInfo& info);
+    void make_point_columns(std::uint64_t rows);
+    SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
+    const Part& part_with(std::uint64_t rows);
+    void write_series(SeriesColumn& column, std::uint64_t rows, const void* data);
+    void leave_blank(SeriesColumn& column, std::uint64_t rows);
+    void write_points(std::span<const std::array<double, 3>> positions);
+    void write_array(const RecordedArray& array, std::uint64_t rows);
+    void write_row_of_step(double time, std::uint64_t rows);
+    std::vector<XdmfSlab> write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
+    XdmfSlab slab_of_points() const;
+    void commit_step();
+    template <class Value>
+    void append_to_steps(ColumnIndex column, const Value* value) {
+        file->write_rows(column, static_cast<std::uint64_t>(steps), 1, value);
+    }
+
+    std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const;
+    tl::unexpected<Error> cannot_write(const std::string& why) const;
+};
+
+tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) const {
+    return fail(fmt::format("The recording '{}' cannot be written ({})", path, why),
+                why.find("space") == std::string::npos ? "" : "Free some space, record fewer predicates or less often", ExitCode::LimitHit);
+}
+
+// The most by which the file can grow in a step. A chunk that does not get smaller by compression is stored as it is.
+std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const {
+    const std::uint64_t partly_filled_chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMostChunkRows);
+    std::uint64_t row_bytes = 3 * sizeof(float) + 2 * sizeof(std::int64_t);  // Its position, and its place in a new part.
+    for (const RecordedArray& array : given)
+        row_bytes += static_cast<std::uint64_t>(array.components) * size_of(element_type(array.type)) + kTableBytesARow;
+    return (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+}
+
+void Recording::State::make_layout(const RecordingInfo& info) {
+    file->make_group("/VTKHDF");
+    file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
+    file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
+    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld"}) file->make_group(group);
+    file->set_attribute("/VTKHDF/Steps", "NSteps", std::int64_t{0});
+
+    const ColumnShape one_a_step = {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk};
+    const ColumnShape four_a_step = {.type = ElementType::Int64, .components = 4, .chunk_rows = kStepsPerChunk};
+    values = file->make_column("/VTKHDF/Steps/Values", {.type = ElementType::Float64, .components = 1, .chunk_rows = kStepsPerChunk});
+    part_offsets = file->make_column("/VTKHDF/Steps/PartOffsets", one_a_step);
+    number_of_parts = file->make_column("/VTKHDF/Steps/NumberOfParts", one_a_step);
+    point_offsets = file->make_column("/VTKHDF/Steps/PointOffsets", one_a_step);
+    cell_offsets = file->make_column("/VTKHDF/Steps/CellOffsets", four_a_step);
+    connectivity_offsets = file->make_column("/VTKHDF/Steps/ConnectivityIdOffsets", four_a_step);
+
+    number_of_points = file->make_column("/VTKHDF/NumberOfPoints", one_a_step);
+    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
+        const std::string group = fmt::format("/VTKHDF/{}", kCellKinds[kind]);
+        const ColumnShape ids = {.type = ElementType::Int64, .components = 1, .chunk_rows = 4096, .compressed = true};
+        file->make_group(group);
+        number_of_cells[kind] = file->make_column(group + "/NumberOfCells", one_a_step);
+        number_of_connectivity_ids[kind] = file->make_column(group + "/NumberOfConnectivityIds", one_a_step);
+        offsets[kind] = file->make_column(group + "/Offsets", ids);
+        connectivity[kind] = file->make_column(group + "/Connectivity", ids);
+    }
+
+    file->set_attribute("/meld", "format", std::string_view("claymeld recording"));
+    file->set_attribute("/meld", "version", kFormatVersion);
+    file->set_attribute("/meld", "seed", info.seed);
+    file->set_attribute("/meld", "lattice", std::string_view(info.lattice));
+    file->set_attribute("/meld", "radius_metres", info.radius);
+    file->write_text("/meld/program", info.program);
+    file->write_text("/meld/world", info.world);
+    file->write_texts("/meld/arguments", info.arguments);
+}
+
+// Columns with a row for each catom are made at the first step, when the size of the ensemble tells the size of a chunk.
+void Recording::State::make_point_columns(std::uint64_t rows) {
+    const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMostChunkRows);
+    points = SeriesColumn{.values = file->make_column("/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true}),
+                          .offsets = {}};
+}
+
+SeriesColumn Recording::State::make_array(const std::string& name, ElementType type, int components, std::uint64_t rows) {
+    const std::uint64_t chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMostChunkRows);
+    SeriesColumn column;
+    column.values = file->make_column("/VTKHDF/PointData/" + name,
+                                      {.type = type, .components = components, .chunk_rows = chunk, .compressed = true});
+    column.offsets = file->make_column("/VTKHDF/Steps/PointDataOffsets/" + name,
+                                       {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk});
+    // For earlier steps the array begins with rows that are never written; their offsets read as 0, which is where they are.
+    if (steps > 0) {
+        leave_blank(column, most_rows);
+        file->lengthen(*column.offsets, static_cast<std::uint64_t>(steps));
+    }
+    return column;
+}
+
+void Recording::State::leave_blank(SeriesColumn& column, std::uint64_t rows) {
+    if (rows <= column.blank_rows) return;
+    const std::uint64_t chunk = file->shape(column.values).chunk_rows;
+    column.blank_offset = (file->rows(column.values) + chunk - 1) / chunk * chunk;
+    column.blank_rows = rows;
+    file->lengthen(column.values, column.blank_offset + rows);
+}
+
+void Recording::State::write_series(SeriesColumn& column, std::uint64_t rows, const void* data) {
+    const ColumnShape& shape = file->shape(column.values);
+    const std::size_t size_bytes = rows * static_cast<std::size_t>(shape.components) * size_of(shape.type);
+    const XXH128_hash_t hash = XXH3_128bits(data, size_bytes);
+    if (column.written && column.last_rows == rows && XXH128_isEqual(hash, column.last_hash)) return;
+    const std::uint64_t offset = (file->rows(column.values) + shape.chunk_rows - 1) / shape.chunk_rows * shape.chunk_rows;
+    file->write_rows(column.values, offset, rows, data);
+    column.last_offset = rows > 0 ? offset : 0;
+    column.last_rows = rows;
+    column.last_hash = hash;
+    column.written = true;
+}
+
+// Readers of VTK up to 9.3 find the Offsets of a part at its cell offset plus its index; later ones at its cell offset plus the
+// number of parts it takes to reach that offset. Counting an empty part as one cell, with a row of Offsets to spare, makes both
+// come out at the same row.
+const Part& Recording::State::part_with(std::uint64_t rows) {
+    if (const auto known = part_of_rows.find(rows); known != part_of_rows.end()) return known->second;
+    const auto index = static_cast<std::uint64_t>(part_of_rows.size());
+    const Part part = {.index = static_cast<std::int64_t>(index),
+                       .cell_offset = next_cell_offset,
+                       .connectivity_offset = static_cast<std::int64_t>(file->rows(connectivity[0]))};
+
+    std::vector<std::int64_t> ids(rows + 1);
+    std::iota(ids.begin(), ids.end(), 0);
+    file->write_rows(connectivity[0], file->rows(connectivity[0]), rows, ids.data());
+    if (rows == 0) ids.push_back(0);
+    file->write_rows(offsets[0], file->rows(offsets[0]), ids.size(), ids.data());
+    next_cell_offset += static_cast<std::int64_t>(std::max<std::uint64_t>(rows, 1));
+
+    const auto count = static_cast<std::int64_t>(rows);
+    const std::int64_t none = 0;
+    file->write_rows(number_of_points, index, 1, &count);
+    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
+        file->write_rows(number_of_cells[kind], index, 1, kind == 0 ? &count : &none);
+        file->write_rows(number_of_connectivity_ids[kind], index, 1, kind == 0 ? &count : &none);
+        if (kind > 0) file->write_rows(offsets[kind], index, 1, &none);
+    }
+    return part_of_rows.emplace(rows, part).first->second;
+}
+
+void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
+    if (!points) make_point_columns(positions.size());
+    std::vector<std::array<float, 3>> narrow(positions.size());
+    std::ranges::transform(positions, narrow.begin(), [](const std::array<double, 3>& position) {
+        return std::array<float, 3>{static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
+    });
+    write_series(*points, positions.size(), narrow.data());
+}
+
+void Recording::State::write_array(const RecordedArray& array, std::uint64_t rows) {
+    MELD_CHECK(!array.name.empty() && array.name.find_first_of("/.") == std::string::npos, "array '{}'", array.name);
+    const ElementType type = element_type(array.type);
+    auto known = arrays.find(array.name);
+    if (known == arrays.end()) known = arrays.emplace(array.name, make_array(array.name, type, array.components, rows)).first;
+    const ColumnShape& shape = file->shape(known->second.values);
+    MELD_CHECK(shape.type == type && shape.components == array.components, "array '{}' changes its type", array.name);
+    write_series(known->second, rows, array.data);
+}
+
+void Recording::State::write_row_of_step(double time, std::uint64_t rows) {
+    const Part& part = part_with(rows);
+    const std::int64_t one = 1;
+    const auto point_offset = static_cast<std::int64_t>(points->last_offset);
+    const std::array<std::int64_t, 4> cell_offset = {part.cell_offset, 0, 0, 0};
+    const std::array<std::int64_t, 4> connectivity_offset = {part.connectivity_offset, 0, 0, 0};
+    append_to_steps(values, &time);
+    append_to_steps(part_offsets, &part.index);
+    append_to_steps(number_of_parts, &one);
+    append_to_steps(point_offsets, &point_offset);
+    append_to_steps(cell_offsets, cell_offset.data());
+    append_to_steps(connectivity_offsets, connectivity_offset.data());
+}
+
+// Every array gets an offset in every step, also those that this step lacks.
+std::vector<XdmfSlab> Recording::State::write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows) {
+    std::vector<XdmfSlab> slabs;
+    for (auto& [name, column] : arrays) {
+        const bool is_given = std::ranges::any_of(given, [&](const RecordedArray& array) { return array.name == name; });
+        if (!is_given) leave_blank(column, rows);
+        const std::uint64_t offset = is_given ? column.last_offset : column.blank_offset;
+        const auto stored_offset = static_cast<std::int64_t>(offset);
+        append_to_steps(*column.offsets, &stored_offset);
+        const ColumnShape& shape = file->shape(column.values);
+        slabs.push_back({name, "/VTKHDF/PointData/" + name, shape.type, shape.components, offset, file->rows(column.values)});
+    }
+    return slabs;
+}
+
+XdmfSlab Recording::State::slab_of_points() const {
+    return {"points", "/VTKHDF/Points", ElementType::Float32, 3, points->last_offset, file->rows(points->values)};
+}
+
+// The step counts only when everything it refers to is in the file.
+void Recording::State::commit_step() {
+    file->flush();
+    ++steps;
+    file->change_attribute("/VTKHDF/Steps", "NSteps", steps);
+    file->flush();
+}
+
+Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Recording::Recording(Recording&&) noexcept = default;
+Recording& Recording::operator=(Recording&&) noexcept = default;
+Recording::~Recording() = default;
+
+Result<Recording> Recording::create(const std::string& path, const RecordingInfo& info) {
+    auto state = std::make_unique<State>();
+    state->path = path;
+    std::error_code error;
+    if (!std::filesystem::is_directory(directory_of(path), error))
+        return fail(fmt::format("The recording '{}' cannot be written (there is no directory '{}')", path, directory_of(path).string()),
+                    "Create the directory first");
+    if (std::filesystem::is_directory(path, error)) return fail(fmt::format("The recording '{}' cannot be written (it is a directory)", path));
+
+    // Begun under another name: a recording that is already there is lost only to one that can be written.
+    const std::string begun = fmt::format("{}.{}.begun", path, getpid());
+    const std::string begun_sidecar = begun + ".xdmf";
+    const auto cannot_begin = [&](const std::string& why) {
+        state->file.reset();
+        std::filesystem::remove(begun, error);
+        std::filesystem::remove(begun_sidecar, error);
+        return fail(fmt::format("The recording '{}' cannot be begun ({})", path, why), "", ExitCode::LimitHit);
+    };
+    state->file = std::make_unique<Hdf5File>(begun);
+    state->make_layout(info);
+    state->file->flush();
+    if (state->file->failed()) return cannot_begin(std::string(state->file->failure()));
+    auto sidecar = XdmfSidecar::create(begun_sidecar, std::filesystem::path(path).filename().string());
+    if (!sidecar) return cannot_begin(std::strerror(errno));
+    std::filesystem::rename(begun_sidecar, path + ".xdmf", error);
+    if (!error) std::filesystem::rename(begun, path, error);
+    if (error) return cannot_begin(error.message());
+    state->sidecar = std::move(*sidecar);
+    return Recording(std::move(state));
+}
+
+Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
+                             std::span<const RecordedArray> arrays) {
+    MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());
+    MELD_EXPECT(std::ranges::is_sorted(ids));
+    State& state = *state_;
+    if (state.failure) return tl::unexpected(*state.failure);
+    const std::uint64_t rows = ids.size();
+    // Ids are below 2^63, and readers know only signed ones as ids.
+    std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
+    all.insert(all.end(), arrays.begin(), arrays.end());
+    // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
+    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all))) return state.cannot_write(*reason);
+
+    state.most_rows = std::max(state.most_rows, rows);
+    state.write_points(positions);
+    for (const RecordedArray& array : all) state.write_array(array, rows);
+    state.write_row_of_step(time, rows);
+    const std::vector<XdmfSlab> slabs = state.write_array_offsets(all, rows);
+    state.commit_step();
+    if (state.file->failed()) {
+        state.failure = state.cannot_write(state.file->failure()).value();
+        return tl::unexpected(*state.failure);
+    }
+    auto listed = state.sidecar->add_step(time, rows, state.slab_of_points(), slabs);
+    if (!listed) state.failure = listed.error();
+    return listed;
+}
+
+Result<void> Recording::close() {
+    State& state = *state_;
+    if (state.failure) return tl::unexpected(*state.failure);
+    state.file->close();
+    if (state.file->failed()) {
+        state.failure = state.cannot_write(state.file->failure()).value();
+        return tl::unexpected(*state.failure);
+    }
+    state.failure = Error{"The recording is closed"};
+    return {};
+}
+
+}  // namespace meld::record

@@ -1,0 +1,64 @@
+// The recording of a run: what was where and what was known, step after step, in one HDF5 file that ParaView, h5py and our
+// own tools read (VTKHDF 2.0, temporal PolyData), with an XDMF sidecar for older readers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/base/error.h"
+
+namespace meld::record {
+
+// What a recording says about the run as a whole; kept in the group /meld of the file.
+struct RecordingInfo {
+    std::string program;
+    std::string world;
+    std::uint64_t seed = 0;
+    std::vector<std::string> arguments;
+    std::string lattice;
+    double radius = 0;  // In metres.
+};
+
+// One value (or vector of `components` values) for each catom of a step, in the order of its ids. Two names are taken: "id"
+// and none that contains '/' or '.', which HDF5 gives a meaning.
+struct RecordedArray {
+    enum Type { Int64, Float64, UInt8 };
+    std::string name;
+    Type type = Int64;
+    const void* data = nullptr;
+    int components = 1;
+};
+
+// Written by one process. Positions are stored as 32-bit floats: the file is for looking, and half the size.
+class Recording {
+  public:
+    // Replaces a file at this path only when the new one has been begun well; when it cannot be, nothing is left behind.
+    // Errors: a directory is missing, no permission, no space (exit code 4).
+    static Result<Recording> create(const std::string& path, const RecordingInfo& info);
+
+    Recording(Recording&&) noexcept;
+    Recording& operator=(Recording&&) noexcept;
+    ~Recording();
+
+    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
+    // when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An array
+    // that is missing in some steps reads as zeros (floats: NaN) there.
+    // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
+    // after which every call fails alike. Earlier steps remain readable.
+    Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
+                      std::span<const RecordedArray> arrays);
+
+    // Ends the file. Also done at destruction, but then nobody learns of an error.
+    Result<void> close();
+
+  private:
+    struct State;
+    explicit Recording(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace meld::record

@@ -1,0 +1,108 @@
+#include "runtime/record/xdmf.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+
+namespace meld::record {
+
+namespace {
+
+constexpr std::string_view kBegin = R"(<?xml version="1.0"?>
+<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>
+<Xdmf Version="2.0">
+ <Domain>
+  <Grid Name="catoms" GridType="Collection" CollectionType="Temporal">
+)";
+constexpr std::string_view kEnd = R"(  </Grid>
+ </Domain>
+</Xdmf>
+)";
+
+std::string escaped(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        switch (c) {
+            case '&': result += "&amp;"; break;
+            case '<': result += "&lt;"; break;
+            case '>': result += "&gt;"; break;
+            case '"': result += "&quot;"; break;
+            default: result += c;
+        }
+    }
+    return result;
+}
+
+std::string_view number_type(ElementType type) {
+    switch (type) {
+        case ElementType::Int64: return R"(NumberType="Int" Precision="8")";
+        case ElementType::Float32: return R"(NumberType="Float" Precision="4")";
+        case ElementType::Float64: return R"(NumberType="Float" Precision="8")";
+        case ElementType::UInt8: return R"(NumberType="UChar" Precision="1")";
+    }
+    return "";
+}
+
+// The rows of a slab, as a selection of start, stride and count in the whole column.
+std::string slab_item(const XdmfSlab& slab, std::uint64_t rows, const std::string& data_file) {
+    const auto sizes = [&](std::uint64_t count) {
+        return slab.components == 1 ? fmt::format("{}", count) : fmt::format("{} {}", count, slab.components);
+    };
+    const bool vectors = slab.components > 1;
+    return fmt::format(R"(<DataItem ItemType="HyperSlab" Dimensions="{}" {}>
+      <DataItem Dimensions="3 {}" Format="XML">{}{} 1{} {}</DataItem>
+      <DataItem Dimensions="{}" {} Format="HDF">{}:{}</DataItem>
+     </DataItem>)",
+                       sizes(rows), number_type(slab.type), vectors ? 2 : 1, slab.first_row, vectors ? " 0" : "", vectors ? " 1" : "",
+                       sizes(rows), sizes(slab.rows_in_file), number_type(slab.type), escaped(data_file), escaped(slab.path));
+}
+
+tl::unexpected<Error> cannot_write(const std::string& path) {
+    return fail(fmt::format("The sidecar '{}' cannot be written ({})", path, std::strerror(errno)), "", ExitCode::LimitHit);
+}
+
+}  // namespace
+
+Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::string& data_file) {
+    XdmfSidecar sidecar;
+    sidecar.path_ = path;
+    sidecar.data_file_ = data_file;
+    sidecar.file_.reset(std::fopen(path.c_str(), "we"));
+    if (!sidecar.file_) return cannot_write(path);
+    sidecar.end_of_steps_ = static_cast<long>(kBegin.size());
+    if (std::fputs(fmt::format("{}{}", kBegin, kEnd).c_str(), sidecar.file_.get()) < 0 || std::fflush(sidecar.file_.get()) != 0)
+        return cannot_write(path);
+    return sidecar;
+}
+
+Result<void> XdmfSidecar::add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays) {
+    // A grid without points is an error to some readers; the step is left out.
+    if (rows == 0) return {};
+    std::string text = fmt::format(R"(   <Grid Name="step" GridType="Uniform">
+    <Time Value="{}"/>
+    <Topology TopologyType="Polyvertex" NumberOfElements="{}"/>
+    <Geometry GeometryType="XYZ">
+     {}
+    </Geometry>
+)",
+                                   time, rows, slab_item(points, rows, data_file_));
+    for (const XdmfSlab& slab : arrays) {
+        const std::string_view kind = slab.components == 1 ? "Scalar" : slab.components == 3 ? "Vector" : "Matrix";
+        text += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n     {}\n    </Attribute>\n",
+                            escaped(slab.name), kind, slab_item(slab, rows, data_file_));
+    }
+    text += "   </Grid>\n";
+    // The new step takes the place of the end, in one write, so the file never lacks it for long.
+    const long end_of_steps = end_of_steps_ + static_cast<long>(text.size());
+    text += kEnd;
+    std::FILE* file = file_.get();
+    if (std::fseek(file, end_of_steps_, SEEK_SET) != 0 || std::fwrite(text.data(), 1, text.size(), file) != text.size() ||
+        std::fflush(file) != 0)
+        return cannot_write(path_);
+    end_of_steps_ = end_of_steps;
+    return {};
+}
+
+}  // namespace meld::record

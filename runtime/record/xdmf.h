@@ -1,0 +1,43 @@
+// The XDMF sidecar: an XML file that tells older readers which rows of the recording belong to which step.
+// Private to runtime/record.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "runtime/record/hdf5_file.h"
+
+namespace meld::record {
+
+// Rows of one column of the recording.
+struct XdmfSlab {
+    std::string name;  // As shown to the user.
+    std::string path;  // In the HDF5 file.
+    ElementType type = ElementType::Int64;
+    int components = 1;
+    std::uint64_t first_row = 0;
+    std::uint64_t rows_in_file = 0;
+};
+
+class XdmfSidecar {
+  public:
+    // `data_file` is the recording's name without directory. Errors: cannot be written.
+    static Result<XdmfSidecar> create(const std::string& path, const std::string& data_file);
+
+    // Adds a step of `rows` points; the file is well-formed after each one.
+    Result<void> add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays);
+
+  private:
+    struct Close {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    std::string path_;
+    std::string data_file_;
+    std::unique_ptr<std::FILE, Close> file_;
+    long end_of_steps_ = 0;
+};
+
+}  // namespace meld::record

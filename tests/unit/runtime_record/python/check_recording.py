@@ -1,0 +1,240 @@
+"""Reads recordings as an outsider does: with h5py, by the published layout of VTKHDF, and with VTK's own reader if it is there.
+
+Usage: check_recording.py WRITER layout|killed|full-disk
+"""
+
+import os
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as xml
+
+import h5py
+import numpy as np
+
+KINDS = ["Vertices", "Lines", "Polygons", "Strips"]
+
+
+class Expected:
+    """What write_recording.cpp records for an ensemble of this size and shift."""
+
+    def __init__(self, count, shift):
+        n = np.arange(count)
+        x = n + float(shift)
+        self.points = np.stack([x, 2 * x, -x], axis=1).astype("f4").reshape(-1, 3)
+        self.id = 10 * n
+        self.dist = n * n - shift
+        self.force = np.stack([0.5 * x, x, 1.5 * x], axis=1).reshape(-1, 3)
+        self.awake = ((n + shift) % 2).astype("u1")
+
+
+def rows(root, step, path, offset):
+    """The rows of one column that belong to a step, found as VTK's reader finds them."""
+    steps = root["Steps"]
+    part = steps["PartOffsets"][step]
+    assert steps["NumberOfParts"][step] == 1
+    count = root["NumberOfPoints"][part]
+    begin = steps[offset][step]
+    column = root[path]
+    assert begin + count <= column.shape[0], (path, step, begin, count, column.shape)
+    return column[begin : begin + count]
+
+
+def array(root, step, name):
+    return rows(root, step, f"PointData/{name}", f"PointDataOffsets/{name}")
+
+
+def check_vertices(root, step):
+    """Each catom is a vertex, in the arithmetic of the readers of VTK 9.3 and of 9.4."""
+    steps = root["Steps"]
+    part = steps["PartOffsets"][step]
+    count = root["NumberOfPoints"][part]
+    for kind, name in enumerate(KINDS):
+        cells = root[name]["NumberOfCells"][part]
+        assert cells == (count if kind == 0 else 0)
+        assert root[name]["NumberOfConnectivityIds"][part] == cells
+        cell_offset = steps["CellOffsets"][step, kind]
+        passed, before = 0, 0
+        for earlier in root[name]["NumberOfCells"][:part]:
+            if passed >= cell_offset:
+                break
+            before += 1
+            passed += earlier
+        for begin in {cell_offset + part, cell_offset + before}:
+            offsets = root[name]["Offsets"][begin : begin + cells + 1]
+            assert (offsets == np.arange(cells + 1)).all(), (step, name, begin, offsets)
+        begin = steps["ConnectivityIdOffsets"][step, kind]
+        assert (root[name]["Connectivity"][begin : begin + cells] == np.arange(cells)).all()
+
+
+def check_with_vtk(path, expected):
+    try:
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkIOHDF import vtkHDFReader
+    except ImportError:
+        return
+    reader = vtkHDFReader()
+    reader.SetFileName(path)
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == len(expected), reader.GetNumberOfSteps()
+    for step, (time, ensemble, names, _) in enumerate(expected):
+        reader.SetStep(step)
+        reader.Update()
+        data = reader.GetOutput()
+        assert data.GetNumberOfPoints() == len(ensemble.id), (step, data.GetNumberOfPoints())
+        assert data.GetNumberOfVerts() == len(ensemble.id)
+        assert data.GetNumberOfCells() == len(ensemble.id)
+        if len(ensemble.id) == 0:
+            continue
+        assert (vtk_to_numpy(data.GetPoints().GetData()) == ensemble.points).all()
+        for name in names:
+            found = vtk_to_numpy(data.GetPointData().GetArray(name))
+            assert (found == getattr(ensemble, name)).all(), (step, name)
+    print("read with VTK's own reader as well")
+
+
+def check_sidecar(path, file, expected):
+    grids = xml.parse(path + ".xdmf").getroot().findall("./Domain/Grid/Grid")
+    shown = [entry for entry in expected if len(entry[1].id) > 0]
+    assert len(grids) == len(shown)
+    for grid, (time, ensemble, names, _) in zip(grids, shown):
+        assert float(grid.find("Time").get("Value")) == time
+        assert int(grid.find("Topology").get("NumberOfElements")) == len(ensemble.id)
+        items = {"points": grid.find("Geometry/DataItem")}
+        for attribute in grid.findall("Attribute"):
+            items[attribute.get("Name")] = attribute.find("DataItem")
+        assert set(items) >= {"points", "id", *names}
+        for name in ["points", "id", *names]:
+            selection, source = items[name].findall("DataItem")
+            name_of_file, path_in_file = source.text.split(":")
+            assert name_of_file == os.path.basename(path)
+            column = file[path_in_file]
+            begin, stride, count = np.array(selection.text.split(), int).reshape(3, -1)
+            assert (stride == 1).all() and list(count) == [int(n) for n in items[name].get("Dimensions").split()]
+            found = column[begin[0] : begin[0] + count[0]]
+            assert (found == getattr(ensemble, name)).all()
+
+
+def check_layout(writer, folder):
+    path = os.path.join(folder, "a run.vtkhdf")
+    subprocess.run([writer, "layout", path], check=True)
+    assert sorted(os.listdir(folder)) == ["a run.vtkhdf", "a run.vtkhdf.xdmf"]
+    first, moved, fewer, nobody, big = (Expected(*e) for e in [(100, 0), (100, 1), (30, 2), (0, 0), (200000, 3)])
+    mixed = Expected(100, 1)
+    mixed.dist = first.dist
+    three = ["dist", "awake", "force"]
+    expected = [
+        (0.0, first, three[:2], ["force"]),
+        (0.5, first, three[:2], ["force"]),
+        (1.0, mixed, three[:2], ["force"]),
+        (1.5, fewer, three, []),
+        (2.0, nobody, three, []),
+        (2.5, big, three, []),
+        (3.0, first, ["dist"], ["awake", "force"]),
+    ]
+    with h5py.File(path, "r") as file:
+        root = file["VTKHDF"]
+        assert list(root.attrs["Version"]) == [2, 0]
+        assert root.attrs["Type"] == b"PolyData"
+        kind = root.attrs.get_id("Type").get_type()
+        assert kind.get_size() == 8 and kind.get_cset() == h5py.h5t.CSET_ASCII and not kind.is_variable_str()
+        steps = root["Steps"]
+        assert steps.attrs["NSteps"] == len(expected)
+        assert list(steps["Values"]) == [entry[0] for entry in expected]
+        assert steps["CellOffsets"].shape == steps["ConnectivityIdOffsets"].shape == (len(expected), 4)
+        for step, (_, ensemble, names, missing) in enumerate(expected):
+            assert (rows(root, step, "Points", "PointOffsets") == ensemble.points).all()
+            assert (array(root, step, "id") == ensemble.id).all()
+            for name in names:
+                assert (array(root, step, name) == getattr(ensemble, name)).all(), (step, name)
+            for name in missing:
+                blank = array(root, step, name)
+                assert np.isnan(blank).all() if blank.dtype.kind == "f" else (blank == 0).all()
+            check_vertices(root, step)
+
+        offsets = {name: list(column) for name, column in steps["PointDataOffsets"].items()}
+        assert set(offsets) == {"id", *three}
+        # Nothing changed: all offsets repeat. Then one array is the same, the others are not.
+        assert steps["PointOffsets"][1] == steps["PointOffsets"][0] != steps["PointOffsets"][2]
+        assert all(offsets[name][1] == offsets[name][0] for name in ["id", "dist", "awake"])
+        assert offsets["dist"][2] == offsets["dist"][0] and offsets["id"][2] == offsets["id"][0]
+        assert offsets["awake"][2] != offsets["awake"][0]
+        for name in ["Points", *(f"PointData/{name}" for name in offsets)]:
+            column = root[name]
+            begins = steps["PointOffsets"] if name == "Points" else offsets[os.path.basename(name)]
+            assert all(begin % column.chunks[0] == 0 for begin in begins), "steps begin on chunk boundaries"
+
+        run = file["meld"]
+        assert run.attrs["format"] == b"claymeld recording" and run.attrs["version"] == 1
+        assert int(run.attrs["seed"]) == 0xFEDCBA9876543210
+        assert run.attrs["lattice"] == b"fcc" and run.attrs["radius_metres"] == 0.5e-3
+        assert run["program"][()].decode() == "dist(A, 0) :- source(A). ⟶"
+        assert run["world"][()].decode() == 'lattice = "fcc"'
+        assert [text.decode() for text in run["arguments"]] == ["run", "a file.meld"]
+        check_sidecar(path, file, expected)
+    check_with_vtk(path, expected)
+
+
+def check_steps(path, at_least):
+    """All steps of an endless recording that a reader is told of are there and right."""
+    with h5py.File(path, "r") as file:
+        root = file["VTKHDF"]
+        count = root["Steps"].attrs["NSteps"]
+        assert count >= at_least, (count, at_least)
+        for step in range(count):
+            ensemble = Expected(1000, step)
+            assert (rows(root, step, "Points", "PointOffsets") == ensemble.points).all(), step
+            assert (array(root, step, "dist") == ensemble.dist).all(), step
+            assert (array(root, step, "awake") == ensemble.awake).all(), step
+    xml.parse(path + ".xdmf")
+    return count
+
+
+def check_killed(writer, folder):
+    dice = random.Random(7)
+    for trial in range(20):
+        path = os.path.join(folder, f"{trial}.vtkhdf")
+        process = subprocess.Popen([writer, "endless", path], stdout=subprocess.PIPE, text=True)
+        last = dice.randrange(1, 150)
+        for line in process.stdout:
+            if int(line) == last:
+                break
+        # The writer is now somewhere in a later step.
+        for _ in range(dice.randrange(20000)):
+            pass
+        process.kill()
+        process.wait()
+        check_steps(path, last)
+
+
+def check_full_disk(writer, folder):
+    """A limit on the size of files stands for the disk: it, too, fails in the middle of a write."""
+    for limit in [0, 1000, 5000, 10_000, 50_000, 500_000, 1_000_003, 2_000_000, 5_000_001]:
+        path = os.path.join(folder, f"{limit}.vtkhdf")
+        with open(path, "w") as earlier:
+            earlier.write("a recording of yesterday")
+        result = subprocess.run(
+            [writer, "endless", path],
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert result.returncode == 4, (limit, result)
+        assert result.stderr.count("\n") == 1 and "cannot be" in result.stderr, result.stderr
+        if "begun" in result.stderr:
+            with open(path) as earlier:
+                assert earlier.read() == "a recording of yesterday"
+        elif not result.stdout:
+            assert check_steps(path, 0) == 0
+        else:
+            check_steps(path, int(result.stdout.split()[-1]))
+        assert not [name for name in os.listdir(folder) if "begun" in name], os.listdir(folder)
+
+
+if __name__ == "__main__":
+    checks = {"layout": check_layout, "killed": check_killed, "full-disk": check_full_disk}
+    with tempfile.TemporaryDirectory() as temporary:
+        checks[sys.argv[2]](sys.argv[1], temporary)

@@ -1,0 +1,92 @@
+// Writes recordings for check_recording.py: "layout FILE" a small one with every special case, "endless FILE" one that goes on
+// until it is killed and says after each step that it is in the file.
+#include <cstdio>
+#include <cstdlib>
+#include <numeric>
+#include <string_view>
+
+#include "runtime/record/recording.h"
+
+namespace {
+
+using namespace meld;
+using namespace meld::record;
+
+struct Ensemble {
+    std::vector<std::array<double, 3>> positions;
+    std::vector<std::uint64_t> ids;
+    std::vector<std::int64_t> distances;
+    std::vector<double> forces;
+    std::vector<std::uint8_t> awake;
+
+    // Everything is a function of the count and the shift, which check_recording.py knows too.
+    Ensemble(std::size_t count, std::int64_t shift) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto n = static_cast<std::int64_t>(i);
+            const auto x = static_cast<double>(n + shift);
+            positions.push_back({x, 2 * x, -x});
+            ids.push_back(10 * i);
+            distances.push_back(n * n - shift);
+            forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
+            awake.push_back(static_cast<std::uint8_t>((n + shift) % 2));
+        }
+    }
+
+    RecordedArray distance() const { return {"dist", RecordedArray::Int64, distances.data(), 1}; }
+    RecordedArray force() const { return {"force", RecordedArray::Float64, forces.data(), 3}; }
+    RecordedArray wakefulness() const { return {"awake", RecordedArray::UInt8, awake.data(), 1}; }
+};
+
+template <class T>
+T expect(Result<T> result) {
+    if (result) return std::move(*result);
+    std::fprintf(stderr, "%s\n", result.error().message().c_str());
+    std::exit(static_cast<int>(result.error().code));
+}
+void expect(const Result<void>& result) {
+    if (result) return;
+    std::fprintf(stderr, "%s\n", result.error().message().c_str());
+    std::exit(static_cast<int>(result.error().code));
+}
+
+void write_layout(const char* path) {
+    const RecordingInfo info = {.program = "dist(A, 0) :- source(A). \xE2\x9F\xB6",
+                                .world = "lattice = \"fcc\"",
+                                .seed = 0xfedcba9876543210u,
+                                .arguments = {"run", "a file.meld"},
+                                .lattice = "fcc",
+                                .radius = 0.5e-3};
+    Recording recording = expect(Recording::create(path, info));
+    const auto step = [&](double time, const Ensemble& e, std::vector<RecordedArray> arrays) {
+        expect(recording.step(time, e.positions, e.ids, arrays));
+    };
+    const Ensemble first(100, 0), moved(100, 1), fewer(30, 2), nobody(0, 0), big(200000, 3);
+    step(0, first, {first.distance(), first.wakefulness()});
+    step(0.5, first, {first.distance(), first.wakefulness()});                    // Nothing changed.
+    step(1, moved, {first.distance(), moved.wakefulness()});                      // All but one changed.
+    step(1.5, fewer, {fewer.distance(), fewer.wakefulness(), fewer.force()});     // Fewer catoms, a new array.
+    step(2, nobody, {nobody.distance(), nobody.wakefulness(), nobody.force()});   // All are gone.
+    step(2.5, big, {big.distance(), big.wakefulness(), big.force()});             // More than a chunk.
+    step(3, first, {first.distance()});                                           // Two arrays are missing.
+    expect(recording.close());
+}
+
+void write_endless(const char* path) {
+    Recording recording = expect(Recording::create(path, {}));
+    for (std::int64_t shift = 0;; ++shift) {
+        const Ensemble ensemble(1000, shift);
+        const RecordedArray arrays[] = {ensemble.distance(), ensemble.wakefulness()};
+        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays));
+        std::printf("%d\n", static_cast<int>(shift + 1));
+        std::fflush(stdout);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) return 2;
+    if (std::string_view(argv[1]) == "layout") write_layout(argv[2]);
+    if (std::string_view(argv[1]) == "endless") write_endless(argv[2]);
+    return 0;
+}

@@ -1,0 +1,94 @@
+// What can be seen without reading the file; tests/unit/runtime_record/python reads it.
+#include "runtime/record/recording.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace meld::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RecordingTest : public testing::Test {
+  protected:
+    RecordingTest() { fs::create_directories(folder_); }
+    ~RecordingTest() override { fs::remove_all(folder_); }
+    std::string path(const std::string& name) const { return folder_ / name; }
+    std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
+
+    std::vector<std::array<double, 3>> positions_ = {{0, 0, 0}, {1, 0, 0}};
+    std::vector<std::uint64_t> ids_ = {4, 7};
+    std::vector<std::int64_t> values_ = {1, 2};
+
+  private:
+    const fs::path folder_ = fs::temp_directory_path() / ("recording_test_" + std::to_string(getpid()));
+};
+
+TEST_F(RecordingTest, LeavesTheFileAndItsSidecar) {
+    auto recording = Recording::create(path("a"), {});
+    ASSERT_TRUE(recording) << recording.error().message();
+    EXPECT_EQ(files(), 2u);
+    const RecordedArray array = {"dist", RecordedArray::Int64, values_.data(), 1};
+    EXPECT_TRUE(recording->step(0, positions_, ids_, {&array, 1}));
+    EXPECT_TRUE(recording->close());
+    EXPECT_EQ(files(), 2u);
+    EXPECT_TRUE(fs::exists(path("a")) && fs::exists(path("a.xdmf")));
+}
+
+TEST_F(RecordingTest, StepsWithoutChangeCostAlmostNothing) {
+    auto recording = Recording::create(path("a"), {});
+    const std::vector<std::array<double, 3>> positions(20000, {1, 2, 3});
+    std::vector<std::uint64_t> ids(20000);
+    std::uint64_t state = 1;
+    for (std::uint64_t& id : ids) id = state += (state * 2862933555777941757u + 3037000493u) >> 50;
+    ASSERT_TRUE(recording->step(0, positions, ids, {}));
+    const auto size_before = fs::file_size(path("a"));
+    for (int step = 1; step < 100; ++step) ASSERT_TRUE(recording->step(step, positions, ids, {}));
+    EXPECT_LT(fs::file_size(path("a")) - size_before, 1000u);
+}
+
+TEST_F(RecordingTest, SaysThatTheDirectoryIsMissing) {
+    const auto recording = Recording::create(path("no/such/a"), {});
+    ASSERT_FALSE(recording);
+    EXPECT_EQ(recording.error().problem,
+              "The recording '" + path("no/such/a") + "' cannot be written (there is no directory '" + path("no/such") + "')");
+    EXPECT_EQ(recording.error().code, ExitCode::UsageOrWorld);
+}
+
+TEST_F(RecordingTest, SaysThatThePathIsADirectory) {
+    fs::create_directory(path("a"));
+    const auto recording = Recording::create(path("a"), {});
+    ASSERT_FALSE(recording);
+    EXPECT_NE(recording.error().problem.find("is a directory"), std::string::npos);
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(RecordingTest, SaysWhyItCannotBeBegun) {
+    const auto recording = Recording::create("/proc/a", {});
+    ASSERT_FALSE(recording);
+    EXPECT_EQ(recording.error().problem, "The recording '/proc/a' cannot be begun (No such file or directory)");
+}
+
+TEST_F(RecordingTest, ReplacesAnEarlierRecording) {
+    std::ofstream(path("a")) << "old";
+    ASSERT_TRUE(Recording::create(path("a"), {}));
+    EXPECT_GT(fs::file_size(path("a")), 1000u);
+}
+
+TEST_F(RecordingTest, TakesNoStepsAfterItsEnd) {
+    auto recording = Recording::create(path("a"), {});
+    ASSERT_TRUE(recording->close());
+    EXPECT_FALSE(recording->step(0, positions_, ids_, {}));
+}
+
+TEST_F(RecordingTest, RefusesNamesThatHdf5WouldSplit) {
+    auto recording = Recording::create(path("a"), {});
+    const RecordedArray array = {"a/b", RecordedArray::Int64, values_.data(), 1};
+    EXPECT_EXIT(static_cast<void>(recording->step(0, positions_, ids_, {&array, 1})), testing::ExitedWithCode(70), "array 'a/b'");
+}
+
+}  // namespace
+}  // namespace meld::record
