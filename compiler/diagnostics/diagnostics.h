@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "compiler/source/source.h"
@@ -54,12 +58,14 @@ class Reporter {
     // Adds one and returns it, so that labels and help can be hung on it: report.add(Kind::X, span, "...").help = "...".
     Diagnostic& add(Kind kind, Span span, std::string message);
     bool has_errors() const { return error_count_ > 0; }
+    // How many errors there are, repeats counted once.
     std::size_t error_count() const { return error_count_; }
     // In source order (file, begin), without repeats.
     std::vector<Diagnostic> sorted() const;
 
   private:
     std::vector<Diagnostic> diagnostics_;
+    std::set<std::tuple<Kind, std::uint32_t, std::uint32_t, std::uint32_t>> seen_;
     std::size_t error_count_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/source/source.h"
@@ -9,9 +10,18 @@
 
 namespace meld::syntax {
 
+struct ParseOptions {
+    // Folders where an include or `use` is looked for after the folder of the file that names it.
+    std::vector<std::string> library_paths = {};
+};
+
+// Brackets and operators nested deeper than this are refused, so that a tree can be walked by recursion everywhere.
+constexpr int kMaxNesting = 1000;
+
 // Parses the file and what it includes (each file once). Reports every mistake and goes on after the next full stop, so
-// the tree holds all items that could be read. Cost: linear in the text.
-Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report);
+// the tree holds all items that could be read. An included file is taken from the FileSet if its path is there, else read
+// from disk. Cost: linear in the text.
+Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options = {});
 
 // One line per token: place, kind, text. For `meldc --emit=tokens`.
 std::string print_tokens(const source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report);

@@ -1,0 +1,246 @@
+// Words in context. Meld reserves hardly any word: `type` starts a declaration, but type(A) is a fact; `end` closes an `if`, but end(A) is
+// a fact. This pass looks at the neighbours of each word and gives it the kind of a keyword only where nothing else makes sense.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "compiler/syntax/tokens.h"
+
+namespace meld::syntax {
+
+namespace {
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+// An expression may end with this token, so that no other expression can start behind it.
+bool ends_operand(TokenKind kind) {
+    switch (kind) {
+        case TokenKind::Name:
+        case TokenKind::Variable:
+        case TokenKind::Anonymous:
+        case TokenKind::Int:
+        case TokenKind::Float:
+        case TokenKind::String:
+        case TokenKind::Catom:
+        case TokenKind::World:
+        case TokenKind::RunArgument:
+        case TokenKind::Delay:
+        case TokenKind::RightParen:
+        case TokenKind::RightBracket:
+        case TokenKind::RightBrace:
+        case TokenKind::EndWord: return true;
+        default: return false;
+    }
+}
+
+bool is_sigil(TokenKind kind) { return kind == TokenKind::Bang || kind == TokenKind::Question || kind == TokenKind::Dollar; }
+
+TokenKind item_keyword(std::string_view word) {
+    if (word == "type") return TokenKind::Type;
+    if (word == "const") return TokenKind::Const;
+    if (word == "fun") return TokenKind::Fun;
+    if (word == "extern") return TokenKind::Extern;
+    if (word == "node") return TokenKind::Node;
+    if (word == "import") return TokenKind::Import;
+    if (word == "export") return TokenKind::Export;
+    if (word == "module") return TokenKind::Module;
+    if (word == "include") return TokenKind::Include;
+    if (word == "use") return TokenKind::Use;
+    if (is_one_of(word, {"priority", "index", "compact", "data"})) return TokenKind::Hint;
+    return TokenKind::Name;
+}
+
+class Classifier {
+  public:
+    explicit Classifier(std::vector<Token>& tokens) : tokens_(tokens), partners_(match_brackets(tokens)) {}
+
+    void run() {
+        for (at_ = 0; at_ < tokens_.size(); ++at_) {
+            Token& token = tokens_[at_];
+            if (token.kind == TokenKind::Name) token.kind = word(token);
+            if (token.kind == TokenKind::Period && closes_exists_) {
+                token.kind = TokenKind::ExistsPeriod;
+                closes_exists_ = false;
+            }
+            track_item(token);
+        }
+    }
+
+  private:
+    const Token& token(std::size_t offset) const { return tokens_[std::min(at_ + offset, tokens_.size() - 1)]; }
+    TokenKind next(std::size_t offset = 1) const { return token(offset).kind; }
+    TokenKind last() const { return at_ == 0 ? TokenKind::Period : tokens_[at_ - 1].kind; }
+
+    // Inside declarations and hints every word is a name; elsewhere the neighbours decide.
+    TokenKind word(const Token& name) {
+        if (item_start_ || starts_forgotten_item(name)) {
+            const TokenKind keyword = item_keyword(name.text);
+            if (keyword != TokenKind::Name && is_item_start(keyword)) return keyword;
+        }
+        return in_declaration_ ? TokenKind::Name : rule_word(name.text);
+    }
+
+    // The word at the start of an item is a keyword unless a fact of that name stands there.
+    bool is_item_start(TokenKind keyword) const {
+        const TokenKind follower = next();
+        if (keyword == TokenKind::Node) return follower == TokenKind::Name && next(2) != TokenKind::LeftParen;
+        if (keyword == TokenKind::Type && follower == TokenKind::LeftParen) return tuple_alias();
+        const bool fact_or_head = follower == TokenKind::LeftParen || follower == TokenKind::ViewArrow || follower == TokenKind::LinearArrow;
+        return !fact_or_head;
+    }
+
+    // `type (int, int) pair.` and not the fact `type(A, 1).`: a name stands behind the closing bracket.
+    bool tuple_alias() const {
+        const std::size_t close = partners_[at_ + 1];
+        return close != 0 && tokens_[close + 1].kind == TokenKind::Name;
+    }
+
+    // A declaration on a new line whose predecessor has no full stop: two words in a row are nothing else.
+    bool starts_forgotten_item(const Token& name) const {
+        if (!name.first_on_line || in_let_or_if(next(), token(1).text)) return false;
+        if (is_one_of(name.text, {"include", "use"})) return next() == TokenKind::String;
+        if (name.text == "const") return (next() == TokenKind::Name || next() == TokenKind::Variable) && next(2) == TokenKind::Equal;
+        return is_one_of(name.text, {"type", "fun", "extern", "export", "import"}) && next() == TokenKind::Name;
+    }
+
+    static bool in_let_or_if(TokenKind kind, std::string_view text) {
+        return kind == TokenKind::Name && is_one_of(text, {"then", "else", "otherwise", "end", "in"});
+    }
+
+    TokenKind rule_word(std::string_view word) {
+        const bool after_operand = ends_operand(last());
+        if (after_operand) {
+            if (word == "then") return TokenKind::Then;
+            if (word == "else") return TokenKind::Else;
+            if (word == "otherwise") return TokenKind::Otherwise;
+            if (word == "end") return TokenKind::EndWord;
+            if (word == "in") return TokenKind::In;
+            return TokenKind::Name;
+        }
+        if (word == "if") return starts_condition() ? TokenKind::If : TokenKind::Name;
+        if (word == "let") return next() == TokenKind::Variable && next(2) == TokenKind::Equal ? TokenKind::Let : TokenKind::Name;
+        if (word == "not") return next() == TokenKind::Name || next() == TokenKind::LeftParen || is_sigil(next()) ? TokenKind::Not : TokenKind::Name;
+        if (word == "forall") return next() == TokenKind::Name || is_sigil(next()) ? TokenKind::Forall : TokenKind::Name;
+        if (word == "delta" && next() == TokenKind::LeftParen && next(3) == TokenKind::Semicolon) return TokenKind::Delta;
+        if (word == "exists" && (next() == TokenKind::Variable || next() == TokenKind::Anonymous)) {
+            closes_exists_ = true;
+            return TokenKind::Exists;
+        }
+        return starts_aggregate() ? TokenKind::Aggregate : TokenKind::Name;
+    }
+
+    // `if` is a keyword unless if(...) stands alone like a fact.
+    bool starts_condition() const {
+        if (next() != TokenKind::LeftParen) return true;
+        const std::size_t close = partners_[at_ + 1];
+        if (close == 0) return true;
+        switch (tokens_[close + 1].kind) {
+            case TokenKind::Comma:
+            case TokenKind::Period:
+            case TokenKind::ViewArrow:
+            case TokenKind::LinearArrow:
+            case TokenKind::Bar:
+            case TokenKind::RightParen:
+            case TokenKind::RightBracket:
+            case TokenKind::RightBrace:
+            case TokenKind::Delay:
+            case TokenKind::End: return false;
+            default: return true;
+        }
+    }
+
+    // The `sum` of S = sum X : { ... }: behind an equals sign, and before something a name cannot stand before.
+    bool starts_aggregate() const {
+        if (last() != TokenKind::Equal) return false;
+        const TokenKind follower = next();
+        if (follower == TokenKind::LeftParen) {
+            const std::size_t close = partners_[at_ + 1];
+            return close != 0 && tokens_[close + 1].kind == TokenKind::Colon;
+        }
+        if (follower == TokenKind::Name) return !in_let_or_if(follower, token(1).text) && !token(1).first_on_line;
+        if (follower == TokenKind::Variable) return !token(1).first_on_line;
+        return follower == TokenKind::Colon || follower == TokenKind::Int || follower == TokenKind::Float || follower == TokenKind::Anonymous;
+    }
+
+    // A full stop or an include ends an item; a declaration keyword starts one that has no keywords inside.
+    void track_item(const Token& token) {
+        switch (token.kind) {
+            case TokenKind::Period:
+            case TokenKind::IncludePath:
+                item_start_ = true;
+                in_declaration_ = false;
+                closes_exists_ = false;
+                return;
+            case TokenKind::Type:
+            case TokenKind::Extern:
+            case TokenKind::Node:
+            case TokenKind::Import:
+            case TokenKind::Export:
+            case TokenKind::Module:
+            case TokenKind::Hint: in_declaration_ = true; break;
+            case TokenKind::Const:
+            case TokenKind::Fun: in_declaration_ = false; break;
+            case TokenKind::String:
+                // include "x" and use "x" end here, with or without a full stop.
+                if (last() == TokenKind::Include || last() == TokenKind::Use) {
+                    item_start_ = true;
+                    return;
+                }
+                break;
+            default: break;
+        }
+        item_start_ = false;
+    }
+
+    std::vector<Token>& tokens_;
+    std::vector<std::size_t> partners_;
+    std::size_t at_ = 0;
+    bool item_start_ = true;
+    bool in_declaration_ = false;
+    // Behind `exists X` until its full stop, which ends no item.
+    bool closes_exists_ = false;
+};
+
+bool closes(TokenKind open, TokenKind close) {
+    switch (close) {
+        case TokenKind::RightParen: return open == TokenKind::LeftParen || open == TokenKind::StructOpen;
+        case TokenKind::RightBracket: return open == TokenKind::LeftBracket || open == TokenKind::NeighbourOpen;
+        case TokenKind::RightBrace: return open == TokenKind::LeftBrace;
+        default: return false;
+    }
+}
+
+}  // namespace
+
+std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
+    std::vector<std::size_t> partners(tokens.size(), 0);
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+        switch (tokens[i].kind) {
+            case TokenKind::LeftParen:
+            case TokenKind::StructOpen:
+            case TokenKind::LeftBracket:
+            case TokenKind::NeighbourOpen:
+            case TokenKind::LeftBrace: open.push_back(i); break;
+            case TokenKind::RightParen:
+            case TokenKind::RightBracket:
+            case TokenKind::RightBrace:
+                if (!open.empty() && closes(tokens[open.back()].kind, tokens[i].kind)) {
+                    partners[open.back()] = i;
+                    partners[i] = open.back();
+                    open.pop_back();
+                }
+                break;
+            // No bracket reaches over a full stop, except that of `exists X. (` inside a comprehension, which nobody asks for.
+            case TokenKind::Period: open.clear(); break;
+            default: break;
+        }
+    }
+    return partners;
+}
+
+void classify_words(std::vector<Token>& tokens) { Classifier(tokens).run(); }
+
+}  // namespace meld::syntax

@@ -1,0 +1,198 @@
+// Files to tree: scans, parses item by item, and follows includes.
+//
+// The grammar reads one item at a time, so that a mistake costs one item and no more: the parser goes on behind the next full stop, or
+// where a full stop was forgotten it reads the item again as if it were there.
+#include "compiler/syntax/parse.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "compiler/syntax/include_path.h"
+#include "compiler/syntax/item_parser.h"
+#include "compiler/syntax/nesting.h"
+#include "compiler/syntax/syntax_error.h"
+
+namespace meld::syntax {
+
+using diagnostics::Kind;
+
+namespace {
+
+// More mistakes than this in one file are not worth reading before these are cured.
+constexpr int kMaxErrorsPerFile = 100;
+
+bool starts_declaration(TokenKind kind) {
+    switch (kind) {
+        case TokenKind::Type:
+        case TokenKind::Const:
+        case TokenKind::Fun:
+        case TokenKind::Extern:
+        case TokenKind::Node:
+        case TokenKind::Import:
+        case TokenKind::Export:
+        case TokenKind::Module:
+        case TokenKind::Hint:
+        case TokenKind::Include:
+        case TokenKind::IncludePath:
+        case TokenKind::Use: return true;
+        default: return false;
+    }
+}
+
+class FileParser {
+  public:
+    FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes& includes)
+        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), report) {
+        classify_words(tokens_);
+    }
+
+    void run(Tree& tree) {
+        while (tokens_[at_].kind != TokenKind::End && error_count_ < kMaxErrorsPerFile) {
+            if (read_include(tree)) continue;
+            if (tokens_[at_].kind == TokenKind::Period) {
+                stray_period();
+                continue;
+            }
+            if (!nested_too_deep()) read_item();
+            std::vector<Item> items = build_.take_items();
+            std::move(items.begin(), items.end(), std::back_inserter(tree.items));
+        }
+    }
+
+  private:
+    std::uint32_t column(std::size_t index) const { return files_.file(file_).place(tokens_[index].span.begin).column; }
+
+    std::size_t next_period(std::size_t index) const {
+        while (tokens_[index].kind != TokenKind::Period && tokens_[index].kind != TokenKind::End) ++index;
+        return index;
+    }
+
+    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out.
+    bool read_include(Tree& tree) {
+        const TokenKind kind = tokens_[at_].kind;
+        const bool with_text = (kind == TokenKind::Include || kind == TokenKind::Use) && tokens_[at_ + 1].kind == TokenKind::String;
+        if (kind != TokenKind::IncludePath && !with_text) return false;
+        const std::size_t path = with_text ? at_ + 1 : at_;
+        at_ = path + 1;
+        if (tokens_[at_].kind == TokenKind::Period) ++at_;
+        if (const auto included = includes_.open(files_, file_, tokens_[path].text, tokens_[path].span, report_)) {
+            FileParser(files_, *included, report_, includes_).run(tree);
+            includes_.close();
+        }
+        return true;
+    }
+
+    void stray_period() {
+        ++error_count_;
+        report_.add(Kind::SyntaxError, tokens_[at_].span, "nothing stands before this full stop");
+        while (tokens_[at_].kind == TokenKind::Period) ++at_;
+    }
+
+    bool nested_too_deep() {
+        if (at_ < nesting_checked_until_) return false;
+        nesting_checked_until_ = next_period(at_);
+        const auto deep = too_deep(tokens_, at_, nesting_checked_until_, static_cast<std::size_t>(kMaxNesting));
+        if (!deep) return false;
+        ++error_count_;
+        report_.add(Kind::NestingTooDeep, tokens_[*deep].span, fmt::format("this is nested more than {} levels deep", kMaxNesting)).help =
+            "split it into several rules, or give parts of it names with X = e";
+        at_ = nesting_checked_until_;
+        if (tokens_[at_].kind == TokenKind::Period) ++at_;
+        return true;
+    }
+
+    void read_item() {
+        const std::size_t begin = at_;
+        if (const auto forgotten = swallowed_item()) return read_item_without_period(*forgotten);
+        ItemTokens item(tokens_, begin);
+        if (parse_item(item, build_)) {
+            at_ = item.end();
+            return;
+        }
+        const std::size_t stop = item.current();
+        if (stop > begin && ends_before(stop, item.expected())) return read_item_without_period(stop);
+        ++error_count_;
+        report_syntax_error({tokens_, begin, stop, item.expected()}, report_);
+        recover(stop);
+    }
+
+    // A full stop would have fitted, and what stands there looks like the next item.
+    bool ends_before(std::size_t stop, const std::vector<TokenKind>& expected) const {
+        bool fits = false;
+        for (const TokenKind kind : expected) fits = fits || kind == TokenKind::Period;
+        const Token& token = tokens_[stop];
+        return fits && (token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(stop) <= column(at_)));
+    }
+
+    // A declaration is a row of words, so the grammar takes a forgotten full stop for more words: type p(node) q(A) :- ...
+    std::optional<std::size_t> swallowed_item() const {
+        const TokenKind kind = tokens_[at_].kind;
+        if (kind != TokenKind::Type && kind != TokenKind::Extern && kind != TokenKind::Import && kind != TokenKind::Hint) return std::nullopt;
+        int depth = 0;
+        for (std::size_t i = at_ + 1; tokens_[i].kind != TokenKind::Period && tokens_[i].kind != TokenKind::End; ++i) {
+            const Token& token = tokens_[i];
+            const bool behind_end = tokens_[i - 1].kind == TokenKind::RightParen || kind == TokenKind::Hint || kind == TokenKind::Import;
+            if (depth == 0 && token.first_on_line && behind_end && i > at_ + 1 && token.text != "while" && column(i) <= column(at_)) return i;
+            if (token.kind == TokenKind::LeftParen || token.kind == TokenKind::StructOpen) ++depth;
+            if (token.kind == TokenKind::RightParen) --depth;
+        }
+        return std::nullopt;
+    }
+
+    void read_item_without_period(std::size_t stop) {
+        ++error_count_;
+        report_missing_period(tokens_, at_, stop, report_);
+        ItemTokens item(tokens_, at_, stop);
+        const std::size_t begin = at_;
+        at_ = stop;
+        if (parse_item(item, build_)) return;
+        report_syntax_error({tokens_, begin, item.current(), item.expected()}, report_);
+    }
+
+    // Behind the next full stop, or at a declaration that starts on a new line before it.
+    void recover(std::size_t from) {
+        at_ = from;
+        while (tokens_[at_].kind != TokenKind::Period && tokens_[at_].kind != TokenKind::End) {
+            if (starts_declaration(tokens_[at_].kind) && tokens_[at_].first_on_line && at_ > from) return;
+            ++at_;
+        }
+        if (tokens_[at_].kind == TokenKind::Period) ++at_;
+    }
+
+    source::FileSet& files_;
+    std::uint32_t file_;
+    diagnostics::Reporter& report_;
+    Includes& includes_;
+    std::vector<Token> tokens_;
+    Builder build_;
+    std::size_t at_ = 0;
+    std::size_t nesting_checked_until_ = 0;
+    int error_count_ = 0;
+};
+
+}  // namespace
+
+Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options) {
+    Tree tree;
+    Includes includes(options.library_paths, files.file(file).path());
+    FileParser(files, file, report, includes).run(tree);
+    return tree;
+}
+
+std::string print_tokens(const source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report) {
+    std::vector<Token> tokens = scan(files.file(file), file, report);
+    classify_words(tokens);
+    std::string result;
+    for (const Token& token : tokens) {
+        const source::Place place = files.begin(token.span);
+        result += fmt::format("{}:{} {} {}", place.line, place.column, kind_name(token.kind), files.text(token.span));
+        if (result.back() == ' ') result.pop_back();
+        result += '\n';
+    }
+    return result;
+}
+
+}  // namespace meld::syntax

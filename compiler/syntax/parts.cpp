@@ -1,0 +1,261 @@
+// The actions of the grammar: expressions, and parts that become clauses of a body or items of a head.
+#include "compiler/syntax/parts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "compiler/syntax/item_parser.h"
+
+namespace meld::syntax {
+
+using diagnostics::Kind;
+
+namespace {
+
+template <class... Cases>
+struct Overload : Cases... {
+    using Cases::operator()...;
+};
+template <class... Cases>
+Overload(Cases...) -> Overload<Cases...>;
+
+const Call* bare_name(const ExprPtr& expr) {
+    const Call* call = std::get_if<Call>(&expr->node);
+    return call != nullptr && !call->parentheses ? call : nullptr;
+}
+
+}  // namespace
+
+Atom with_sigil(Atom atom, Sigil sigil, Span span) {
+    atom.sigil = sigil;
+    atom.span = span;
+    return atom;
+}
+
+void Builder::wrong(Span span, std::string message, std::string help) {
+    report_.add(Kind::SyntaxError, span, std::move(message)).help = std::move(help);
+}
+
+ExprPtr Builder::literal(const Token& token) const {
+    switch (token.kind) {
+        case TokenKind::Int: return expr(IntLiteral{token.integer}, token.span);
+        case TokenKind::Float: return expr(FloatLiteral{token.real}, token.span);
+        case TokenKind::String: return expr(StringLiteral{token.text}, token.span);
+        case TokenKind::Catom: return expr(CatomLiteral{token.integer}, token.span);
+        case TokenKind::RunArgument: return expr(RunArgument{static_cast<int>(token.integer)}, token.span);
+        case TokenKind::World: return expr(WorldSize{}, token.span);
+        default: return expr(Anonymous{}, token.span);
+    }
+}
+
+ExprPtr Builder::name(const Token& token) const {
+    if (token.text == "true" || token.text == "false") return expr(BoolLiteral{token.text == "true"}, token.span);
+    if (token.text == "nil") return expr(ListValue{}, token.span);
+    return expr(Call{token.text, {}, false}, token.span);
+}
+
+ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.text), std::move(atom.arguments), true}, atom.span); }
+
+// A minus and the digits behind it are one number: -3 is the literal, and so the smallest int can be written.
+ExprPtr Builder::negate(ExprPtr operand, Span span) const {
+    const char first = operand->span.begin < file_.text().size() ? file_.text()[operand->span.begin] : ' ';
+    const bool digits = first >= '0' && first <= '9';
+    if (auto* literal = std::get_if<IntLiteral>(&operand->node); literal != nullptr && digits) {
+        // 2^63 is stored as the smallest int already.
+        if (literal->value != std::numeric_limits<std::int64_t>::min()) literal->value = -literal->value;
+        operand->span = span;
+        return operand;
+    }
+    if (auto* literal = std::get_if<FloatLiteral>(&operand->node); literal != nullptr && digits) {
+        literal->value = -literal->value;
+        operand->span = span;
+        return operand;
+    }
+    return expr(Unary{UnaryOp::Negate, std::move(operand)}, span);
+}
+
+ExprPtr Builder::binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const {
+    return expr(Binary{op, std::move(left), std::move(right)}, span);
+}
+
+ExprPtr Builder::paren_or_tuple(std::vector<ExprPtr> fields, Span span) const {
+    if (fields.size() > 1) return expr(TupleValue{std::move(fields)}, span);
+    return std::move(fields.front());
+}
+
+Delay Builder::delay(const Token& token) const {
+    const Delay::Unit unit = token.text == "s"    ? Delay::Unit::Seconds
+                             : token.text == "ms" ? Delay::Unit::Milliseconds
+                                                  : Delay::Unit::Ticks;
+    return {token.real, unit, token.span};
+}
+
+// ---- clauses
+
+std::vector<Clause> Builder::clauses(std::vector<Part> parts) {
+    std::vector<Clause> result;
+    result.reserve(parts.size());
+    for (Part& part : parts) result.push_back(clause(std::move(part)));
+    return result;
+}
+
+Clause Builder::clause(Part part) {
+    const Span span = part.span;
+    if (part.delay) wrong(part.delay->span, "a body cannot wait", "a delay stands behind a fact of the head: the fact arrives later");
+    const auto only_in_heads = [&](std::string_view what, std::string_view help) {
+        wrong(span, fmt::format("{} stands in a head, not in a body", what), std::string(help));
+        return Clause{Constraint{expr(BoolLiteral{true}, span)}, span};
+    };
+    return std::visit(
+        Overload{
+            [&](ExprPtr& condition) {
+                auto* call = std::get_if<Call>(&condition->node);
+                if (call == nullptr || !call->parentheses) return Clause{Constraint{std::move(condition)}, span};
+                const bool proved = call->name == "proved" && call->arguments.size() == 2 && bare_name(call->arguments[1]) != nullptr;
+                if (proved) {
+                    Name predicate{bare_name(call->arguments[1])->name, call->arguments[1]->span};
+                    return Clause{Proved{std::move(call->arguments[0]), std::move(predicate)}, span};
+                }
+                const auto name_end = condition->span.begin + static_cast<std::uint32_t>(call->name.size());
+                Name name{call->name, {condition->span.file, condition->span.begin, name_end}};
+                return Clause{Atom{Sigil::None, std::move(name), std::move(call->arguments), condition->span}, span};
+            },
+            [&](Comprehension&) { return only_in_heads("a comprehension", "to count or sum what matches, write S = sum X : { p(A, X) }"); },
+            [&](Bracketed&) {
+                return only_in_heads("a selection or rule aggregate", "[desc => X | body] is the whole left side of -o; [sum => S | X | body | head] stands in its head");
+            },
+            [&](Exists&) { return only_in_heads("`exists`", "a variable that occurs in a body alone exists already"); },
+            [&](HeadIf&) { return only_in_heads("`if` with heads", "write one rule for each case"); },
+            [&](auto& node) { return Clause{std::move(node), span}; },
+        },
+        part.node);
+}
+
+BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body) {
+    const auto* variable = std::get_if<Variable>(&result->node);
+    if (variable == nullptr) wrong(result->span, "the result of an aggregate is a variable", fmt::format("S = {} X : {{ ... }}", op.text));
+    if (value == nullptr && op.text != "count") {
+        wrong(op.span, fmt::format("`{}` needs something to work on", op.text), fmt::format("S = {} X : {{ p(A, X) }}", op.text));
+    }
+    return {{variable == nullptr ? "_" : variable->name, result->span}, op.text, std::move(value), std::move(body)};
+}
+
+// ---- heads
+
+std::vector<HeadItem> Builder::heads(std::vector<Part> parts) {
+    std::vector<HeadItem> result;
+    result.reserve(parts.size());
+    for (Part& part : parts) result.push_back(head(std::move(part)));
+    return result;
+}
+
+HeadItem Builder::head(Part part) {
+    HeadItem item{Nothing{}, part.span};
+    const auto only_in_bodies = [&](std::string_view what, std::string_view help) {
+        wrong(item.span, fmt::format("{} stands in a body, not in a head", what), std::string(help));
+    };
+    const bool is_fact = std::holds_alternative<Atom>(part.node) || std::holds_alternative<ExprPtr>(part.node);
+    if (part.delay && !is_fact) wrong(part.delay->span, "only a fact can be delayed");
+    std::visit(Overload{
+                   [&](ExprPtr& value) {
+                       auto* call = std::get_if<Call>(&value->node);
+                       const auto* one = std::get_if<IntLiteral>(&value->node);
+                       if (one != nullptr && one->value == 1) return;
+                       if (call == nullptr) {
+                           return wrong(value->span, "a head is made of facts, and this is none",
+                                        "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
+                                        "a condition belongs on the body's side of the arrow");
+                       }
+                       const auto name_end = value->span.begin + static_cast<std::uint32_t>(call->name.size());
+                       Name name{call->name, {value->span.file, value->span.begin, name_end}};
+                       item.node = HeadFact{{Sigil::None, std::move(name), std::move(call->arguments), value->span}, std::move(part.delay)};
+                   },
+                   [&](Atom& atom) { item.node = HeadFact{std::move(atom), std::move(part.delay)}; },
+                   [&](Comprehension& node) { item.node = std::move(node); },
+                   [&](Exists& node) { item.node = std::move(node); },
+                   [&](HeadIf& node) { item.node = std::move(node); },
+                   [&](Bracketed& node) { bracketed_head(std::move(node), item); },
+                   [&](Not&) { only_in_bodies("`not`", "a head says what holds; what does not is left out"); },
+                   [&](Forall&) { only_in_bodies("`forall`", "to derive for all matches, write { X | body | head }"); },
+                   [&](Element&) { only_in_bodies("`in`", "put it on the other side of the arrow, or write { X | X in List | head }"); },
+                   [&](Delta&) { only_in_bodies("`delta`", ""); },
+                   [&](BodyAggregate&) { only_in_bodies("an aggregate over `{ ... }`", "in a head write [sum => S | X | body | head]"); },
+               },
+               part.node);
+    return item;
+}
+
+std::vector<Name> Builder::variables(std::vector<Part> parts) {
+    std::vector<Name> result;
+    for (const Part& part : parts) {
+        const auto* value = std::get_if<ExprPtr>(&part.node);
+        const auto* variable = value == nullptr ? nullptr : std::get_if<Variable>(&(*value)->node);
+        const Call* lower_case = value == nullptr ? nullptr : bare_name(*value);
+        if (variable != nullptr) {
+            result.push_back({variable->name, part.span});
+        } else if (lower_case != nullptr) {
+            result.push_back({lower_case->name, part.span});
+        } else {
+            wrong(part.span, "before the first `|` stand variables", "{ X, Y | body | head }, or { | body | head } without any");
+        }
+    }
+    return result;
+}
+
+Comprehension Builder::comprehension(std::vector<std::vector<Part>> sections, Span span) {
+    if (sections.size() != 3) {
+        wrong(span, fmt::format("a comprehension has three parts, this has {}", sections.size()), "{ X, Y | body | head }, with nothing before the first `|` if it has no variables");
+        return {};
+    }
+    return {variables(std::move(sections[0])), clauses(std::move(sections[1])), heads(std::move(sections[2]))};
+}
+
+// Three sections: variables, body, head with the results. Four: a head for each match before it.
+void Builder::bracketed_head(Bracketed bracketed, HeadItem& item) {
+    auto& sections = bracketed.sections;
+    if (sections.size() != 3 && sections.size() != 4) {
+        wrong(item.span, fmt::format("a rule aggregate has three or four parts behind its results, this has {}", sections.size()),
+              "[sum => S | X | body | head] or [sum => S | X | body | head for each | head]");
+        return;
+    }
+    RuleAggregate aggregate;
+    aggregate.aggregates = std::move(bracketed.selections);
+    aggregate.variables = variables(std::move(sections[0]));
+    aggregate.body = clauses(std::move(sections[1]));
+    if (sections.size() == 4) aggregate.each = heads(std::move(sections[2]));
+    aggregate.result = heads(std::move(sections.back()));
+    item.node = std::move(aggregate);
+}
+
+// ---- rules
+
+std::optional<Selector> Builder::selector(const Bracketed& bracketed, Span span) {
+    const HeadAggregate& first = bracketed.selections.front();
+    const bool single = bracketed.selections.size() == 1 && first.function.empty();
+    if (single && first.op == "asc") return Selector{Selector::Order::Ascending, first.result};
+    if (single && first.op == "desc") return Selector{Selector::Order::Descending, first.result};
+    if (single && first.op == "random") return Selector{Selector::Order::Random, first.result};
+    if (single && first.op == "min") return Selector{Selector::Order::Minimum, first.result};
+    wrong(span, fmt::format("`{}` selects nothing", first.op), "before a body stands one of [asc => X | body], [desc => X | body], [random => X | body], [min => X | body]");
+    return std::nullopt;
+}
+
+void Builder::rule(Arrow arrow, std::vector<Part> body, std::vector<Part> head_parts, Span span) {
+    Rule rule;
+    rule.arrow = arrow;
+    rule.span = span;
+    auto* bracketed = body.size() == 1 ? std::get_if<Bracketed>(&body.front().node) : nullptr;
+    if (bracketed != nullptr && bracketed->sections.size() == 1) {
+        rule.selector = selector(*bracketed, body.front().span);
+        std::vector<Part> selected = std::move(bracketed->sections.front());
+        body = std::move(selected);
+    }
+    rule.body = clauses(std::move(body));
+    rule.head = heads(std::move(head_parts));
+    items_.push_back(std::move(rule));
+}
+
+}  // namespace meld::syntax

@@ -1,0 +1,108 @@
+// What the grammar builds before it knows whether it stands in a body or in a head, and the actions that build the tree.
+//
+// A rule's left side is a body before -o and a head before :- or a full stop, which only the arrow tells. So the grammar reads `parts`,
+// and the arrow's action turns them into clauses or head items, refusing what cannot stand there in words of its own.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/syntax/tokens.h"
+#include "compiler/syntax/tree.h"
+
+namespace meld::syntax {
+
+struct Part;
+
+// [ sum => S, count => C | X | body | head ], [desc => X | body], [:min X | body]: its sections tell which it is.
+struct Bracketed {
+    std::vector<HeadAggregate> selections = {};
+    std::vector<std::vector<Part>> sections = {};
+};
+
+struct Part {
+    std::variant<ExprPtr, Atom, Not, Forall, Element, Delta, BodyAggregate, Comprehension, Bracketed, Exists, HeadIf> node;
+    std::optional<Delay> delay = {};
+    Span span = {};
+};
+
+// One word or bracket of a declaration: `route`, `D`, "file", (node, int), :(int, int), [<- neighbor].
+struct DeclarationWord {
+    enum class Form { Name, Variable, Text, Group, Struct, Neighbour } form = Form::Name;
+    std::string text = {};
+    std::vector<std::vector<DeclarationWord>> arguments = {};
+    Span span = {};
+};
+using DeclarationWords = std::vector<DeclarationWord>;
+
+// The semantic actions of one file. Each reports what is wrong and still gives back something to go on with.
+class Builder {
+  public:
+    Builder(const source::File& file, diagnostics::Reporter& report) : file_(file), report_(report) {}
+
+    // Expressions.
+    ExprPtr literal(const Token& token) const;
+    ExprPtr name(const Token& token) const;
+    ExprPtr call(Atom atom) const;
+    ExprPtr negate(ExprPtr operand, Span span) const;
+    ExprPtr binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const;
+    ExprPtr paren_or_tuple(std::vector<ExprPtr> fields, Span span) const;
+    template <class Node>
+    ExprPtr expr(Node node, Span span) const {
+        return std::make_unique<Expr>(Expr{std::move(node), span});
+    }
+
+    // Parts to what the place wants.
+    std::vector<Clause> clauses(std::vector<Part> parts);
+    std::vector<HeadItem> heads(std::vector<Part> parts);
+    std::vector<Name> variables(std::vector<Part> parts);
+    Comprehension comprehension(std::vector<std::vector<Part>> sections, Span span);
+    BodyAggregate body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body);
+    Delay delay(const Token& token) const;
+
+    // Items.
+    void rule(Arrow arrow, std::vector<Part> body, std::vector<Part> head_parts, Span span);
+    void type_item(DeclarationWords words, Span span);
+    void extern_item(DeclarationWords words, Span span);
+    void import_item(DeclarationWords words, Span span);
+    void function(const Token& name, std::vector<DeclarationWords> parameters, DeclarationWords result, ExprPtr body, Span span);
+    void hint(const Token& directive, const std::vector<const Token*>& words, Span span);
+    void item(Item item) { items_.push_back(std::move(item)); }
+
+    static Name to_name(const Token& token) { return {token.text, token.span}; }
+    std::vector<Item> take_items() { return std::exchange(items_, {}); }
+
+  private:
+    Clause clause(Part part);
+    HeadItem head(Part part);
+    void bracketed_head(Bracketed bracketed, HeadItem& item);
+    std::optional<Selector> selector(const Bracketed& bracketed, Span span);
+    void wrong(Span span, std::string message, std::string help = {});
+
+    const source::File& file_;
+    diagnostics::Reporter& report_;
+    std::vector<Item> items_;
+};
+
+// The words of a declaration read as arguments, types and names (declarations.cpp).
+class DeclarationReader {
+  public:
+    explicit DeclarationReader(diagnostics::Reporter& report) : report_(report) {}
+
+    std::vector<Argument> arguments(const std::vector<DeclarationWords>& groups);
+    Argument argument(const DeclarationWords& words);
+    // All of the words as one type.
+    Type whole_type(const DeclarationWords& words, Span span);
+
+  private:
+    Type type(const DeclarationWords& words, std::size_t& at);
+    Type base_type(const DeclarationWords& words, std::size_t& at);
+    bool starts_with_aggregate(const DeclarationWords& words) const;
+
+    diagnostics::Reporter& report_;
+};
+
+}  // namespace meld::syntax

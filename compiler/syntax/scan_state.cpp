@@ -1,0 +1,184 @@
+// Values of tokens, and the mistakes a scanner can see.
+#include "compiler/syntax/scan_state.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+
+namespace meld::syntax {
+
+using diagnostics::Kind;
+
+namespace {
+
+// After this many characters that start no token the file is taken to be no Meld at all, and the rest stays unreported.
+constexpr std::size_t kMaxUnexpected = 20;
+
+// One past the largest int: legal only as the digits of the smallest one.
+constexpr std::uint64_t kTwoTo63 = std::uint64_t{1} << 63;
+
+}  // namespace
+
+Token& ScanState::push(TokenKind kind) {
+    Token token;
+    token.kind = kind;
+    token.span = span();
+    token.first_on_line = at_line_start_;
+    tokens_.push_back(std::move(token));
+    at_line_start_ = false;
+    return tokens_.back();
+}
+
+void ScanState::number_out_of_range(std::string_view limits) {
+    report_.add(Kind::NumberOutOfRange, span(), "this number does not fit").help = limits;
+}
+
+void ScanState::integer(TokenKind kind, const char* written, const char* digits) {
+    Token& token = push(kind);
+    token.text = written;
+    const std::string_view view(digits);
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(view.data(), view.data() + view.size(), value);
+    const std::uint64_t largest = kind == TokenKind::Int ? kTwoTo63 : static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    if (error != std::errc() || value > largest) {
+        number_out_of_range("an int lies between -9223372036854775808 and 9223372036854775807");
+        return;
+    }
+    token.integer = static_cast<std::int64_t>(value);
+}
+
+void ScanState::real(const char* written) {
+    Token& token = push(TokenKind::Float);
+    token.text = written;
+    const std::string_view view(written);
+    double value = 0;
+    std::from_chars(view.data(), view.data() + view.size(), value);
+    // from_chars leaves 0 for what is too large and for what is too small; strtod tells them apart.
+    if (value == 0) value = std::strtod(written, nullptr);
+    if (!std::isfinite(value)) {
+        number_out_of_range("a float is at most 1.797e308");
+        value = 0;
+    }
+    token.real = value;
+}
+
+void ScanState::bad_number(const char* written) {
+    report_.add(Kind::UnexpectedCharacter, span(), "this is neither a number nor a name").help =
+        "a name starts with a letter; between a number and a name stands a blank or an operator";
+    // A number stands in for it, so that the rule around it is not reported as well.
+    push(TokenKind::Int).text = written;
+}
+
+void ScanState::run_argument(const char* written) {
+    Token& token = push(TokenKind::RunArgument);
+    const std::string_view digits = std::string_view(written).substr(4);
+    token.integer = digits.size() == 1 && digits[0] != '0' ? digits[0] - '0' : 0;
+    if (token.integer != 0) return;
+    report_.add(Kind::UnexpectedCharacter, span(), "there is no run argument of this number").help = "run arguments are @arg1 to @arg9";
+    token.integer = 1;
+}
+
+void ScanState::delay(const char* written) {
+    Token& token = push(TokenKind::Delay);
+    char* end = nullptr;
+    token.real = std::strtod(written + 2, &end);
+    token.text = end;
+    // strtod takes the e of a unit as an exponent; a delay has none.
+    const std::string_view whole(written);
+    const std::size_t unit = whole.find_first_not_of("0123456789.", 2);
+    token.text = unit == std::string_view::npos ? "" : std::string(whole.substr(unit));
+    if (!std::isfinite(token.real)) {
+        number_out_of_range("give the delay in seconds, @+2s");
+        token.real = 0;
+    }
+    if (token.text.empty() || token.text == "s" || token.text == "ms") return;
+    report_.add(Kind::UnexpectedCharacter, span(), fmt::format("`{}` is no unit of time", token.text)).help =
+        "write @+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
+    token.text = "s";
+}
+
+void ScanState::include_path(std::string_view written) {
+    Token& token = push(TokenKind::IncludePath);
+    const bool quoted = written.back() == '"' || written.back() == '>';
+    if (quoted) {
+        const std::size_t open = written.find_first_of("\"<");
+        token.text = written.substr(open + 1, written.size() - open - 2);
+        return;
+    }
+    token.text = written.substr(written.find('#') + 1);
+    if (!token.text.empty() && token.text.back() == '.') token.text.pop_back();
+}
+
+void ScanState::unexpected_character() {
+    if (++unexpected_count_ > kMaxUnexpected) return;
+    auto& diagnostic = report_.add(Kind::UnexpectedCharacter, span(), "this character starts nothing in Meld");
+    if (unexpected_count_ == kMaxUnexpected) diagnostic.help = "more of these are not shown; is this file a Meld program?";
+}
+
+void ScanState::open_comment() { comments_.push_back(begin_); }
+
+bool ScanState::close_comment() {
+    comments_.pop_back();
+    return comments_.empty();
+}
+
+void ScanState::comment_never_ends() {
+    const Span inner{file_, comments_.back(), comments_.back() + 2};
+    const Span outer{file_, comments_.front(), comments_.front() + 2};
+    auto& diagnostic = report_.add(Kind::UnterminatedComment, inner, "this comment never ends");
+    diagnostic.help = "close it with */; comments nest, so each /* needs its own */";
+    if (comments_.size() > 1) diagnostic.labels.push_back({outer, "it stands inside this one"});
+}
+
+void ScanState::open_text() {
+    text_begin_ = begin_;
+    text_.clear();
+}
+
+void ScanState::text_byte(const char* hex_digits) {
+    unsigned value = 0;
+    std::from_chars(hex_digits, hex_digits + 2, value, 16);
+    text_ += static_cast<char>(value);
+}
+
+void ScanState::text_escape(char letter) {
+    switch (letter) {
+        case 'n': text_ += '\n'; return;
+        case 't': text_ += '\t'; return;
+        case 'r': text_ += '\r'; return;
+        case '"':
+        case '\\': text_ += letter; return;
+        default:
+            report_.add(Kind::UnexpectedCharacter, span(), "this escape means nothing in a text").help =
+                R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";
+    }
+}
+
+void ScanState::close_text() {
+    begin_ = text_begin_;
+    push(TokenKind::String).text = std::move(text_);
+    text_.clear();
+}
+
+void ScanState::text_never_ends(bool at_line_end) {
+    const std::uint32_t text_end = at_line_end ? end_ - 1 : end_;
+    report_.add(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this text has no closing quote").help =
+        R"(a text ends on its own line; write \n for a new line)";
+    const std::uint32_t resume = end_;
+    end_ = text_end;
+    close_text();
+    end_ = resume;
+    if (at_line_end) new_line();
+}
+
+std::vector<Token> ScanState::take_tokens() {
+    begin_ = end_;
+    push(TokenKind::End);
+    return std::move(tokens_);
+}
+
+}  // namespace meld::syntax

@@ -1,0 +1,23 @@
+// Says in plain words why the grammar could not go on.
+#pragma once
+
+#include <vector>
+
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/syntax/tokens.h"
+
+namespace meld::syntax {
+
+// Where the grammar stopped: the item starts at `begin`, the token at `at` fits nowhere, and one of `expected` would have.
+struct Stop {
+    const std::vector<Token>& tokens;
+    std::size_t begin;
+    std::size_t at;
+    const std::vector<TokenKind>& expected;
+};
+
+void report_syntax_error(const Stop& stop, diagnostics::Reporter& report);
+// The item that starts at `begin` should have ended before the token at `at`.
+void report_missing_period(const std::vector<Token>& tokens, std::size_t begin, std::size_t at, diagnostics::Reporter& report);
+
+}  // namespace meld::syntax
