@@ -40,10 +40,14 @@ class Communicator {
 std::unique_ptr<Communicator> make_single();
 
 // Runs body(communicator) on `parts` threads of this process that exchange through memory: the test double of MPI,
-// with the same semantics. Rethrows the first exception.
+// with the same semantics. Rethrows the first exception; a part that waits for one that has failed, has finished, or calls
+// another operation gets an exception too (runtime/comm/threads.h) and does not hang. abort() throws PartAborted.
 void run_threads_as_parts(int parts, const std::function<void(Communicator&)>& body);
 
-// Under mpirun/srun: the process's communicator. Initialises MPI (FUNNELED) on first call, finalises at destruction.
+// Under mpirun/srun: the process's communicator. Initialises MPI (FUNNELED) on first call, finalises when the last
+// communicator is gone, and cannot be started again after that. One that is destroyed by an exception on its way ends all
+// processes with exit code 70, since the others would wait for ever: catch exceptions inside its lifetime and abort().
+// Close HDF5 files before the last communicator goes.
 std::unique_ptr<Communicator> make_mpi();
 // Whether this process was started by an MPI launcher.
 bool under_mpi();

@@ -51,13 +51,13 @@ TEST(LaunchMpi, SaysWhenThePathHasNoMpirun) {
 }
 
 TEST(LaunchMpi, GivesTheFirstInterruptToThePartsToEndWell) {
-    const std::string line = fmt::format("trap 'exit 130' USR1; kill -INT {}; while :; do sleep 0.01; done", getpid());
+    const std::string line = fmt::format("exec 2>/dev/null; trap 'exit 130' USR1; kill -INT {}; while :; do sleep 0.01; done", getpid());
     EXPECT_EQ(launch_mpi(1, {"sh", "-c", line}), 130);
 }
 
 TEST(LaunchMpi, EndsThePartsAtTheSecondInterrupt) {
     const std::string line =
-        fmt::format("trap 'kill -INT {0}' USR1; trap '' TERM; kill -INT {0}; while :; do sleep 0.01; done", getpid());
+        fmt::format("exec 2>/dev/null; trap 'kill -INT {0}' USR1; trap '' TERM; kill -INT {0}; while :; do sleep 0.01; done", getpid());
     EXPECT_NE(launch_mpi(1, {"sh", "-c", line}), 0);
 }
 
