@@ -129,7 +129,9 @@ Result<WorldSize> measure(const World& world) {
         widen(size, cell, cell);
         size.cells_upper_bound += 1;
     }
-    if (size.cells_upper_bound == 0) return fail("no catom: the body is empty", "add a [[body]] with a shape or cells");
+    if (size.cells_upper_bound == 0) {
+        return fail("no catom: the body is empty", world.body.root() ? "make its shape larger" : "add a [[body]] with a shape or cells");
+    }
     return size;
 }
 

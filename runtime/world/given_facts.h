@@ -1,0 +1,25 @@
+// The sections of a world file that speak the language: [facts] and [set].
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "runtime/world/toml_reader.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::world {
+
+// source = "cell == (0,0,0)"                                      one region
+// source = ["id == 0", "id == 9"]                                 several
+// temperature = [{ where = "id < 10", args = [20.5] }, ...]       with arguments; without `where`, all catoms
+void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenFact>& facts);
+
+// name = value
+void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set);
+
+// A TOML value as a literal of the language. A string that is itself a number, true, false, or a catom such as "@3" stands
+// for that, any other for a string. Anything else is a mistake, called `what`.
+std::string literal(TomlReader& reader, const toml::node& node, std::string_view what);
+
+}  // namespace meld::world

@@ -1,0 +1,159 @@
+// Places, types and ranges of the values in a TOML file.
+#include "runtime/world/toml_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/nearest.h"
+#include "runtime/base/units.h"
+
+namespace meld::world {
+namespace {
+
+std::string_view type_name(toml::node_type type) {
+    switch (type) {
+        case toml::node_type::table: return "a table";
+        case toml::node_type::array: return "an array";
+        case toml::node_type::string: return "a string";
+        case toml::node_type::integer: return "an integer";
+        case toml::node_type::floating_point: return "a number";
+        case toml::node_type::boolean: return "true or false";
+        default: return "a date or time";
+    }
+}
+
+}  // namespace
+
+std::string type_mismatch(const toml::node& node, std::string_view wanted) { return fmt::format("is {}, not {}", type_name(node.type()), wanted); }
+
+std::string TomlReader::place(const toml::source_region& source) const {
+    return fmt::format("{}:{}:{}", path_, source.begin.line, source.begin.column);
+}
+
+void TomlReader::wrong(Error error) {
+    if (!error_) error_ = std::move(error);
+}
+
+void TomlReader::wrong(const toml::source_region& source, std::string_view problem, std::string suggestion) {
+    wrong(Error{fmt::format("{}: {}", place(source), problem), std::move(suggestion)});
+}
+
+void TomlReader::wrong_in(const toml::node& string, const ExpressionError& error) {
+    const toml::source_region& source = string.source();
+    const std::string& value = **string.as_string();
+    const std::string_view rest = line(source.begin.line);
+    // The value stands right behind its quote unless it is escaped or of several lines.
+    const std::size_t quote = source.begin.column;
+    const bool plain = quote < rest.size() && rest.substr(quote).starts_with(value);
+    if (!plain) return wrong(source, fmt::format("column {} of the text: {}", error.column, error.problem), error.suggestion);
+    wrong(Error{fmt::format("{}:{}:{}: {}", path_, source.begin.line, quote + error.column, error.problem), error.suggestion});
+}
+
+std::string_view TomlReader::line(std::size_t number) const {
+    std::string_view rest = text_;
+    for (std::size_t i = 1; i < number; ++i) {
+        const std::size_t end = rest.find('\n');
+        if (end == std::string_view::npos) return {};
+        rest.remove_prefix(end + 1);
+    }
+    return rest.substr(0, rest.find('\n'));
+}
+
+Section::Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known)
+    : reader_(reader), table_(table), name_(std::move(name)) {
+    for (const auto& [key, value] : table) {
+        if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+        const std::string where = name_.empty() ? "" : fmt::format(" in {}", name_);
+        reader_.wrong(key.source(), fmt::format("there is no key '{}'{}", key.str(), where), did_you_mean(key.str(), {known.begin(), known.size()}));
+    }
+}
+
+std::string Section::name_of(std::string_view key) const { return name_.empty() ? std::string(key) : fmt::format("{} {}", name_, key); }
+
+void Section::read(std::string_view key, std::string& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_string()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "a string")));
+    value = **node->as_string();
+}
+
+void Section::read(std::string_view key, bool& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_boolean()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "true or false")));
+    value = **node->as_boolean();
+}
+
+void Section::read(std::string_view key, std::vector<std::string>& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_array()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of strings")));
+    value.clear();
+    for (const toml::node& item : *node->as_array()) {
+        if (!item.is_string()) return reader_.wrong(item.source(), fmt::format("an item of {} {}", name_of(key), type_mismatch(item, "a string")));
+        value.push_back(**item.as_string());
+    }
+}
+
+void Section::read_positive(std::string_view key, double& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_number()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "a number")));
+    const double number = *node->value<double>();
+    if (!std::isfinite(number) || number <= 0) {
+        return reader_.wrong(node->source(), fmt::format("{} = {} is not a number above zero", name_of(key), number));
+    }
+    value = number;
+}
+
+void Section::read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
+                            Result<std::uint64_t> (*parse)(std::string_view)) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    std::uint64_t number = 0;
+    if (node->is_integer()) {
+        const std::int64_t integer = **node->as_integer();
+        if (integer < 0) return reader_.wrong(node->source(), fmt::format("{} = {} is below zero", name_of(key), integer));
+        number = static_cast<std::uint64_t>(integer);
+    } else if (node->is_string()) {
+        const Result<std::uint64_t> parsed = parse(**node->as_string());
+        if (!parsed) return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
+        number = *parsed;
+    } else {
+        return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "a whole number, as 2000000 or \"2M\"")));
+    }
+    if (number < least || number > most) {
+        return reader_.wrong(node->source(), fmt::format("{} = {} is not between {} and {}", name_of(key), number, least, most));
+    }
+    value = number;
+}
+
+void Section::read_count(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most) const {
+    read_suffixed(key, value, least, most, parse_count);
+}
+
+void Section::read_count(std::string_view key, int& value, int least) const {
+    auto wide = static_cast<std::uint64_t>(value);
+    read_count(key, wide, static_cast<std::uint64_t>(least), std::numeric_limits<int>::max());
+    value = static_cast<int>(wide);
+}
+
+void Section::read_bytes(std::string_view key, std::uint64_t& value) const {
+    read_suffixed(key, value, 0, std::numeric_limits<std::uint64_t>::max(), parse_bytes);
+}
+
+std::optional<Shape> Section::read_shape(std::string_view key) const {
+    const toml::node* node = find(key);
+    if (!node) return std::nullopt;
+    std::string text;
+    read(key, text);
+    if (!node->is_string()) return std::nullopt;
+    Parsed<Shape> shape = parse_shape_text(text);
+    if (shape) return std::move(*shape);
+    reader_.wrong_in(*node, shape.error());
+    return std::nullopt;
+}
+
+}  // namespace meld::world

@@ -1,0 +1,75 @@
+// Typed reading of a TOML file that remembers the first mistake with its place, so that the code that reads a section is a
+// list of its keys. After a mistake all values are defaults; the caller asks once, at the end, whether there was one.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/world/expression.h"
+
+namespace meld::world {
+
+class TomlReader {
+  public:
+    TomlReader(std::string_view text, const std::string& path) : text_(text), path_(path) {}
+
+    const std::optional<Error>& error() const { return error_; }
+    std::string place(const toml::source_region& source) const;  // "world.toml:12:5".
+    // Notes a mistake, if it is the first.
+    void wrong(const toml::source_region& source, std::string_view problem, std::string suggestion = {});
+    // A mistake within an expression that a string holds; the place is that of the column where the string is plain.
+    void wrong_in(const toml::node& string, const ExpressionError& error);
+    void wrong(Error error);
+    const std::string& path() const { return path_; }
+
+  private:
+    std::string_view line(std::size_t number) const;
+    std::string_view text_;
+    const std::string& path_;
+    std::optional<Error> error_;
+};
+
+// "12 is an integer, not a string".
+std::string type_mismatch(const toml::node& node, std::string_view wanted);
+
+// A table of the file, by its name in messages: "[limits]".
+class Section {
+  public:
+    // Notes each key that is not known.
+    Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known);
+
+    const toml::node* find(std::string_view key) const { return table_.get(key); }
+    bool has(std::string_view key) const { return find(key) != nullptr; }
+    // The value, or what is there already if the key is missing or wrong.
+    void read(std::string_view key, std::string& value) const;
+    void read(std::string_view key, bool& value) const;
+    void read(std::string_view key, std::vector<std::string>& value) const;
+    // A finite number above zero.
+    void read_positive(std::string_view key, double& value) const;
+    // A whole number, also written "2M".
+    void read_count(std::string_view key, std::uint64_t& value, std::uint64_t least = 0,
+                    std::uint64_t most = std::numeric_limits<std::int64_t>::max()) const;
+    void read_count(std::string_view key, int& value, int least) const;
+    // A number of bytes, also written "16GiB".
+    void read_bytes(std::string_view key, std::uint64_t& value) const;
+    std::optional<Shape> read_shape(std::string_view key) const;
+    const toml::source_region& source() const { return table_.source(); }
+
+  private:
+    std::string name_of(std::string_view key) const;
+    void read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
+                       Result<std::uint64_t> (*parse)(std::string_view)) const;
+    TomlReader& reader_;
+    const toml::table& table_;
+    std::string name_;
+};
+
+}  // namespace meld::world

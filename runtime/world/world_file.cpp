@@ -1,0 +1,229 @@
+// From TOML to a World: one function per section.
+#include "runtime/world/world_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "runtime/base/nearest.h"
+#include "runtime/world/cells_file.h"
+#include "runtime/world/given_facts.h"
+#include "runtime/world/populate.h"
+#include "runtime/world/toml_reader.h"
+
+namespace meld::world {
+namespace {
+
+// How many bricks are looked into for the first catom, before a body is taken to have one.
+constexpr int kBricksSearched = 10'000;
+
+Result<std::string> read_text(const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) return fail(fmt::format("{} is a directory, not a file", path));
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return fail(fmt::format("{} cannot be read: {}", path, std::generic_category().message(errno)));
+    std::ostringstream text;
+    text << file.rdbuf();
+    if (file.bad()) return fail(fmt::format("{} cannot be read to its end", path));
+    return std::move(text).str();
+}
+
+// The table under a key, which is empty if there is none.
+const toml::table& table_at(TomlReader& reader, const toml::table& top, std::string_view key) {
+    static const toml::table kNone;
+    const toml::node* node = top.get(key);
+    if (!node) return kNone;
+    if (node->is_table()) return *node->as_table();
+    reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, fmt::format("a table [{}]", key))));
+    return kNone;
+}
+
+void read_top(TomlReader& reader, const Section& top, World& world) {
+    std::string name(Lattice(world.lattice).name());
+    top.read("lattice", name);
+    if (const auto kind = Lattice::kind_named(name)) {
+        world.lattice = *kind;
+    } else {
+        const auto known = Lattice::kind_names();
+        reader.wrong(top.find("lattice")->source(), fmt::format("there is no lattice '{}'", name), did_you_mean(name, known));
+    }
+    top.read_positive("radius", world.radius);
+    top.read_count("seed", world.seed);
+    top.read_count("held", world.held, 0);
+}
+
+// cells = [[0, 0, 0], [1, 0, 0]]
+void read_cell_array(TomlReader& reader, const toml::array& array, const Lattice& lattice, std::vector<ListedCell>& listed) {
+    for (const toml::node& item : array) {
+        std::vector<std::int64_t> coordinates;
+        if (!item.is_array()) return reader.wrong(item.source(), "a cell " + type_mismatch(item, "an array [x, y, z]"));
+        for (const toml::node& coordinate : *item.as_array()) {
+            if (!coordinate.is_integer()) return reader.wrong(coordinate.source(), "a cell coordinate " + type_mismatch(coordinate, "an integer"));
+            coordinates.push_back(**coordinate.as_integer());
+        }
+        const Result<Cell> cell = checked_cell(coordinates, lattice);
+        if (!cell) return reader.wrong(item.source(), cell.error().problem, cell.error().suggestion);
+        listed.push_back({*cell, reader.place(item.source())});
+    }
+}
+
+// cells = "points.csv", relative to the world file.
+void read_cell_file(TomlReader& reader, const toml::node& node, const Lattice& lattice, std::vector<ListedCell>& listed) {
+    const std::filesystem::path name(**node.as_string());
+    const std::string path = (std::filesystem::path(reader.path()).parent_path() / name).string();
+    const Result<std::string> text = read_text(path);
+    if (!text) return reader.wrong(node.source(), text.error().problem);
+    Result<std::vector<ListedCell>> cells = parse_cells(*text, path, lattice);
+    if (!cells) return reader.wrong(cells.error());
+    std::move(cells->begin(), cells->end(), std::back_inserter(listed));
+}
+
+void read_body(TomlReader& reader, const toml::table& table, const Lattice& lattice, std::vector<Shape>& shapes, std::vector<ListedCell>& listed) {
+    const Section body(reader, table, "[[body]]", {"shape", "cells"});
+    if (body.has("shape") == body.has("cells")) {
+        return reader.wrong(table.source(), body.has("shape") ? "a [[body]] has both shape and cells" : "a [[body]] has neither shape nor cells",
+                            "give each its own [[body]] with one of them");
+    }
+    if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
+    const toml::node* cells = body.find("cells");
+    if (!cells) return;
+    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), lattice, listed);
+    if (cells->is_string()) return read_cell_file(reader, *cells, lattice, listed);
+    reader.wrong(cells->source(), "[[body]] cells " + type_mismatch(*cells, "a file name or an array of [x, y, z]"));
+}
+
+void read_bodies(TomlReader& reader, const Section& top, World& world) {
+    const toml::node* node = top.find("body");
+    if (!node) return reader.wrong(Error{fmt::format("{}: no catom: the body is empty", reader.path()), "add [[body]] shape = \"box(10, 10, 10)\""});
+    const Lattice lattice(world.lattice);
+    std::vector<Shape> shapes;
+    std::vector<ListedCell> listed;
+    if (node->is_table()) {
+        read_body(reader, *node->as_table(), lattice, shapes, listed);
+    } else if (node->is_array_of_tables()) {
+        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), lattice, shapes, listed);
+    } else {
+        reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
+    }
+    world.body = Shape::unite(std::move(shapes));
+    Result<std::vector<Cell>> cells = sorted_cells(std::move(listed), lattice);
+    if (!cells) return reader.wrong(cells.error());
+    world.cells = std::move(*cells);
+}
+
+void read_target(TomlReader& reader, const toml::table& table, World& world) {
+    const Section target(reader, table, "[target]", {"shape", "cells"});
+    world.target = target.read_shape("shape");
+    const toml::node* cells = target.find("cells");
+    if (!table.empty() && !target.has("shape")) return reader.wrong(table.source(), "[target] has no shape");
+    if (!cells) return;
+    if (cells->is_string() && **cells->as_string() == "mass") {
+        world.target_is_mass = true;
+        return;
+    }
+    std::uint64_t count = 0;
+    target.read_count("cells", count, 1);
+    world.target_cells = count;
+}
+
+void read_names(TomlReader& reader, const toml::table& table, std::string_view section, std::map<std::string, std::string>& names) {
+    for (const auto& [key, value] : table) {
+        if (!value.is_string()) return reader.wrong(value.source(), fmt::format("[{}] {} {}", section, key.str(), type_mismatch(value, "a string")));
+        names[std::string(key.str())] = **value.as_string();
+    }
+}
+
+void read_motion(TomlReader& reader, const toml::table& table, MotionOptions& motion) {
+    const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
+    section.read("kind", motion.kind);
+    section.read_count("capacity", motion.capacity, 0);
+    section.read("keep_connected", motion.keep_connected);
+}
+
+void read_record(TomlReader& reader, const toml::table& table, RecordOptions& record) {
+    const Section section(reader, table, "[record]", {"every", "predicates"});
+    section.read_count("every", record.every, 1);
+    section.read("predicates", record.predicates);
+}
+
+void read_limits(TomlReader& reader, const toml::table& table, Limits& limits) {
+    const Section section(reader, table, "[limits]", {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "memory"});
+    section.read_count("max_facts_per_catom", limits.max_facts_per_catom, 1);
+    section.read_count("max_derivations_per_tick", limits.max_derivations_per_tick, 1);
+    section.read_count("max_ticks", limits.max_ticks, 1);
+    section.read_bytes("memory", limits.memory_bytes);
+}
+
+// Whether no cell of the world's lattice lies in the body; false when a large body must be searched for long.
+bool surely_empty(const World& world, const Lattice& lattice) {
+    int left = kBricksSearched;
+    bool found = !world.cells.empty();
+    if (found) return false;
+    for_each_brick(world.body, lattice, [&](Cell brick) {
+        found = cells_in_shape(world.body, lattice, brick) != BrickCells{};
+        return !found && --left > 0;
+    });
+    return !found && left > 0;
+}
+
+// What can only be said of the world as a whole.
+void check_whole(TomlReader& reader, const Section& top, const World& world) {
+    if (world.held > world.motion.capacity) {
+        reader.wrong(top.find("held")->source(), fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
+    }
+    if (reader.error()) return;
+    const toml::source_region& body = top.find("body")->source();
+    if (const Result<WorldSize> size = measure(world); !size) return reader.wrong(body, size.error().problem, size.error().suggestion);
+    if (surely_empty(world, Lattice(world.lattice))) reader.wrong(body, "no catom: the body is empty", "make its shape larger");
+    if (!world.target) return;
+    World target;
+    target.lattice = world.lattice;
+    target.body = *world.target;
+    const Result<WorldSize> size = measure(target);
+    if (!size) reader.wrong(top.find("target")->source(), "the target is as no body could be: " + size.error().problem, size.error().suggestion);
+}
+
+World read_sections(TomlReader& reader, const toml::table& table) {
+    World world;
+    world.path = reader.path();
+    const Section top(reader, table, "",
+                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "set", "motion", "record", "limits", "components"});
+    read_top(reader, top, world);
+    read_bodies(reader, top, world);
+    read_target(reader, table_at(reader, table, "target"), world);
+    read_facts(reader, table_at(reader, table, "facts"), world.facts);
+    read_settings(reader, table_at(reader, table, "set"), world.set);
+    read_motion(reader, table_at(reader, table, "motion"), world.motion);
+    read_record(reader, table_at(reader, table, "record"), world.record);
+    read_limits(reader, table_at(reader, table, "limits"), world.limits);
+    read_names(reader, table_at(reader, table, "components"), "components", world.components);
+    if (!reader.error()) check_whole(reader, top, world);
+    return world;
+}
+
+}  // namespace
+
+Result<World> parse_world(const std::string& text, const std::string& path) {
+    TomlReader reader(text, path);
+    toml::table table;
+    // The library's parser reports mistakes by an exception, and only so.
+    try {
+        table = toml::parse(std::string_view(text), std::string_view(path));
+    } catch (const toml::parse_error& error) {
+        return fail(fmt::format("{}: {}", reader.place(error.source()), error.description()));
+    }
+    World world = read_sections(reader, table);
+    if (reader.error()) return tl::unexpected(*reader.error());
+    return world;
+}
+
+Result<World> read_world(const std::string& path) {
+    const Result<std::string> text = read_text(path);
+    if (!text) return tl::unexpected(text.error());
+    return parse_world(*text, path);
+}
+
+}  // namespace meld::world

@@ -1,0 +1,169 @@
+#include "runtime/world/populate.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "runtime/world/target.h"
+
+namespace meld::world {
+namespace {
+
+World world_of(const std::string& text, LatticeKind kind, std::vector<Cell> cells = {}) {
+    World world;
+    world.lattice = kind;
+    if (!text.empty()) world.body = *Shape::parse(text);
+    world.cells = std::move(cells);
+    sort_cells(world.cells, Lattice(kind));
+    return world;
+}
+
+// Asks each cell of a box that holds the whole body.
+std::map<BrickKey, std::set<std::uint32_t>> brute_force(const World& world, const Lattice& lattice) {
+    std::map<BrickKey, std::set<std::uint32_t>> bricks;
+    const std::set<Cell> listed(world.cells.begin(), world.cells.end());
+    const int reach = lattice.flat() ? 80 : 45, reach_z = lattice.flat() ? 0 : reach;
+    for (int x = -reach; x <= reach; ++x) {
+        for (int y = -reach; y <= reach; ++y) {
+            for (int z = -reach_z; z <= reach_z; ++z) {
+                const Cell cell = {x, y, z};
+                if (!listed.contains(cell) && !world.body.contains(lattice.position(cell))) continue;
+                bricks[lattice.brick_key(lattice.brick_of(cell))].insert(lattice.number_in_brick(cell));
+            }
+        }
+    }
+    return bricks;
+}
+
+TEST(Populate, AgreesWithAskingEachCellForAnyNumberOfShares) {
+    const std::vector<Cell> scattered = {{0, 0, 0}, {30, -20, 0}, {31, -20, 0}, {-40, 40, 0}, {5, 0, 0}};
+    const std::vector<std::pair<std::string, std::vector<Cell>>> bodies = {
+        {"box(20, 31, 17)", {}},    {"sphere(19)", scattered}, {"minus(box(30,30,30), cylinder(8, 50))", {}}, {"", scattered},
+        {"trumpet(40)", scattered}, {"torus(15, 3)", {}}};
+    for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
+        const Lattice lattice(kind);
+        for (const auto& [text, cells] : bodies) {
+            const World world = world_of(text, kind, cells);
+            const auto expected = brute_force(world, lattice);
+            for (const int shares : {1, 2, 3, 7, 64}) {
+                std::map<BrickKey, std::uint32_t> counted;
+                for (int share = 0; share < shares; ++share) {
+                    BrickKey before = 0;
+                    for (const auto& [brick, count] : count_bricks(world, lattice, share, shares)) {
+                        EXPECT_TRUE(counted.emplace(brick, count).second) << text;
+                        EXPECT_TRUE(before == 0 || before < brick);
+                        before = brick;
+                    }
+                }
+                ASSERT_EQ(counted.size(), expected.size()) << text << " on " << lattice.name();
+                for (const auto& [brick, numbers] : expected) EXPECT_EQ(counted[brick], numbers.size());
+            }
+            std::vector<std::uint32_t> numbers = {1, 2, 3};
+            for (const auto& [brick, cells_there] : expected) {
+                cells_of_brick(world, lattice, brick, numbers);
+                EXPECT_EQ(numbers, std::vector<std::uint32_t>(cells_there.begin(), cells_there.end()));
+            }
+        }
+    }
+}
+
+TEST(Measure, IsExactForABoxAndNeverTooLow) {
+    for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
+        const Lattice lattice(kind);
+        for (const std::string text : {"box(20, 31, 17)", "move(box(10, 10, 10), 2, 3, -4)", "sphere(19)", "trumpet(40)", "torus(15, 3)"}) {
+            const World world = world_of(text, kind);
+            const Result<WorldSize> size = measure(world);
+            ASSERT_TRUE(size);
+            const auto catoms = static_cast<double>(count_catoms(world, lattice));
+            EXPECT_GE(size->cells_upper_bound, catoms) << text;
+            if (text.find("box") != std::string::npos) {
+                EXPECT_EQ(size->cells_upper_bound, catoms) << text << lattice.name();
+            }
+            EXPECT_LT(size->cells_upper_bound, 3 * catoms + 100) << text << lattice.name();
+        }
+    }
+}
+
+TEST(Measure, AnswersForAbsurdSizes) {
+    const Result<WorldSize> huge = measure(world_of("box(1e6, 1e6, 1e6)", LatticeKind::Cubic));
+    ASSERT_TRUE(huge);
+    EXPECT_EQ(huge->cells_upper_bound, 1e18);
+    EXPECT_GE(measure(world_of("sphere(5e5)", LatticeKind::Cubic))->cells_upper_bound, 5.2e17);
+    const Result<WorldSize> absurd = measure(world_of("box(1e9, 1e9, 1e9)", LatticeKind::Cubic));
+    ASSERT_FALSE(absurd);
+    EXPECT_EQ(absurd.error().problem,
+              "the body has up to 1e+27 cells and reaches 5e+08 catom diameters from the origin, but cells lie within 1048576");
+    EXPECT_FALSE(measure(World{}));
+}
+
+TEST(Target, KeepsExactlyAsManyConnectedCellsAsThereIsMass) {
+    for (const LatticeKind kind : {LatticeKind::Cubic, LatticeKind::Fcc, LatticeKind::Square}) {
+        const Lattice lattice(kind);
+        World world = world_of("box(10, 10, 10)", kind);
+        world.target = *Shape::parse("trumpet(90)");
+        world.target_is_mass = true;
+        world.held = 1;
+        const Result<Target> target = Target::make(world, lattice);
+        ASSERT_TRUE(target) << target.error().message();
+        const std::uint64_t mass = 2 * count_catoms(world, lattice);
+        EXPECT_EQ(target->cells(), mass);
+        std::set<Cell> chosen;
+        World horn = world_of("trumpet(90)", kind);
+        std::vector<std::uint32_t> numbers;
+        for (const auto& [key, count] : count_bricks(horn, lattice, 0, 1)) {
+            const Cell brick = lattice.brick_at(key);
+            std::array<std::uint64_t, 8> bits{};
+            target->fill(brick, bits);
+            for (std::uint32_t number = 0; number < kBrickCells; ++number) {
+                const Cell cell = lattice.cell_in_brick(brick, number);
+                const bool set = bits[number / 64] >> number % 64 & 1;
+                EXPECT_EQ(set, target->contains(cell));
+                if (!set) continue;
+                EXPECT_TRUE(horn.body.contains(lattice.position(cell)));
+                chosen.insert(cell);
+            }
+        }
+        EXPECT_EQ(chosen.size(), mass);
+        std::vector<Cell> reached = {*chosen.begin()};
+        chosen.erase(reached[0]);
+        while (!reached.empty()) {
+            const Cell cell = reached.back();
+            reached.pop_back();
+            for (int port = 0; port < lattice.ports(); ++port) {
+                if (chosen.erase(lattice.neighbour(cell, port)) > 0) reached.push_back(lattice.neighbour(cell, port));
+            }
+        }
+        EXPECT_TRUE(chosen.empty());
+    }
+}
+
+TEST(Target, SaysWhenTheShapeIsTooSmallOrOutOfReach) {
+    const Lattice lattice(LatticeKind::Cubic);
+    World world = world_of("box(10, 10, 10)", LatticeKind::Cubic);
+    world.target = *Shape::parse("box(9, 9, 9)");
+    world.target_is_mass = true;
+    EXPECT_EQ(Target::make(world, lattice).error().problem,
+              "the target box(9, 9, 9) has 729 cells but the catoms and what they hold would fill 1000");
+    world.target = *Shape::parse("move(box(20, 20, 20), 40, 0, 0)");
+    EXPECT_EQ(Target::make(world, lattice).error().suggestion, "move the target or the body so that they overlap");
+    world.target = *Shape::parse("union(box(9, 9, 9), move(box(20, 20, 20), 40, 0, 0))");
+    world.target_is_mass = false;
+    world.target_cells = 800;
+    EXPECT_EQ(Target::make(world, lattice).error().problem,
+              "the target union(box(9, 9, 9), move(box(20, 20, 20), 40, 0, 0)) has 8729 cells, 729 of them connected to the body, but [target] "
+              "cells asks for 800");
+}
+
+TEST(Target, IsTheWholeShapeUnlessItsCellsAreCounted) {
+    World world = world_of("box(4, 4, 4)", LatticeKind::Cubic);
+    const Lattice lattice(LatticeKind::Cubic);
+    EXPECT_FALSE(Target::make(world, lattice)->contains({0, 0, 0}));
+    world.target = *Shape::parse("sphere(3)");
+    EXPECT_TRUE(Target::make(world, lattice)->contains({3, 0, 0}));
+    EXPECT_FALSE(Target::make(world, lattice)->contains({3, 1, 0}));
+    EXPECT_EQ(Target::make(world, lattice)->cells(), std::nullopt);
+}
+
+}  // namespace
+}  // namespace meld::world

@@ -1,0 +1,187 @@
+#include "runtime/world/world_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "runtime/world/populate.h"
+
+namespace meld::world {
+namespace {
+
+World world_of(const std::string& text) {
+    Result<World> world = parse_world(text, "w.toml");
+    EXPECT_TRUE(world) << world.error().message();
+    return world ? std::move(*world) : World{};
+}
+
+std::string error_of(const std::string& text) {
+    const Result<World> world = parse_world(text, "w.toml");
+    return world ? "fine" : world.error().message();
+}
+
+const std::string kBody = "[[body]]\nshape = \"box(2, 2, 2)\"\n";
+
+TEST(WorldFile, ReadsEachSection) {
+    const World world = world_of(R"toml(
+lattice = "fcc"
+radius = 0.5e-3
+seed = 42
+held = 1
+[[body]]
+shape = "minus(box(20,20,10), cylinder(r=4,h=50))"
+[[body]]
+cells = [[50, 0, 0], [51, 0, 0]]
+[target]
+shape = "trumpet(length=200)"
+cells = "mass"
+[facts]
+source = ["cell == (0,0,0)", "id == 7"]
+temperature = [{ where = "id < 10", args = ["20.5", 3, 4.0, true, "@12", "warm \"x\""] }, { args = [1] }]
+[set]
+limit = 12
+rate = 0.5
+name = "n"
+[motion]
+kind = "lattice"
+capacity = 2
+keep_connected = true
+[record]
+every = 10
+predicates = ["dist", "parent"]
+[limits]
+max_ticks = "2M"
+memory = "16GiB"
+[components]
+mover = "slide"
+)toml");
+    EXPECT_EQ(world.lattice, LatticeKind::Fcc);
+    EXPECT_EQ(world.radius, 0.5e-3);
+    EXPECT_EQ(world.seed, 42u);
+    EXPECT_EQ(world.held, 1);
+    EXPECT_EQ(world.body.text(), "minus(box(20, 20, 10), cylinder(r=4, h=50))");
+    EXPECT_EQ(world.cells, (std::vector<Cell>{{50, 0, 0}, {51, 0, 0}}));
+    EXPECT_TRUE(world.target && world.target_is_mass && !world.target_cells);
+    ASSERT_EQ(world.facts.size(), 4u);
+    EXPECT_EQ(world.facts[0].predicate, "source");
+    EXPECT_EQ(world.facts[1].where.text(), "id == 7");
+    EXPECT_EQ(world.facts[1].place, "w.toml:14:30");
+    EXPECT_EQ(world.facts[2].arguments, (std::vector<std::string>{"20.5", "3", "4.0", "true", "@12", "\"warm \\\"x\\\"\""}));
+    EXPECT_TRUE(world.facts[3].where.contains(99, {}, {}));
+    EXPECT_EQ(world.set, (std::map<std::string, std::string>{{"limit", "12"}, {"rate", "0.5"}, {"name", "\"n\""}}));
+    EXPECT_EQ(world.motion.kind, "lattice");
+    EXPECT_EQ(world.motion.capacity, 2);
+    EXPECT_TRUE(world.motion.keep_connected);
+    EXPECT_EQ(world.record.every, 10);
+    EXPECT_EQ(world.record.predicates, (std::vector<std::string>{"dist", "parent"}));
+    EXPECT_EQ(world.limits.max_ticks, 2'000'000u);
+    EXPECT_EQ(world.limits.memory_bytes, std::uint64_t{16} << 30);
+    EXPECT_EQ(world.components.at("mover"), "slide");
+}
+
+TEST(WorldFile, NeedsNothingButABody) {
+    const World world = world_of(kBody);
+    EXPECT_EQ(world.lattice, LatticeKind::Cubic);
+    EXPECT_EQ(count_catoms(world, Lattice(world.lattice)), 8u);
+}
+
+TEST(WorldFile, NamesTheNearestKey) {
+    EXPECT_EQ(error_of("latice = \"fcc\"\n" + kBody), "w.toml:1:1: there is no key 'latice'. did you mean 'lattice'?");
+    EXPECT_EQ(error_of(kBody + "[record]\nevry = 3"), "w.toml:4:1: there is no key 'evry' in [record]. did you mean 'every'?");
+    EXPECT_EQ(error_of("lattice = \"hexa\"\n" + kBody), "w.toml:1:11: there is no lattice 'hexa'. did you mean 'hex'?");
+    EXPECT_EQ(error_of("lattice = \"free\"\n" + kBody), "w.toml:1:11: there is no lattice 'free'. one of square, hex, cubic, fcc");
+}
+
+TEST(WorldFile, PointsIntoExpressions) {
+    EXPECT_EQ(error_of("[[body]]\nshape = \"minus(box(1,1,1), shpere(2))\""),
+              "w.toml:2:28: there is no shape 'shpere'. did you mean 'sphere'?");
+    EXPECT_EQ(error_of(kBody + "[facts]\nsource = [\"id == 1\", \"idd == 2\"]"),
+              "w.toml:4:23: nothing is called 'idd' here. did you mean 'id'?");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"\"\"\n\nsphere(\n-2)\"\"\""),
+              "w.toml:2:9: column 10 of the text: r = -2 of sphere is not above zero");
+}
+
+TEST(WorldFile, RefusesWrongTypesAndRanges) {
+    EXPECT_EQ(error_of("radius = \"1\"\n" + kBody), "w.toml:1:10: radius is a string, not a number");
+    EXPECT_EQ(error_of("radius = -1\n" + kBody), "w.toml:1:10: radius = -1 is not a number above zero");
+    EXPECT_EQ(error_of("radius = nan\n" + kBody), "w.toml:1:10: radius = nan is not a number above zero");
+    EXPECT_EQ(error_of("seed = -1\n" + kBody), "w.toml:1:8: seed = -1 is below zero");
+    EXPECT_EQ(error_of("seed = 1.5\n" + kBody), "w.toml:1:8: seed is a number, not a whole number, as 2000000 or \"2M\"");
+    EXPECT_EQ(error_of("held = 2\n" + kBody), "w.toml:1:8: held = 2 is more than a catom can hold, [motion] capacity = 1");
+    EXPECT_EQ(error_of("record = 3\n" + kBody), "w.toml:1:10: record is an integer, not a table [record]");
+    EXPECT_EQ(error_of(kBody + "[record]\nevery = 0"), "w.toml:4:9: [record] every = 0 is not between 1 and 2147483647");
+    EXPECT_EQ(error_of(kBody + "[record]\npredicates = [1]"), "w.toml:4:15: an item of [record] predicates is an integer, not a string");
+    EXPECT_EQ(error_of(kBody + "[motion]\nkeep_connected = 1"), "w.toml:4:18: [motion] keep_connected is an integer, not true or false");
+    EXPECT_EQ(error_of(kBody + "[limits]\nmemory = \"16Gx\"").substr(0, 60), "w.toml:4:10: [limits] memory: '16Gx' has the unknown suffix ");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [inf] }]"), "w.toml:4:19: an argument is not a finite number");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [\"@x\"] }]"), "w.toml:4:19: '@x' names no catom. write @ and its number, as in \"@3\"");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = 3"), "w.toml:4:8: a fact is an integer, not a region or { where = ..., args = [...] }");
+    EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
+    EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
+}
+
+TEST(WorldFile, RefusesWorldsWithoutCatoms) {
+    EXPECT_EQ(error_of(""), "w.toml: no catom: the body is empty. add [[body]] shape = \"box(10, 10, 10)\"");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"move(sphere(0.1), 0.5, 0.5)\""), "w.toml:1:1: no catom: the body is empty. make its shape larger");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"minus(box(3,3,3), box(3,3,3))\""), "w.toml:1:1: no catom: the body is empty. make its shape larger");
+    EXPECT_EQ(error_of("[[body]]\ncells = []"), "w.toml:1:1: no catom: the body is empty. add a [[body]] with a shape or cells");
+    EXPECT_EQ(error_of("[[body]]"), "w.toml:1:1: a [[body]] has neither shape nor cells. give each its own [[body]] with one of them");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"sphere(r=1e7)\"").substr(0, 31), "w.toml:1:1: the body has up to ");
+}
+
+TEST(WorldFile, ChecksListedCells) {
+    EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,0], [1,0,0], [0,0,0]]"),
+              "w.toml:2:28: cell (0, 0, 0) is listed twice, first in w.toml:2:10. take one of them out");
+    EXPECT_EQ(error_of("[[body]]\ncells = [[0,0]]"), "w.toml:2:10: a cell of the cubic lattice has 3 coordinates, here are 2");
+    EXPECT_EQ(error_of("lattice = \"hex\"\n[[body]]\ncells = [[0,0], [1,2,3]]"), "w.toml:3:17: z = 3 of a cell is not 0, but the hex lattice is flat");
+    EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,1.5]]"), "w.toml:2:15: a cell coordinate is a number, not an integer");
+    EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,2000000]]"), "w.toml:2:10: cell coordinate 2000000 is not between -1048576 and 1048575");
+}
+
+class CellFiles : public testing::Test {
+  protected:
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "meld_world_file_test";
+    void SetUp() override { std::filesystem::create_directories(folder); }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+    void write(const std::string& name, const std::string& text) const { std::ofstream(folder / name, std::ios::binary) << text; }
+    Result<World> read() const { return read_world((folder / "w.toml").string()); }
+};
+
+TEST_F(CellFiles, AreReadRelativeToTheWorldFile) {
+    write("w.toml", "[[body]]\ncells = \"points.csv\"\n");
+    write("points.csv", "x,y,z\r\n0,0,0\r\n# a comment\n\n 1, -2 ,3\n");
+    const Result<World> world = read();
+    ASSERT_TRUE(world) << world.error().message();
+    EXPECT_EQ(world->cells.size(), 2u);
+    EXPECT_EQ(count_catoms(*world, Lattice(world->lattice)), 2u);
+}
+
+TEST_F(CellFiles, AreReadWithoutAHeader) {
+    write("w.toml", "lattice = \"square\"\n[[body]]\ncells = \"points.csv\"\n");
+    write("points.csv", "0,0\n0,1");
+    EXPECT_EQ(read()->cells.size(), 2u);
+}
+
+TEST_F(CellFiles, SayWhereTheyAreWrong) {
+    write("w.toml", "[[body]]\ncells = \"points.csv\"\n");
+    const std::string path = (folder / "points.csv").string();
+    write("points.csv", "0,0,0\n1,nan,0\n");
+    EXPECT_EQ(read().error().message(), path + ":2:3: 'nan' is not a cell coordinate. write whole numbers, x,y,z");
+    write("points.csv", "0,0,0\n1,0,0\n0,0,0\n");
+    EXPECT_EQ(read().error().problem, path + ":3: cell (0, 0, 0) is listed twice, first in " + path + ":1");
+    write("points.csv", "0,0,\n");
+    EXPECT_EQ(read().error().problem, path + ":1:5: '' is not a cell coordinate");
+    write("points.csv", "0,0,0,0\n");
+    EXPECT_EQ(read().error().problem, path + ":1: a cell of the cubic lattice has 3 coordinates, here are 4");
+    std::filesystem::remove(path);
+    EXPECT_NE(read().error().problem.find("points.csv cannot be read: No such file"), std::string::npos);
+}
+
+TEST(WorldFile, SaysWhyAFileCannotBeRead) {
+    EXPECT_EQ(read_world("/no/such/world.toml").error().problem, "/no/such/world.toml cannot be read: No such file or directory");
+    EXPECT_EQ(read_world("/").error().problem, "/ is a directory, not a file");
+}
+
+}  // namespace
+}  // namespace meld::world
