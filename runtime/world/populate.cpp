@@ -27,6 +27,40 @@ std::int32_t Cell::*longest_side(Cell first, Cell last) {
     return size.*longest > 0 ? longest : nullptr;
 }
 
+// Calls f for the halves, along each axis, of a box of cells whose sides are powers of two.
+template <class F>
+void for_each_part(Cell first, Cell last, const F& f) {
+    const Cell size = last - first;
+    const Cell half = {(size.x + 1) / 2, (size.y + 1) / 2, (size.z + 1) / 2};
+    for (std::int32_t z = 0; z < (half.z > 0 ? 2 : 1); ++z) {
+        for (std::int32_t y = 0; y < 2; ++y) {
+            for (std::int32_t x = 0; x < 2; ++x) {
+                const Cell from = {first.x + x * half.x, first.y + y * half.y, first.z + z * half.z};
+                f(from, from + Cell{half.x - 1, half.y - 1, std::max(half.z - 1, 0)});
+            }
+        }
+    }
+}
+
+// Sets the bits of the cells of a part of a brick that lie in the shape. A quarter or an eighth of a brick is asked about
+// once before its cells are: most parts of a brick that a thin wall passes through are empty.
+void add_part(const Shape& shape, const Lattice& lattice, Cell first, Cell last, BrickCells& bits) {
+    Box box;
+    lattice.positions_covering(first, last, box.low, box.high);
+    if (!shape.may_touch(box)) return;
+    const bool inside = shape.surely_contains(box);
+    for (std::int32_t z = first.z; z <= last.z; ++z) {
+        for (std::int32_t y = first.y; y <= last.y; ++y) {
+            for (std::int32_t x = first.x; x <= last.x; ++x) {
+                const Cell cell = {x, y, z};
+                if (!inside && !shape.contains(lattice.position(cell))) continue;
+                const std::uint32_t number = lattice.number_in_brick(cell);
+                bits[number / 64] |= std::uint64_t{1} << number % 64;
+            }
+        }
+    }
+}
+
 struct Walk {
     const Shape& shape;
     const Lattice& lattice;
@@ -93,14 +127,14 @@ std::uint32_t bit_count(const BrickCells& bits) {
 
 BrickCells cells_in_shape(const Shape& shape, const Lattice& lattice, Cell brick) {
     BrickCells bits{};
-    const Box box = positions(lattice, brick, brick);
+    const Cell first = lattice.brick_origin(brick), last = lattice.cell_in_brick(brick, kBrickCells - 1);
+    Box box;
+    lattice.positions_covering(first, last, box.low, box.high);
     if (!shape.may_touch(box)) return bits;
     if (shape.surely_contains(box)) {
         bits.fill(~std::uint64_t{0});
-        return bits;
-    }
-    for (std::uint32_t number = 0; number < kBrickCells; ++number) {
-        if (shape.contains(lattice.position(lattice.cell_in_brick(brick, number)))) bits[number / 64] |= std::uint64_t{1} << number % 64;
+    } else {
+        for_each_part(first, last, [&](Cell part_first, Cell part_last) { add_part(shape, lattice, part_first, part_last, bits); });
     }
     return bits;
 }

@@ -71,11 +71,13 @@ Result<World> parse_world(const std::string& text, const std::string& path);
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);
 
 // How many catoms the world has and the box of cells they lie in, without making them. Used for memory estimates before
-// anything is allocated: exact for one box and for listed cells, else an upper bound, found by cutting space into some ten
-// thousand pieces and leaving out those that the shape does not reach. Cost: some milliseconds, however large the world.
-// Errors: the body is empty; it reaches beyond the cells that there are.
+// anything is allocated; exact for one box and for listed cells. Otherwise space is cut into some ten thousand pieces, and
+// those that the shape does not reach are left out: the upper bound counts the rest as full, which is far too much for a
+// large thin shell; the estimate asks a few cells in each and is right to a percent or two. Cost: some milliseconds, however
+// large the world. Errors: the body is empty; it reaches beyond the cells that there are.
 struct WorldSize {
     double cells_upper_bound = 0;
+    double cells_estimate = 0;
     Cell first, last;
 };
 Result<WorldSize> measure(const World& world);

@@ -80,9 +80,16 @@ TEST(Measure, IsExactForABoxAndNeverTooLow) {
             if (text.find("box") != std::string::npos) {
                 EXPECT_EQ(size->cells_upper_bound, catoms) << text << lattice.name();
             }
+            EXPECT_NEAR(size->cells_estimate, catoms, 0.05 * catoms) << text << lattice.name();
             EXPECT_LT(size->cells_upper_bound, 3 * catoms + 100) << text << lattice.name();
         }
     }
+}
+
+TEST(Measure, EstimatesALargeThinShell) {
+    const World world = world_of("trumpet(900)", LatticeKind::Cubic);
+    const auto catoms = static_cast<double>(count_catoms(world, Lattice(world.lattice)));
+    EXPECT_NEAR(measure(world)->cells_estimate, catoms, 0.05 * catoms);
 }
 
 TEST(Measure, AnswersForAbsurdSizes) {
