@@ -63,11 +63,10 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
     }
     argument.type = type(words, at);
     const auto neighbour = [&] {
-        if (at >= words.size() || words[at].form != Form::Neighbour) return;
+        if (at >= words.size() || (words[at].form != Form::Neighbour && words[at].form != Form::OutNeighbour)) return;
         argument.neighbour_complete = true;
-        if (words[at].text != "neighbor") {
-            report_.add(Kind::SyntaxError, words[at].span, "only [<- neighbor] can stand here").help = "the aggregate holds when every neighbour has contributed";
-        }
+        argument.neighbour_link = name_of(words[at]);
+        argument.neighbour_outgoing = words[at].form == Form::OutNeighbour;
         ++at;
     };
     neighbour();

@@ -127,7 +127,7 @@ word:
   | String                                 { $$ = {Form::Text, $1->text, {}, @$}; }
   | LeftParen arguments_opt RightParen     { $$ = {Form::Group, "", $2, @$}; }
   | StructOpen arguments RightParen        { $$ = {Form::Struct, "", $2, @$}; }
-  | NeighbourOpen Name RightBracket        { $$ = {Form::Neighbour, $2->text, {}, @$}; }
+  | NeighbourOpen Name RightBracket        { $$ = {build.is_outgoing(*$1) ? Form::OutNeighbour : Form::Neighbour, $2->text, {}, @$}; }
   ;
 
 arguments_opt:

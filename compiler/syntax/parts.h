@@ -31,7 +31,7 @@ struct Part {
 
 // One word or bracket of a declaration: `route`, `D`, "file", (node, int), :(int, int), [<- neighbor].
 struct DeclarationWord {
-    enum class Form { Name, Variable, Text, Group, Struct, Neighbour } form = Form::Name;
+    enum class Form { Name, Variable, Text, Group, Struct, Neighbour, OutNeighbour } form = Form::Name;
     std::string text = {};
     std::vector<std::vector<DeclarationWord>> arguments = {};
     Span span = {};
@@ -72,6 +72,8 @@ class Builder {
     void hint(const Token& directive, const std::vector<const Token*>& words, Span span);
     void item(Item item) { items_.push_back(std::move(item)); }
 
+    // Whether a NeighbourOpen is [-> and not [<-.
+    bool is_outgoing(const Token& token) const { return file_.text()[token.span.end - 1] == '>'; }
     static Name to_name(const Token& token) { return {token.text, token.span}; }
     std::vector<Item> take_items() { return std::exchange(items_, {}); }
 

@@ -106,7 +106,7 @@ std::string print_type(const Type& type) {
 std::string print_argument(const Argument& argument) {
     std::string result = argument.aggregate.empty() ? "" : argument.aggregate + " ";
     result += print_type(argument.type);
-    if (argument.neighbour_complete) result += " [<- neighbor]";
+    if (argument.neighbour_complete) result += fmt::format(" [{} {}]", argument.neighbour_outgoing ? "->" : "<-", argument.neighbour_link.text);
     if (argument.name) result += " " + argument.name->text;
     return result;
 }

@@ -165,6 +165,11 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
         diagnostic.help = "names of predicates and functions start with a lower-case letter";
         return true;
     }
+    if (token.kind == TokenKind::AtName) {
+        report.add(Kind::SyntaxError, token.span, fmt::format("{} means nothing here", quoted(token.text))).help =
+            "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
+        return true;
+    }
     if (token.kind == TokenKind::Aggregate) {
         report.add(Kind::SyntaxError, token.span, fmt::format("{} cannot stand here", quoted(token.text))).help =
             "an aggregate is a clause of its own in a body: S = sum X : { p(A, X) }";

@@ -125,6 +125,9 @@ struct Argument {
     std::string aggregate;
     Span aggregate_span = {};
     bool neighbour_complete = false;                                          // [<- neighbor]
+    // Where neighbour_complete: the link, and whether its catoms are those it points to, [-> edge].
+    Name neighbour_link = {};
+    bool neighbour_outgoing = false;
     Span span = {};
 };
 
