@@ -18,11 +18,11 @@ std::string_view trimmed(std::string_view text) {
 
 bool is_header(std::string_view line) {
     const char c = line[0] | 0x20;
-    return c >= 'a' && c <= 'z' && line.starts_with("nan") == false && line.starts_with("inf") == false;
+    return c >= 'a' && c <= 'z' && !line.starts_with("nan") && !line.starts_with("inf");
 }
 
 // The integers of a line; the column of what is none of them is in the error.
-Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::string& place) {
+Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::string& path, std::size_t line_number) {
     std::vector<std::int64_t> numbers;
     for (std::size_t at = 0; at <= line.size();) {
         const std::size_t end = std::min(line.find(',', at), line.size());
@@ -31,7 +31,8 @@ Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::s
         const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
         if (error != std::errc() || stop != field.data() + field.size()) {
             const std::size_t column = field.empty() ? at + 1 : static_cast<std::size_t>(field.data() - line.data()) + 1;
-            return fail(fmt::format("{}:{}: '{}' is not a cell coordinate", place, column, field.substr(0, 40)), "write whole numbers, x,y,z");
+            return fail(fmt::format("{}:{}:{}: '{}' is not a cell coordinate", path, line_number, column, field.substr(0, 40)),
+                        "write whole numbers, x,y,z");
         }
         numbers.push_back(number);
         at = end + 1;
@@ -41,10 +42,11 @@ Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::s
 
 }  // namespace
 
-Result<Cell> checked_cell(const std::vector<std::int64_t>& coordinates, const Lattice& lattice) {
+Result<void> CellList::add(const std::vector<std::int64_t>& coordinates, const std::string& path, std::size_t line, std::size_t column) {
     const std::size_t count = coordinates.size();
-    if (count != 3 && !(count == 2 && lattice.flat())) {
-        return fail(fmt::format("a cell of the {} lattice has {} coordinates, here are {}", lattice.name(), lattice.flat() ? "2 or 3" : "3", count));
+    if (count != 3 && !(count == 2 && lattice_.flat())) {
+        return fail(fmt::format("a cell of the {} lattice has {} coordinates, here are {}", lattice_.name(),
+                                lattice_.flat() ? "2 or 3" : "3", count));
     }
     for (const std::int64_t value : coordinates) {
         if (value < -kCellLimit || value >= kCellLimit) {
@@ -53,12 +55,15 @@ Result<Cell> checked_cell(const std::vector<std::int64_t>& coordinates, const La
     }
     const auto part = [&coordinates](std::size_t i) { return static_cast<std::int32_t>(coordinates[i]); };
     const Cell cell = {part(0), part(1), count == 3 ? part(2) : 0};
-    if (lattice.flat() && cell.z != 0) return fail(fmt::format("z = {} of a cell is not 0, but the {} lattice is flat", cell.z, lattice.name()));
-    return cell;
+    if (lattice_.flat() && cell.z != 0)
+        return fail(fmt::format("z = {} of a cell is not 0, but the {} lattice is flat", cell.z, lattice_.name()));
+    if (paths_.empty() || paths_.back() != path) paths_.push_back(path);
+    rows_.push_back({lattice_.key(cell), static_cast<std::uint32_t>(paths_.size() - 1), static_cast<std::uint32_t>(line),
+                     static_cast<std::uint32_t>(column)});
+    return {};
 }
 
-Result<std::vector<ListedCell>> parse_cells(std::string_view text, const std::string& path, const Lattice& lattice) {
-    std::vector<ListedCell> cells;
+Result<void> CellList::add_file(std::string_view text, const std::string& path) {
     std::size_t number = 0;
     bool first = true;
     while (!text.empty()) {
@@ -71,24 +76,27 @@ Result<std::vector<ListedCell>> parse_cells(std::string_view text, const std::st
         const bool header = first && is_header(content);
         first = false;
         if (header) continue;
-        const std::string place = fmt::format("{}:{}", path, number);
-        const Result<std::vector<std::int64_t>> coordinates = parse_line(line, place);
+        const Result<std::vector<std::int64_t>> coordinates = parse_line(line, path, number);
         if (!coordinates) return tl::unexpected(coordinates.error());
-        const Result<Cell> cell = checked_cell(*coordinates, lattice);
-        if (!cell) return fail(fmt::format("{}: {}", place, cell.error().problem), cell.error().suggestion);
-        cells.push_back({*cell, place});
+        const Result<void> added = add(*coordinates, path, number, 0);
+        if (!added) return fail(fmt::format("{}:{}: {}", path, number, added.error().problem), added.error().suggestion);
     }
-    return cells;
+    return {};
 }
 
-Result<std::vector<Cell>> sorted_cells(std::vector<ListedCell> listed, const Lattice& lattice) {
-    std::stable_sort(listed.begin(), listed.end(),
-                     [&lattice](const ListedCell& a, const ListedCell& b) { return lattice.key(a.cell) < lattice.key(b.cell); });
+std::string CellList::place(const Row& row) const {
+    return fmt::format("{}:{}{}", paths_[row.path], row.line, row.column == 0 ? "" : fmt::format(":{}", row.column));
+}
+
+Result<std::vector<Cell>> CellList::sorted() {
+    std::sort(rows_.begin(), rows_.end());
     std::vector<Cell> cells;
-    for (std::size_t i = 0; i < listed.size(); ++i) {
-        const Cell cell = listed[i].cell;
-        if (i > 0 && listed[i - 1].cell == cell) {
-            return fail(fmt::format("{}: cell ({}, {}, {}) is listed twice, first in {}", listed[i].place, cell.x, cell.y, cell.z, listed[i - 1].place),
+    cells.reserve(rows_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const Cell cell = lattice_.cell_at(rows_[i].key);
+        if (i > 0 && rows_[i - 1].key == rows_[i].key) {
+            return fail(fmt::format("{}: cell ({}, {}, {}) is listed twice, first in {}", place(rows_[i]), cell.x, cell.y, cell.z,
+                                    place(rows_[i - 1])),
                         "take one of them out");
         }
         cells.push_back(cell);
@@ -97,8 +105,12 @@ Result<std::vector<Cell>> sorted_cells(std::vector<ListedCell> listed, const Lat
 }
 
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice) {
-    std::sort(cells.begin(), cells.end(), [&lattice](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); });
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    std::vector<CellKey> keys;
+    for (const Cell cell : cells) keys.push_back(lattice.key(cell));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    cells.clear();
+    for (const CellKey key : keys) cells.push_back(lattice.cell_at(key));
 }
 
 }  // namespace meld::world

@@ -1,7 +1,9 @@
 // Lists of cells in CSV files.
 #pragma once
 
+#include <compare>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,20 +13,33 @@
 
 namespace meld::world {
 
-// A cell and where it was written, "cells.csv:3" or "world.toml:4:9".
-struct ListedCell {
-    Cell cell;
-    std::string place;
+// Cells as they were listed, with where, for messages about two of them.
+class CellList {
+  public:
+    explicit CellList(const Lattice& lattice) : lattice_(lattice) {}
+    const Lattice& lattice() const { return lattice_; }
+
+    // Adds lines of three integers with commas between them, or two on a flat lattice; a first line of words, empty lines,
+    // and lines that start with '#' are passed over. `path` is for messages. Errors name line and column.
+    Result<void> add_file(std::string_view text, const std::string& path);
+
+    // Adds the cell with these coordinates. Errors say why it is none of the lattice, without the place; column 0: none.
+    Result<void> add(const std::vector<std::int64_t>& coordinates, const std::string& path, std::size_t line, std::size_t column);
+
+    // The cells in the order that World::cells has. Errors: a cell is listed twice, with both places.
+    Result<std::vector<Cell>> sorted();
+
+  private:
+    struct Row {
+        CellKey key = 0;
+        std::uint32_t path = 0, line = 0, column = 0;
+        auto operator<=>(const Row&) const = default;
+    };
+    std::string place(const Row& row) const;
+
+    const Lattice& lattice_;
+    std::vector<std::string> paths_;
+    std::vector<Row> rows_;
 };
-
-// Lines of three integers with commas between them, or two on a flat lattice; a first line of words, empty lines, and lines
-// that start with '#' are passed over. `path` is for messages. Errors name line and column.
-Result<std::vector<ListedCell>> parse_cells(std::string_view text, const std::string& path, const Lattice& lattice);
-
-// The cell with these coordinates, if it is one of the lattice; errors say why not, without the place.
-Result<Cell> checked_cell(const std::vector<std::int64_t>& coordinates, const Lattice& lattice);
-
-// Sorts by key. Errors: a cell is listed twice, with both places.
-Result<std::vector<Cell>> sorted_cells(std::vector<ListedCell> listed, const Lattice& lattice);
 
 }  // namespace meld::world

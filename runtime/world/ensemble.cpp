@@ -15,12 +15,13 @@ constexpr std::int32_t kNobody = -1;
 }  // namespace
 
 Ensemble::Ensemble(const Lattice& lattice, std::function<bool(Cell)> in_target)
-    : Ensemble(lattice, in_target ? FillTarget([lattice, in_target](Cell brick, std::span<std::uint64_t, 8> bits) {
+    : Ensemble(lattice,
+               in_target ? FillTarget([lattice, in_target](Cell brick, std::span<std::uint64_t, 8> bits) {
                    for (std::uint32_t number = 0; number < kBrickCells; ++number) {
                        if (in_target(lattice.cell_in_brick(brick, number))) bits[number / 64] |= std::uint64_t{1} << number % 64;
                    }
                })
-                                  : FillTarget(),
+                         : FillTarget(),
                1) {}
 
 Ensemble::Ensemble(const Lattice& lattice, const Target& target)

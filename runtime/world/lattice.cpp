@@ -39,17 +39,30 @@ constexpr Ports kHex = {6, {{{1, 0, 0}, {0, 1, 0}, {-1, 1, 0}, {-1, 0, 0}, {0, -
 constexpr Ports kCubic = {6, {{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}}, {1, 0, 3, 2, 5, 4}};
 // On an even layer. On an odd one the cells above and below lie one further in x and y.
 constexpr Ports kFcc = {12,
-                        {{{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0},
-                          {0, 0, 1}, {-1, 0, 1}, {-1, -1, 1}, {0, -1, 1},
-                          {0, 0, -1}, {-1, 0, -1}, {-1, -1, -1}, {0, -1, -1}}},
+                        {{{1, 0, 0},
+                          {0, 1, 0},
+                          {-1, 0, 0},
+                          {0, -1, 0},
+                          {0, 0, 1},
+                          {-1, 0, 1},
+                          {-1, -1, 1},
+                          {0, -1, 1},
+                          {0, 0, -1},
+                          {-1, 0, -1},
+                          {-1, -1, -1},
+                          {0, -1, -1}}},
                         {2, 3, 0, 1, 10, 11, 8, 9, 6, 7, 4, 5}};
 
 const Ports& ports_of(LatticeKind kind) {
     switch (kind) {
-        case LatticeKind::Square: return kSquare;
-        case LatticeKind::Hex: return kHex;
-        case LatticeKind::Cubic: return kCubic;
-        case LatticeKind::Fcc: break;
+        case LatticeKind::Square:
+            return kSquare;
+        case LatticeKind::Hex:
+            return kHex;
+        case LatticeKind::Cubic:
+            return kCubic;
+        case LatticeKind::Fcc:
+            break;
     }
     return kFcc;
 }
@@ -70,7 +83,8 @@ Lattice::Lattice(LatticeKind kind) : kind_(kind), ports_(ports_of(kind).count), 
             const Cell there = neighbour(cell_in_brick({}, number), port);
             const Cell brick = brick_of(there);
             const u32 place = static_cast<u32>((brick.x + 1) + 3 * (brick.y + 1) + 9 * (brick.z + 1));
-            step_[static_cast<std::size_t>(port) * kBrickCells + number] = static_cast<u16>(place << kBrickCellBits | number_in_brick(there));
+            step_[static_cast<std::size_t>(port) * kBrickCells + number] =
+                static_cast<u16>(place << kBrickCellBits | number_in_brick(there));
         }
     }
 }
@@ -100,10 +114,14 @@ Cell Lattice::neighbour(Cell cell, int port) const {
 Vec3 Lattice::position(Cell cell) const {
     const double x = cell.x, y = cell.y, z = cell.z;
     switch (kind_) {
-        case LatticeKind::Square: return {x, y, 0};
-        case LatticeKind::Hex: return {x + y / 2, y * kRowHeight, 0};
-        case LatticeKind::Cubic: return {x, y, z};
-        case LatticeKind::Fcc: break;
+        case LatticeKind::Square:
+            return {x, y, 0};
+        case LatticeKind::Hex:
+            return {x + y / 2, y * kRowHeight, 0};
+        case LatticeKind::Cubic:
+            return {x, y, z};
+        case LatticeKind::Fcc:
+            break;
     }
     const double shift = cell.z & 1 ? 0.5 : 0;
     return {x + shift, y + shift, z * kLayerHeight};
@@ -136,7 +154,8 @@ void Lattice::positions_covering(Cell first, Cell last, Vec3& low, Vec3& high) c
             low = {low[0] + low[1] / 2, low[1] * kRowHeight, 0};
             high = {high[0] + high[1] / 2, high[1] * kRowHeight, 0};
             break;
-        case LatticeKind::Cubic: break;
+        case LatticeKind::Cubic:
+            break;
         case LatticeKind::Fcc:
             low[2] *= kLayerHeight;
             high = {high[0] + 0.5, high[1] + 0.5, high[2] * kLayerHeight};
@@ -163,8 +182,11 @@ std::uint32_t Lattice::number_in_brick(Cell cell) const {
 
 Cell Lattice::cell_in_brick(Cell brick, std::uint32_t number) const {
     MELD_EXPECT(number < kBrickCells, "cell {}", number);
-    const auto part = [number](std::int32_t shift, std::int32_t bits) { return static_cast<std::int32_t>(number >> shift & ((1u << bits) - 1)); };
-    const Cell inside = {part(0, brick_bits_[0]), part(brick_bits_[0], brick_bits_[1]), part(brick_bits_[0] + brick_bits_[1], brick_bits_[2])};
+    const auto part = [number](std::int32_t shift, std::int32_t bits) {
+        return static_cast<std::int32_t>(number >> shift & ((1u << bits) - 1));
+    };
+    const Cell inside = {part(0, brick_bits_[0]), part(brick_bits_[0], brick_bits_[1]),
+                         part(brick_bits_[0] + brick_bits_[1], brick_bits_[2])};
     return brick_origin(brick) + inside;
 }
 
@@ -183,7 +205,8 @@ Cell Lattice::brick_offset(u32 neighbour) {
 
 BrickKey Lattice::brick_key(Cell brick) const {
     MELD_EXPECT(brick_in_range(brick), "brick {} {} {}", brick.x, brick.y, brick.z);
-    return hilbert_index({static_cast<u32>(brick.x + kBrickOffset), static_cast<u32>(brick.y + kBrickOffset), static_cast<u32>(brick.z + kBrickOffset)});
+    return hilbert_index(
+        {static_cast<u32>(brick.x + kBrickOffset), static_cast<u32>(brick.y + kBrickOffset), static_cast<u32>(brick.z + kBrickOffset)});
 }
 
 Cell Lattice::brick_at(BrickKey key) const {

@@ -55,21 +55,23 @@ class Lattice {
 
     // The box of positions that holds the centres of all cells from `first` to `last`.
     void positions_covering(Cell first, Cell last, Vec3& low, Vec3& high) const;
-    static bool in_range(Cell cell);        // Whether all coordinates lie in [-kCellLimit, kCellLimit).
+    static bool in_range(Cell cell);  // Whether all coordinates lie in [-kCellLimit, kCellLimit).
 
     // Bricks: 8x8x8 cells in space, 32x16x1 in the plane.
     const std::array<std::int32_t, 3>& brick_bits() const { return brick_bits_; }
-    Cell brick_of(Cell cell) const;         // Brick coordinates.
-    Cell brick_origin(Cell brick) const;    // Its first cell.
+    Cell brick_of(Cell cell) const;       // Brick coordinates.
+    Cell brick_origin(Cell brick) const;  // Its first cell.
     std::uint32_t number_in_brick(Cell cell) const;
     Cell cell_in_brick(Cell brick, std::uint32_t number) const;
     bool brick_in_range(Cell brick) const;
     // The 27 bricks around a brick, itself among them, are numbered (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
     static Cell brick_offset(u32 neighbour);
-    BrickKey brick_key(Cell brick) const;   // Hilbert index; brick coordinates as brick_of gives them.
+    BrickKey brick_key(Cell brick) const;  // Hilbert index; brick coordinates as brick_of gives them.
     Cell brick_at(BrickKey key) const;
     CellKey key(Cell cell) const { return brick_key(brick_of(cell)) << kBrickCellBits | number_in_brick(cell); }
-    Cell cell_at(CellKey key) const { return cell_in_brick(brick_at(key >> kBrickCellBits), static_cast<std::uint32_t>(key & (kBrickCells - 1))); }
+    Cell cell_at(CellKey key) const {
+        return cell_in_brick(brick_at(key >> kBrickCellBits), static_cast<std::uint32_t>(key & (kBrickCells - 1)));
+    }
 
     // The Geometry::step table of this lattice, ports * 512 entries.
     const std::vector<u16>& step_table() const { return step_; }

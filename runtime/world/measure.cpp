@@ -44,14 +44,17 @@ double cells_in_box(const Lattice& lattice, const Box& box) {
     };
     const bool at_zero = box.low[2] <= 0 && 0 < box.high[2];
     switch (lattice.kind()) {
-        case LatticeKind::Square: return at_zero ? points(0, 0, 1) * points(1, 0, 1) : 0;
+        case LatticeKind::Square:
+            return at_zero ? points(0, 0, 1) * points(1, 0, 1) : 0;
         case LatticeKind::Hex: {
             const double height = std::numbers::sqrt3 / 2;
             const double even = points(1, 0, 2 * height) * points(0, 0, 1), odd = points(1, height, 2 * height) * points(0, 0.5, 1);
             return at_zero ? even + odd : 0;
         }
-        case LatticeKind::Cubic: return points(0, 0, 1) * points(1, 0, 1) * points(2, 0, 1);
-        case LatticeKind::Fcc: break;
+        case LatticeKind::Cubic:
+            return points(0, 0, 1) * points(1, 0, 1) * points(2, 0, 1);
+        case LatticeKind::Fcc:
+            break;
     }
     const double even = points(2, 0, std::numbers::sqrt2) * points(0, 0, 1) * points(1, 0, 1);
     const double odd = points(2, std::numbers::sqrt2 / 2, std::numbers::sqrt2) * points(0, 0.5, 1) * points(1, 0.5, 1);
@@ -99,7 +102,7 @@ Count count_cells(const Shape& shape, const Lattice& lattice, Piece all) {
             continue;
         }
         const Cell size = piece.last - piece.first;
-        std::int32_t Cell::*side = size.x >= size.y && size.x >= size.z ? &Cell::x : size.y >= size.z ? &Cell::y : &Cell::z;
+        std::int32_t Cell::* side = size.x >= size.y && size.x >= size.z ? &Cell::x : size.y >= size.z ? &Cell::y : &Cell::z;
         if (size.*side == 0) {
             const double inside = shape.contains(lattice.position(piece.first)) ? 1 : 0;
             count.at_most += inside;
@@ -136,8 +139,8 @@ void widen(WorldSize& size, Cell first, Cell last) {
 Error too_wide(const Box& box, double cells) {
     double reach = 0;
     for (std::size_t i = 0; i < 3; ++i) reach = std::max({reach, std::abs(box.low[i]), std::abs(box.high[i])});
-    return {fmt::format("the body has up to {:.3g} cells and reaches {:.3g} catom diameters from the origin, but cells lie within {}", cells,
-                        reach, kCellLimit),
+    return {fmt::format("the body has up to {:.3g} cells and reaches {:.3g} catom diameters from the origin, but cells lie within {}",
+                        cells, reach, kCellLimit),
             "make it smaller"};
 }
 

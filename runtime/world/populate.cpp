@@ -19,9 +19,9 @@ Box positions(const Lattice& lattice, Cell first_brick, Cell last_brick) {
 }
 
 // The longest side of a box of bricks, or nothing if it is one brick.
-std::int32_t Cell::*longest_side(Cell first, Cell last) {
+std::int32_t Cell::* longest_side(Cell first, Cell last) {
     const Cell size = last - first;
-    std::int32_t Cell::*longest = &Cell::x;
+    std::int32_t Cell::* longest = &Cell::x;
     if (size.y > size.*longest) longest = &Cell::y;
     if (size.z > size.*longest) longest = &Cell::z;
     return size.*longest > 0 ? longest : nullptr;
@@ -73,7 +73,7 @@ struct Walk {
             if (!shape.may_touch(box)) return true;
             inside = shape.surely_contains(box);
         }
-        std::int32_t Cell::*side = longest_side(first, last);
+        std::int32_t Cell::* side = longest_side(first, last);
         if (!side) return visit(first);
         const std::int32_t middle = first.*side + (last.*side - first.*side) / 2;
         Cell below = last, above = first;
@@ -151,7 +151,9 @@ std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world,
     MELD_EXPECT(shares > 0 && share >= 0 && share < shares, "share {} of {}", share, shares);
     std::vector<std::pair<BrickKey, std::uint32_t>> counts;
     std::uint64_t turn = 0;
-    const auto mine = [&turn, share, shares] { return turn++ / kRun % static_cast<std::uint64_t>(shares) == static_cast<std::uint64_t>(share); };
+    const auto mine = [&turn, share, shares] {
+        return turn++ / kRun % static_cast<std::uint64_t>(shares) == static_cast<std::uint64_t>(share);
+    };
     const auto count = [&](Cell brick, BrickKey key) {
         const std::uint32_t cells = bit_count(cells_of_body(world, lattice, brick));
         if (cells > 0) counts.emplace_back(key, cells);

@@ -77,10 +77,14 @@ bool holds(const AtCell& t, const Catom& catom) { return (t.cell == catom.cell) 
 // Ids are below 2^63.
 std::int64_t value_of(Variable variable, const Catom& catom) {
     switch (variable) {
-        case Variable::Id: return static_cast<std::int64_t>(catom.id);
-        case Variable::X: return catom.cell.x;
-        case Variable::Y: return catom.cell.y;
-        case Variable::Z: break;
+        case Variable::Id:
+            return static_cast<std::int64_t>(catom.id);
+        case Variable::X:
+            return catom.cell.x;
+        case Variable::Y:
+            return catom.cell.y;
+        case Variable::Z:
+            break;
     }
     return catom.cell.z;
 }
@@ -91,12 +95,18 @@ bool holds(const Compare& t, const Catom& catom) {
     if (t.modulus != 0) value = ((value % t.modulus) + t.modulus) % t.modulus;
     const double number = static_cast<double>(value);
     switch (t.comparison) {
-        case Comparison::Equal: return number == t.number;
-        case Comparison::Unequal: return number != t.number;
-        case Comparison::Less: return number < t.number;
-        case Comparison::LessEqual: return number <= t.number;
-        case Comparison::Greater: return number > t.number;
-        case Comparison::GreaterEqual: break;
+        case Comparison::Equal:
+            return number == t.number;
+        case Comparison::Unequal:
+            return number != t.number;
+        case Comparison::Less:
+            return number < t.number;
+        case Comparison::LessEqual:
+            return number <= t.number;
+        case Comparison::Greater:
+            return number > t.number;
+        case Comparison::GreaterEqual:
+            break;
     }
     return number >= t.number;
 }
@@ -142,7 +152,8 @@ Parsed<Child> parse_cell(Cursor& cursor) {
         const Parsed<std::int64_t> value = parse_integer(cursor, "an integer");
         if (!value) return tl::unexpected(value.error());
         if (*value < -kCellLimit || *value >= kCellLimit) {
-            return tl::unexpected(ExpressionError{column, fmt::format("coordinate {} is not between {} and {}", *value, -kCellLimit, kCellLimit - 1), {}});
+            return tl::unexpected(
+                ExpressionError{column, fmt::format("coordinate {} is not between {} and {}", *value, -kCellLimit, kCellLimit - 1), {}});
         }
         coordinate[i] = *value;
     }
@@ -183,7 +194,8 @@ Parsed<Child> parse_named(Cursor& cursor) {
     if (name.text == "cell") return parse_cell(cursor);
     if (name.text == "all") return make(Everybody{});
     if (name.text != "inside") {
-        return tl::unexpected(ExpressionError{name.column, fmt::format("nothing is called '{}' here", name.text), did_you_mean(name.text, kNames)});
+        return tl::unexpected(
+            ExpressionError{name.column, fmt::format("nothing is called '{}' here", name.text), did_you_mean(name.text, kNames)});
     }
     if (!cursor.accept("(")) return cursor.expected("'(' as in inside(sphere(4))");
     Parsed<Shape> shape = parse_shape(cursor);
@@ -238,8 +250,6 @@ Result<Region> Region::parse(const std::string& text) {
     return parse_region_text(text).map_error([](const ExpressionError& error) { return error.error(); });
 }
 
-bool Region::contains(std::uint64_t id, Cell cell, const Vec3& position) const {
-    return !root_ || holds(root_, Catom{id, cell, position});
-}
+bool Region::contains(std::uint64_t id, Cell cell, const Vec3& position) const { return !root_ || holds(root_, Catom{id, cell, position}); }
 
 }  // namespace meld::world

@@ -20,7 +20,8 @@ constexpr Box kNothing = {{0, 0, 0}, {-1, -1, -1}};
 double distance_of(const Shape& shape, const Vec3& p);
 
 bool within(const Box& box, const Vec3& p) {
-    return p[0] >= box.low[0] && p[0] <= box.high[0] && p[1] >= box.low[1] && p[1] <= box.high[1] && p[2] >= box.low[2] && p[2] <= box.high[2];
+    return p[0] >= box.low[0] && p[0] <= box.high[0] && p[1] >= box.low[1] && p[1] <= box.high[1] && p[2] >= box.low[2] &&
+           p[2] <= box.high[2];
 }
 
 Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }

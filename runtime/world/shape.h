@@ -32,7 +32,7 @@ struct Box {
 class Shape {
   public:
     struct Node;
-    Shape() = default;                         // Holds nothing.
+    Shape() = default;                                    // Holds nothing.
     static Result<Shape> parse(const std::string& text);  // Errors: column, what was expected, nearest shape name.
     explicit Shape(std::shared_ptr<const Node> root) : root_(std::move(root)) {}
     const Node* root() const { return root_.get(); }
@@ -55,7 +55,7 @@ class Shape {
 class Region {
   public:
     struct Node;
-    Region() = default;                        // All catoms.
+    Region() = default;  // All catoms.
     static Result<Region> parse(const std::string& text);
     bool contains(std::uint64_t id, Cell cell, const Vec3& position) const;
     const std::string& text() const { return text_; }

@@ -13,12 +13,12 @@
 namespace meld::world {
 
 enum class ParameterKind {
-    Length,       // Above zero.
-    Radius,       // Zero or above.
+    Length,  // Above zero.
+    Radius,  // Zero or above.
     Number,
     ShapeArgument,
-    MoreShapes,   // Any number of shapes, at least none; only as the last parameter.
-    Axis,         // x, y or z; held as 0, 1 or 2.
+    MoreShapes,  // Any number of shapes, at least none; only as the last parameter.
+    Axis,        // x, y or z; held as 0, 1 or 2.
 };
 
 struct Parameter {

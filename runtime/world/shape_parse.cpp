@@ -47,7 +47,8 @@ class ArgumentReader {
         for (std::size_t i = 0; i < given_.size(); ++i) {
             const Parameter& parameter = entry_.parameters[i];
             if (given_[i] || parameter.optional || parameter.kind == ParameterKind::MoreShapes) continue;
-            return wrong(end, fmt::format("{} lacks its argument {}", entry_.name, parameter.name), fmt::format("write {}", entry_.usage()));
+            return wrong(end, fmt::format("{} lacks its argument {}", entry_.name, parameter.name),
+                         fmt::format("write {}", entry_.usage()));
         }
         return std::move(arguments_);
     }
@@ -79,7 +80,8 @@ class ArgumentReader {
         for (std::size_t i = 0; i < given_.size(); ++i) {
             if (!given_[i] || entry_.parameters[i].kind == ParameterKind::MoreShapes) return i;
         }
-        return wrong(column, fmt::format("{} has {} argument{}, here is one more", entry_.name, given_.size(), given_.size() == 1 ? "" : "s"),
+        return wrong(column,
+                     fmt::format("{} has {} argument{}, here is one more", entry_.name, given_.size(), given_.size() == 1 ? "" : "s"),
                      fmt::format("write {}", entry_.usage()));
     }
 
@@ -87,9 +89,12 @@ class ArgumentReader {
         given_[at] = true;
         switch (entry_.parameters[at].kind) {
             case ParameterKind::ShapeArgument:
-            case ParameterKind::MoreShapes: return read_shape();
-            case ParameterKind::Axis: return read_axis(at);
-            default: return read_number(at);
+            case ParameterKind::MoreShapes:
+                return read_shape();
+            case ParameterKind::Axis:
+                return read_axis(at);
+            default:
+                return read_number(at);
         }
     }
 
@@ -148,7 +153,8 @@ Parsed<Shape> parse_shape(Cursor& cursor) {
     const Parsed<const ShapeEntry*> entry = find_entry(name);
     if (!entry) return tl::unexpected(entry.error());
     if (!cursor.accept("(")) return cursor.expected(fmt::format("'(' as in {}", (*entry)->usage()));
-    if (++cursor.depth > Cursor::kMaxDepth) return wrong(name.column, fmt::format("shapes are nested more than {} deep", Cursor::kMaxDepth));
+    if (++cursor.depth > Cursor::kMaxDepth)
+        return wrong(name.column, fmt::format("shapes are nested more than {} deep", Cursor::kMaxDepth));
     const Parsed<Arguments> arguments = ArgumentReader(cursor, **entry).read();
     if (!arguments) return tl::unexpected(arguments.error());
     --cursor.depth;

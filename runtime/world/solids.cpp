@@ -37,7 +37,9 @@ bool contains(const Ball& s, const Vec3& p) { return p[0] * p[0] + p[1] * p[1] +
 double distance(const Ball& s, const Vec3& p) { return length(p[0], p[1], p[2]) - s.radius; }
 Box bounds(const Ball& s) { return symmetric({s.radius, s.radius, s.radius}); }
 
-bool contains(const Ellipsoid& s, const Vec3& p) { return square(p[0] / s.radius[0]) + square(p[1] / s.radius[1]) + square(p[2] / s.radius[2]) <= 1; }
+bool contains(const Ellipsoid& s, const Vec3& p) {
+    return square(p[0] / s.radius[0]) + square(p[1] / s.radius[1]) + square(p[2] / s.radius[2]) <= 1;
+}
 
 // The nearest point of the surface is (a^2 x / (t + a^2), ...) for the root t of g(t) = sum (a x / (t + a^2))^2 - 1 right of
 // -min(a)^2, where g falls and is convex: Newton from the left climbs towards the root (D. Eberly, "Distance from a point to

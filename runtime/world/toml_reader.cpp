@@ -14,19 +14,28 @@ namespace {
 
 std::string_view type_name(toml::node_type type) {
     switch (type) {
-        case toml::node_type::table: return "a table";
-        case toml::node_type::array: return "an array";
-        case toml::node_type::string: return "a string";
-        case toml::node_type::integer: return "an integer";
-        case toml::node_type::floating_point: return "a number";
-        case toml::node_type::boolean: return "true or false";
-        default: return "a date or time";
+        case toml::node_type::table:
+            return "a table";
+        case toml::node_type::array:
+            return "an array";
+        case toml::node_type::string:
+            return "a string";
+        case toml::node_type::integer:
+            return "an integer";
+        case toml::node_type::floating_point:
+            return "a number";
+        case toml::node_type::boolean:
+            return "true or false";
+        default:
+            return "a date or time";
     }
 }
 
 }  // namespace
 
-std::string type_mismatch(const toml::node& node, std::string_view wanted) { return fmt::format("is {}, not {}", type_name(node.type()), wanted); }
+std::string type_mismatch(const toml::node& node, std::string_view wanted) {
+    return fmt::format("is {}, not {}", type_name(node.type()), wanted);
+}
 
 std::string TomlReader::place(const toml::source_region& source) const {
     return fmt::format("{}:{}:{}", path_, source.begin.line, source.begin.column);
@@ -66,7 +75,8 @@ Section::Section(TomlReader& reader, const toml::table& table, std::string name,
     for (const auto& [key, value] : table) {
         if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
         const std::string where = name_.empty() ? "" : fmt::format(" in {}", name_);
-        reader_.wrong(key.source(), fmt::format("there is no key '{}'{}", key.str(), where), did_you_mean(key.str(), {known.begin(), known.size()}));
+        reader_.wrong(key.source(), fmt::format("there is no key '{}'{}", key.str(), where),
+                      did_you_mean(key.str(), {known.begin(), known.size()}));
     }
 }
 
@@ -82,17 +92,20 @@ void Section::read(std::string_view key, std::string& value) const {
 void Section::read(std::string_view key, bool& value) const {
     const toml::node* node = find(key);
     if (!node) return;
-    if (!node->is_boolean()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "true or false")));
+    if (!node->is_boolean())
+        return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "true or false")));
     value = **node->as_boolean();
 }
 
 void Section::read(std::string_view key, std::vector<std::string>& value) const {
     const toml::node* node = find(key);
     if (!node) return;
-    if (!node->is_array()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of strings")));
+    if (!node->is_array())
+        return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of strings")));
     value.clear();
     for (const toml::node& item : *node->as_array()) {
-        if (!item.is_string()) return reader_.wrong(item.source(), fmt::format("an item of {} {}", name_of(key), type_mismatch(item, "a string")));
+        if (!item.is_string())
+            return reader_.wrong(item.source(), fmt::format("an item of {} {}", name_of(key), type_mismatch(item, "a string")));
         value.push_back(**item.as_string());
     }
 }
@@ -119,10 +132,12 @@ void Section::read_suffixed(std::string_view key, std::uint64_t& value, std::uin
         number = static_cast<std::uint64_t>(integer);
     } else if (node->is_string()) {
         const Result<std::uint64_t> parsed = parse(**node->as_string());
-        if (!parsed) return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
+        if (!parsed)
+            return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
         number = *parsed;
     } else {
-        return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "a whole number, as 2000000 or \"2M\"")));
+        return reader_.wrong(node->source(),
+                             fmt::format("{} {}", name_of(key), type_mismatch(*node, "a whole number, as 2000000 or \"2M\"")));
     }
     if (number < least || number > most) {
         return reader_.wrong(node->source(), fmt::format("{} = {} is not between {} and {}", name_of(key), number, least, most));

@@ -56,60 +56,62 @@ void read_top(TomlReader& reader, const Section& top, World& world) {
 }
 
 // cells = [[0, 0, 0], [1, 0, 0]]
-void read_cell_array(TomlReader& reader, const toml::array& array, const Lattice& lattice, std::vector<ListedCell>& listed) {
+void read_cell_array(TomlReader& reader, const toml::array& array, CellList& listed) {
     for (const toml::node& item : array) {
         std::vector<std::int64_t> coordinates;
         if (!item.is_array()) return reader.wrong(item.source(), "a cell " + type_mismatch(item, "an array [x, y, z]"));
         for (const toml::node& coordinate : *item.as_array()) {
-            if (!coordinate.is_integer()) return reader.wrong(coordinate.source(), "a cell coordinate " + type_mismatch(coordinate, "an integer"));
+            if (!coordinate.is_integer())
+                return reader.wrong(coordinate.source(), "a cell coordinate " + type_mismatch(coordinate, "an integer"));
             coordinates.push_back(**coordinate.as_integer());
         }
-        const Result<Cell> cell = checked_cell(coordinates, lattice);
-        if (!cell) return reader.wrong(item.source(), cell.error().problem, cell.error().suggestion);
-        listed.push_back({*cell, reader.place(item.source())});
+        const toml::source_position at = item.source().begin;
+        const Result<void> added = listed.add(coordinates, reader.path(), at.line, at.column);
+        if (!added) return reader.wrong(item.source(), added.error().problem, added.error().suggestion);
     }
 }
 
 // cells = "points.csv", relative to the world file.
-void read_cell_file(TomlReader& reader, const toml::node& node, const Lattice& lattice, std::vector<ListedCell>& listed) {
+void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed) {
     const std::filesystem::path name(**node.as_string());
     const std::string path = (std::filesystem::path(reader.path()).parent_path() / name).string();
     const Result<std::string> text = read_text(path);
     if (!text) return reader.wrong(node.source(), text.error().problem);
-    Result<std::vector<ListedCell>> cells = parse_cells(*text, path, lattice);
-    if (!cells) return reader.wrong(cells.error());
-    std::move(cells->begin(), cells->end(), std::back_inserter(listed));
+    if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
 }
 
-void read_body(TomlReader& reader, const toml::table& table, const Lattice& lattice, std::vector<Shape>& shapes, std::vector<ListedCell>& listed) {
+void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed) {
     const Section body(reader, table, "[[body]]", {"shape", "cells"});
     if (body.has("shape") == body.has("cells")) {
-        return reader.wrong(table.source(), body.has("shape") ? "a [[body]] has both shape and cells" : "a [[body]] has neither shape nor cells",
+        return reader.wrong(table.source(),
+                            body.has("shape") ? "a [[body]] has both shape and cells" : "a [[body]] has neither shape nor cells",
                             "give each its own [[body]] with one of them");
     }
     if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
     const toml::node* cells = body.find("cells");
     if (!cells) return;
-    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), lattice, listed);
-    if (cells->is_string()) return read_cell_file(reader, *cells, lattice, listed);
+    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
+    if (cells->is_string()) return read_cell_file(reader, *cells, listed);
     reader.wrong(cells->source(), "[[body]] cells " + type_mismatch(*cells, "a file name or an array of [x, y, z]"));
 }
 
 void read_bodies(TomlReader& reader, const Section& top, World& world) {
     const toml::node* node = top.find("body");
-    if (!node) return reader.wrong(Error{fmt::format("{}: no catom: the body is empty", reader.path()), "add [[body]] shape = \"box(10, 10, 10)\""});
+    if (!node)
+        return reader.wrong(
+            Error{fmt::format("{}: no catom: the body is empty", reader.path()), "add [[body]] shape = \"box(10, 10, 10)\""});
     const Lattice lattice(world.lattice);
     std::vector<Shape> shapes;
-    std::vector<ListedCell> listed;
+    CellList listed(lattice);
     if (node->is_table()) {
-        read_body(reader, *node->as_table(), lattice, shapes, listed);
+        read_body(reader, *node->as_table(), shapes, listed);
     } else if (node->is_array_of_tables()) {
-        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), lattice, shapes, listed);
+        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed);
     } else {
         reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
     }
     world.body = Shape::unite(std::move(shapes));
-    Result<std::vector<Cell>> cells = sorted_cells(std::move(listed), lattice);
+    Result<std::vector<Cell>> cells = listed.sorted();
     if (!cells) return reader.wrong(cells.error());
     world.cells = std::move(*cells);
 }
@@ -131,7 +133,8 @@ void read_target(TomlReader& reader, const toml::table& table, World& world) {
 
 void read_names(TomlReader& reader, const toml::table& table, std::string_view section, std::map<std::string, std::string>& names) {
     for (const auto& [key, value] : table) {
-        if (!value.is_string()) return reader.wrong(value.source(), fmt::format("[{}] {} {}", section, key.str(), type_mismatch(value, "a string")));
+        if (!value.is_string())
+            return reader.wrong(value.source(), fmt::format("[{}] {} {}", section, key.str(), type_mismatch(value, "a string")));
         names[std::string(key.str())] = **value.as_string();
     }
 }
@@ -172,7 +175,8 @@ bool surely_empty(const World& world, const Lattice& lattice) {
 // What can only be said of the world as a whole.
 void check_whole(TomlReader& reader, const Section& top, const World& world) {
     if (world.held > world.motion.capacity) {
-        reader.wrong(top.find("held")->source(), fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
+        reader.wrong(top.find("held")->source(),
+                     fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
     }
     if (reader.error()) return;
     const toml::source_region& body = top.find("body")->source();
@@ -183,7 +187,8 @@ void check_whole(TomlReader& reader, const Section& top, const World& world) {
     target.lattice = world.lattice;
     target.body = *world.target;
     const Result<WorldSize> size = measure(target);
-    if (!size) reader.wrong(top.find("target")->source(), "the target is as no body could be: " + size.error().problem, size.error().suggestion);
+    if (!size)
+        reader.wrong(top.find("target")->source(), "the target is as no body could be: " + size.error().problem, size.error().suggestion);
 }
 
 World read_sections(TomlReader& reader, const toml::table& table) {

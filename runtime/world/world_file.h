@@ -18,13 +18,13 @@ struct GivenFact {
     std::string predicate;
     std::vector<std::string> arguments;  // Meld literals as text: "12", "0.5", "true", "@3".
     Region where;
-    std::string place;                   // "world.toml:12:5", for errors found later.
+    std::string place;  // "world.toml:12:5", for errors found later.
 };
 
 struct MotionOptions {
-    std::string kind = "none";           // "none", "lattice", or a name a SimModule registered.
-    int capacity = 1;                    // Units of resource a catom can hold besides itself.
-    bool keep_connected = false;         // Refuse moves of articulation points.
+    std::string kind = "none";    // "none", "lattice", or a name a SimModule registered.
+    int capacity = 1;             // Units of resource a catom can hold besides itself.
+    bool keep_connected = false;  // Refuse moves of articulation points.
 };
 
 struct RecordOptions {
@@ -36,14 +36,14 @@ struct Limits {
     std::uint64_t max_facts_per_catom = 65'536;
     std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
-    std::uint64_t memory_bytes = 0;      // 0: what the machine has.
+    std::uint64_t memory_bytes = 0;  // 0: what the machine has.
 };
 
 struct World {
     std::string path;
     LatticeKind lattice = LatticeKind::Cubic;
-    double radius = 0.5;                 // Metres; only recordings and physics see it.
-    Shape body;                          // Union of all [[body]] shapes.
+    double radius = 0.5;  // Metres; only recordings and physics see it.
+    Shape body;           // Union of all [[body]] shapes.
     // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may lie
     // in `body` too. See sort_cells.
     std::vector<Cell> cells;
@@ -52,7 +52,7 @@ struct World {
     // catoms times (1 + held). Target (target.h) chooses them.
     std::optional<std::uint64_t> target_cells;
     bool target_is_mass = false;
-    int held = 0;                        // Units of resource each catom starts with.
+    int held = 0;  // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;

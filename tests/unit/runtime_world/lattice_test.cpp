@@ -106,7 +106,8 @@ TEST_P(EachLattice, IsFoundByItsName) {
     EXPECT_EQ(Lattice::kind_named("free"), std::nullopt);
 }
 
-INSTANTIATE_TEST_SUITE_P(Lattices, EachLattice, testing::Values(LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc),
+INSTANTIATE_TEST_SUITE_P(Lattices, EachLattice,
+                         testing::Values(LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc),
                          [](const auto& kind) { return std::string(Lattice(kind.param).name()); });
 
 TEST(FccLattice, HasLayersOfTwelveNeighbours) {

@@ -39,8 +39,8 @@ std::map<BrickKey, std::set<std::uint32_t>> brute_force(const World& world, cons
 TEST(Populate, AgreesWithAskingEachCellForAnyNumberOfShares) {
     const std::vector<Cell> scattered = {{0, 0, 0}, {30, -20, 0}, {31, -20, 0}, {-40, 40, 0}, {5, 0, 0}};
     const std::vector<std::pair<std::string, std::vector<Cell>>> bodies = {
-        {"box(20, 31, 17)", {}},    {"sphere(19)", scattered}, {"minus(box(30,30,30), cylinder(8, 50))", {}}, {"", scattered},
-        {"trumpet(40)", scattered}, {"torus(15, 3)", {}}};
+        {"box(20, 31, 17)", {}}, {"sphere(19)", scattered},  {"minus(box(30,30,30), cylinder(8, 50))", {}},
+        {"", scattered},         {"trumpet(40)", scattered}, {"torus(15, 3)", {}}};
     for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
         const Lattice lattice(kind);
         for (const auto& [text, cells] : bodies) {
@@ -157,9 +157,10 @@ TEST(Target, SaysWhenTheShapeIsTooSmallOrOutOfReach) {
     world.target = *Shape::parse("union(box(9, 9, 9), move(box(20, 20, 20), 40, 0, 0))");
     world.target_is_mass = false;
     world.target_cells = 800;
-    EXPECT_EQ(Target::make(world, lattice).error().problem,
-              "the target union(box(9, 9, 9), move(box(20, 20, 20), 40, 0, 0)) has 8729 cells, 729 of them connected to the body, but [target] "
-              "cells asks for 800");
+    EXPECT_EQ(
+        Target::make(world, lattice).error().problem,
+        "the target union(box(9, 9, 9), move(box(20, 20, 20), 40, 0, 0)) has 8729 cells, 729 of them connected to the body, but [target] "
+        "cells asks for 800");
 }
 
 TEST(Target, IsTheWholeShapeUnlessItsCellsAreCounted) {

@@ -65,11 +65,26 @@ TEST(Shape, CombinesAsSets) {
 }
 
 const std::vector<std::string>& all_kinds() {
-    static const std::vector<std::string> kAll = {
-        "box(9, 21, 14)", "sphere(11.5)", "ellipsoid(20, 5, 9)", "torus(12, 4)", "cylinder(7, 25)", "cone(12, 0, 20)", "cone(2, 11, 18)",
-        "helix(10, 12, 2.5, 5)", "gyroid(40, 2)", "gyroid(30, 1.5, period = 17)", "trumpet(40)", "trumpet(length=25, bell=15, wall=3)", "campus(60)",
-        "union(sphere(8), move(box(6, 6, 30), 9, 2, 0))", "intersect(sphere(12), box(30, 9, 30))", "minus(sphere(13), cylinder(4, 40), box(40, 3, 3))",
-        "shell(sphere(14), 3)", "shell(ellipsoid(18, 9, 12), 2)", "rotate(box(20, 5, 9), y, 33)", "scale(torus(5, 2), 2.5)"};
+    static const std::vector<std::string> kAll = {"box(9, 21, 14)",
+                                                  "sphere(11.5)",
+                                                  "ellipsoid(20, 5, 9)",
+                                                  "torus(12, 4)",
+                                                  "cylinder(7, 25)",
+                                                  "cone(12, 0, 20)",
+                                                  "cone(2, 11, 18)",
+                                                  "helix(10, 12, 2.5, 5)",
+                                                  "gyroid(40, 2)",
+                                                  "gyroid(30, 1.5, period = 17)",
+                                                  "trumpet(40)",
+                                                  "trumpet(length=25, bell=15, wall=3)",
+                                                  "campus(60)",
+                                                  "union(sphere(8), move(box(6, 6, 30), 9, 2, 0))",
+                                                  "intersect(sphere(12), box(30, 9, 30))",
+                                                  "minus(sphere(13), cylinder(4, 40), box(40, 3, 3))",
+                                                  "shell(sphere(14), 3)",
+                                                  "shell(ellipsoid(18, 9, 12), 2)",
+                                                  "rotate(box(20, 5, 9), y, 33)",
+                                                  "scale(torus(5, 2), 2.5)"};
     return kAll;
 }
 

@@ -113,9 +113,11 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of(kBody + "[record]\nevery = 0"), "w.toml:4:9: [record] every = 0 is not between 1 and 2147483647");
     EXPECT_EQ(error_of(kBody + "[record]\npredicates = [1]"), "w.toml:4:15: an item of [record] predicates is an integer, not a string");
     EXPECT_EQ(error_of(kBody + "[motion]\nkeep_connected = 1"), "w.toml:4:18: [motion] keep_connected is an integer, not true or false");
-    EXPECT_EQ(error_of(kBody + "[limits]\nmemory = \"16Gx\"").substr(0, 60), "w.toml:4:10: [limits] memory: '16Gx' has the unknown suffix ");
+    EXPECT_EQ(error_of(kBody + "[limits]\nmemory = \"16Gx\"").substr(0, 60),
+              "w.toml:4:10: [limits] memory: '16Gx' has the unknown suffix ");
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [inf] }]"), "w.toml:4:19: an argument is not a finite number");
-    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [\"@x\"] }]"), "w.toml:4:19: '@x' names no catom. write @ and its number, as in \"@3\"");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [\"@x\"] }]"),
+              "w.toml:4:19: '@x' names no catom. write @ and its number, as in \"@3\"");
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = 3"), "w.toml:4:8: a fact is an integer, not a region or { where = ..., args = [...] }");
     EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
     EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
@@ -123,8 +125,10 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
 
 TEST(WorldFile, RefusesWorldsWithoutCatoms) {
     EXPECT_EQ(error_of(""), "w.toml: no catom: the body is empty. add [[body]] shape = \"box(10, 10, 10)\"");
-    EXPECT_EQ(error_of("[[body]]\nshape = \"move(sphere(0.1), 0.5, 0.5)\""), "w.toml:1:1: no catom: the body is empty. make its shape larger");
-    EXPECT_EQ(error_of("[[body]]\nshape = \"minus(box(3,3,3), box(3,3,3))\""), "w.toml:1:1: no catom: the body is empty. make its shape larger");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"move(sphere(0.1), 0.5, 0.5)\""),
+              "w.toml:1:1: no catom: the body is empty. make its shape larger");
+    EXPECT_EQ(error_of("[[body]]\nshape = \"minus(box(3,3,3), box(3,3,3))\""),
+              "w.toml:1:1: no catom: the body is empty. make its shape larger");
     EXPECT_EQ(error_of("[[body]]\ncells = []"), "w.toml:1:1: no catom: the body is empty. add a [[body]] with a shape or cells");
     EXPECT_EQ(error_of("[[body]]"), "w.toml:1:1: a [[body]] has neither shape nor cells. give each its own [[body]] with one of them");
     EXPECT_EQ(error_of("[[body]]\nshape = \"sphere(r=1e7)\"").substr(0, 31), "w.toml:1:1: the body has up to ");
@@ -134,7 +138,8 @@ TEST(WorldFile, ChecksListedCells) {
     EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,0], [1,0,0], [0,0,0]]"),
               "w.toml:2:28: cell (0, 0, 0) is listed twice, first in w.toml:2:10. take one of them out");
     EXPECT_EQ(error_of("[[body]]\ncells = [[0,0]]"), "w.toml:2:10: a cell of the cubic lattice has 3 coordinates, here are 2");
-    EXPECT_EQ(error_of("lattice = \"hex\"\n[[body]]\ncells = [[0,0], [1,2,3]]"), "w.toml:3:17: z = 3 of a cell is not 0, but the hex lattice is flat");
+    EXPECT_EQ(error_of("lattice = \"hex\"\n[[body]]\ncells = [[0,0], [1,2,3]]"),
+              "w.toml:3:17: z = 3 of a cell is not 0, but the hex lattice is flat");
     EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,1.5]]"), "w.toml:2:15: a cell coordinate is a number, not an integer");
     EXPECT_EQ(error_of("[[body]]\ncells = [[0,0,2000000]]"), "w.toml:2:10: cell coordinate 2000000 is not between -1048576 and 1048575");
 }
