@@ -42,6 +42,7 @@ struct Predicate {
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
     WorldSource world = WorldSource::None;
+    Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }
     // name/arity, as messages say it.

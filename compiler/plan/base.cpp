@@ -1,5 +1,7 @@
-// Pass: facts given to a derived predicate by linear rules live in an auxiliary of their own, p' say, with the rule
-// p(A, X) :- p'(A, X). So every stored predicate is either given or derived, never both.
+// Pass: given facts. Facts that linear rules, messages or the world give to a predicate that rules derive too, or that
+// neighbours read, live in an auxiliary of their own, p' say, with the rule p(A, X) :- p'(A, X). So every stored predicate
+// is either given or derived, never both; and what is given in a tick reaches the neighbours one tick later, by the same
+// commit as everything else, wherever they are.
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -22,6 +24,25 @@ void redirect(std::vector<Head>& heads, PredicateId from, PredicateId to) {
     }
 }
 
+// Predicates that some rule reads at another catom than its home.
+std::vector<bool> read_elsewhere(const Program& program) {
+    std::vector<bool> out(program.predicates.count(), false);
+    for (const Rule& rule : program.rules) {
+        const auto read = [&](const Atom& a, bool) {
+            if (a.arguments[0].variable != rule.home) out[a.predicate.index()] = true;
+        };
+        each_atom(rule.body, read);
+        const auto walk = [&](const auto& self, const std::vector<Head>& heads) -> void {
+            for (const Head& h : heads) {
+                each_atom(h.body, read);
+                self(self, h.heads);
+            }
+        };
+        walk(walk, rule.heads);
+    }
+    return out;
+}
+
 }  // namespace
 
 void separate_base(Program& program) {
@@ -30,17 +51,21 @@ void separate_base(Program& program) {
         if (rule.linear) collect_given(rule.heads, program, given);
         else derived[rule.heads[0].atom.predicate.index()] = true;
     }
+    const std::vector<bool> elsewhere = read_elsewhere(program);
     for (const PredicateId p : program.predicates.ids()) {
+        const PredicateKind kind = program.predicates[p].kind;
+        if ((kind != PredicateKind::Persistent && kind != PredicateKind::Sensed) || program.predicates[p].world != WorldSource::None) continue;
         // An aggregated predicate that nothing derives is given and then aggregated.
         const bool aggregated = program.predicates[p].aggregate != Aggregate::None && !program.predicates[p].sensed;
-        const bool needs = (derived[p.index()] && given[p.index()]) || (aggregated && !derived[p.index()] && program.predicates[p].kind == PredicateKind::Persistent);
+        const bool needs = derived[p.index()] ? given[p.index()] : aggregated || elsewhere[p.index()];
         if (!needs) continue;
         Predicate base = program.predicates[p];
         base.name = base.name + "'";
-        base.aggregate = Aggregate::None;
+        if (!base.sensed) base.aggregate = Aggregate::None;
         base.auxiliary = true;
-        base.route = false;
+        base.route = base.prelude = false;
         const PredicateId to = program.predicates.add(base);
+        program.predicates[p].given = to;
         for (Rule& rule : program.rules)
             if (rule.linear) redirect(rule.heads, p, to);
         Rule copy;

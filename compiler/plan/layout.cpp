@@ -15,7 +15,7 @@ namespace {
 
 // As in runtime/abi/module_abi.h: the low bits of a dirty word are the runtime's own.
 constexpr std::uint32_t kFirstBit = 5;
-constexpr std::uint32_t kBits = 64 - kFirstBit;
+constexpr std::uint32_t kBits = 32 - kFirstBit;  // A dirty word is kept in 32 bits a catom.
 
 struct Facts {              // What the rules say about a predicate.
     bool used = false;
@@ -44,7 +44,7 @@ class Layout {
     Facts& of(PredicateId p) { return facts_[p.index()]; }
 
     void study_rules() {
-        for (const PredicateId p : program_.predicates.ids()) of(p).used = !program_.predicates[p].prelude;
+        for (const PredicateId p : program_.predicates.ids()) of(p).used = !program_.predicates[p].prelude && !program_.predicates[p].auxiliary;
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) {
                 of(a.predicate).used = true;
@@ -112,7 +112,8 @@ class Layout {
             s.storage = Storage::PerLink;
         else s.storage = Storage::Rows;
         for (std::size_t i = 1; i < p.arguments.size(); ++i) s.fields.push_back({p.arguments[i].type, p.arguments[i].type == Type::Bool ? 1u : 8u, 0});
-        if (p.kind != PredicateKind::Action && !f.derived) s.base = id;
+        if (p.given.valid()) s.base = p.given;
+        else if (p.kind != PredicateKind::Action && !f.derived) s.base = id;
     }
 
     // ---- columns

@@ -1,0 +1,20 @@
+# Run as a script: cmake -DOUT=file.cpp -DNAMES=a,b -DFILES=x,y -P EmbedFiles.cmake
+# Writes a C++ file that holds each file's text as a raw string, so that the programs need no files beside them.
+string(REPLACE "," ";" NAMES "${NAMES}")
+string(REPLACE "," ";" FILES "${FILES}")
+set(text "// Made by cmake/EmbedFiles.cmake.\n#include \"compiler/driver/embedded.h\"\n\nnamespace meld::driver {\n\n")
+foreach(name file IN ZIP_LISTS NAMES FILES)
+  file(READ ${file} content)
+  # A raw string literal may hold at most 65,536 bytes; long files are split at newlines.
+  string(LENGTH "${content}" length)
+  set(pieces "")
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${content}" ${at} 12000 piece)
+    string(APPEND pieces "R\"__MELD__(${piece})__MELD__\"\n")
+    math(EXPR at "${at} + 12000")
+  endwhile()
+  string(APPEND text "const char ${name}[] = ${pieces};\n\n")
+endforeach()
+string(APPEND text "}  // namespace meld::driver\n")
+file(WRITE ${OUT} "${text}")

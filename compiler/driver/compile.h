@@ -1,0 +1,37 @@
+// The pipeline: program text to module, a line per stage; any stage can be the last.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/source/source.h"
+#include "runtime/base/error.h"
+
+namespace meld::driver {
+
+enum class Stage { Tokens, Tree, Program, Plan, Explain, Cpp, Module };
+
+struct CompileOptions {
+    Stage last = Stage::Module;
+    int optimisation = 2;
+    std::string cache_dir = {};                    // Empty: the default.
+    std::vector<std::string> library_paths = {};
+};
+
+struct Compilation {
+    source::FileSet files;
+    diagnostics::Reporter report;
+    // The printed stage, or the path of the module. Empty where the program is wrong; see `report`.
+    std::string result;
+};
+
+// Compiles the program in a file. Errors of the world (unreadable file, unwritable cache) are error values; errors of the
+// program are in Compilation::report.
+Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out);
+
+// The stage named by --emit, or nothing.
+std::optional<Stage> stage_named(const std::string& name);
+
+}  // namespace meld::driver

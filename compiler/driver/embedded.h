@@ -1,0 +1,12 @@
+// Texts that are part of meldc: the prelude and the headers that emitted code includes.
+#pragma once
+
+namespace meld::driver {
+
+extern const char kPrelude[];
+extern const char kGeometryAbi[];
+extern const char kModuleAbi[];
+extern const char kModuleValues[];
+extern const char kModuleEval[];
+
+}  // namespace meld::driver

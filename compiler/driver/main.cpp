@@ -1,0 +1,126 @@
+// meldc: check, compile and explain Meld programs.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "compiler/diagnostics/explain.h"
+#include "compiler/driver/compile.h"
+
+namespace {
+
+using namespace meld;
+using namespace meld::driver;
+
+struct Options {
+    std::string file;
+    std::string output;
+    std::string emit;
+    std::string code;
+    bool json = false;
+    bool explain_rules = false;
+    CompileOptions compile;
+};
+
+int fail_with(const Error& error) {
+    std::cerr << "meldc: " << error.message() << "\n";
+    return static_cast<int>(error.code);
+}
+
+// Diagnostics go to standard error as text, or to standard output as JSON.
+void show(const Compilation& c, const Options& options) {
+    if (options.json) {
+        std::cout << diagnostics::render_json(c.files, c.report.sorted()) << "\n";
+        return;
+    }
+    const auto colour = isatty(STDERR_FILENO) ? diagnostics::Colour::Always : diagnostics::Colour::Never;
+    std::cerr << diagnostics::render_text(c.files, c.report.sorted(), colour);
+}
+
+int run_check(Options& options) {
+    Compilation c;
+    options.compile.last = Stage::Plan;
+    if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
+    show(c, options);
+    if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
+    if (!options.json) std::cerr << options.file << ": no errors\n";
+    return 0;
+}
+
+int run_compile(Options& options) {
+    if (!options.emit.empty()) {
+        const auto stage = stage_named(options.emit);
+        if (!stage) return fail_with({"there is no stage '" + options.emit + "'", "Stages are tokens, ast, program, plan, cpp and module"});
+        options.compile.last = *stage;
+    }
+    if (options.explain_rules) options.compile.last = Stage::Explain;
+    Compilation c;
+    if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
+    show(c, options);
+    if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
+    if (options.compile.last != Stage::Module) {
+        std::cout << c.result;
+        std::cout.flush();
+        return std::cout ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+    }
+    if (options.output.empty()) {
+        std::cout << c.result << "\n";
+        return 0;
+    }
+    std::error_code error;
+    const std::string part = options.output + ".tmp";
+    std::filesystem::copy_file(c.result, part, std::filesystem::copy_options::overwrite_existing, error);
+    if (!error) std::filesystem::rename(part, options.output, error);
+    if (error) return fail_with({"cannot write " + options.output + ": " + error.message(), "Choose a path that can be written with -o"});
+    return 0;
+}
+
+int run_explain(const Options& options) {
+    const std::vector<diagnostics::KindInfo> kinds = diagnostics::all_kinds();
+    std::vector<std::string> codes;
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+        codes.emplace_back(kinds[i].code);
+        if (options.code != kinds[i].code && options.code != kinds[i].name) continue;
+        std::cout << diagnostics::explanation(static_cast<diagnostics::Kind>(i));
+        return 0;
+    }
+    const std::string near = diagnostics::nearest_name(options.code, codes);
+    return fail_with({"there is no message '" + options.code + "'", near.empty() ? "Codes look like E0301" : "Did you mean " + near + "?"});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    CLI::App app{"meldc checks, compiles and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules", "meldc"};
+    app.set_version_flag("--version", "meldc 0.1.0");
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 70 a bug of meldc.");
+
+    CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
+    CLI::App* compile = app.add_subcommand("compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
+    for (CLI::App* sub : {check, compile}) {
+        sub->add_option("FILE", options.file, "The program, a .meld file")->required();
+        sub->add_flag("--json", options.json, "Messages as JSON on standard output");
+        sub->add_option("-I", options.compile.library_paths, "Folder for include and use")->type_name("DIR");
+    }
+    compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")->type_name("FILE");
+    compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
+    compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, what it sends, and how each predicate is stored");
+    compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3")->check(CLI::Range(0, 3))->capture_default_str();
+    compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
+    CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
+    explain->add_option("CODE", options.code, "A code such as E0501")->required();
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        const int code = app.exit(error);
+        return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+    }
+    if (*check) return run_check(options);
+    if (*compile) return run_compile(options);
+    return run_explain(options);
+}

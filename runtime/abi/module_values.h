@@ -1,0 +1,112 @@
+// Scratch memory, traps, and arithmetic that never goes wrong silently, for emitted code. No standard library.
+#pragma once
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld {
+
+inline void* scratch(Eval& e, u64 bytes) {
+    bytes = (bytes + 15) & ~u64{15};
+    if (static_cast<u64>(e.arena_end - e.arena) < bytes) e.host->more_arena(&e, bytes);
+    void* result = e.arena;
+    e.arena += bytes;
+    return result;
+}
+
+inline void trap(Eval& e, Trap kind, u32 rule, double left = 0, double right = 0) {
+    if (e.trap != Trap::None) return;
+    e.trap = kind;
+    e.trap_rule = rule;
+    e.trap_left = left;
+    e.trap_right = right;
+}
+
+// ---- arithmetic that never goes wrong silently
+
+inline i64 checked_add(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_add_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline i64 checked_subtract(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_sub_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline i64 checked_multiply(Eval& e, u32 rule, i64 a, i64 b) {
+    i64 r;
+    if (__builtin_mul_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    return r;
+}
+inline bool divisible(Eval& e, u32 rule, i64 a, i64 b) {
+    if (b == 0) {
+        trap(e, Trap::DivisionByZero, rule, static_cast<double>(a), 0);
+        return false;
+    }
+    if (b == -1 && a == (-__INT64_MAX__ - 1)) {
+        trap(e, Trap::Overflow, rule, static_cast<double>(a), -1);
+        return false;
+    }
+    return true;
+}
+// Division truncates, and the remainder has the sign of the dividend, as in C and in every Meld before.
+inline i64 checked_divide(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a / b : 0; }
+inline i64 checked_modulo(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a % b : 0; }
+inline double checked_divide(Eval& e, u32 rule, double a, double b) {
+    if (b == 0) trap(e, Trap::DivisionByZero, rule, a, b);
+    return a / b;
+}
+inline double checked_modulo(Eval& e, u32 rule, double a, double b) {
+    if (b == 0) trap(e, Trap::DivisionByZero, rule, a, b);
+    return b == 0 ? 0 : __builtin_fmod(a, b);
+}
+inline i64 checked_power(Eval& e, u32 rule, i64 a, i64 b) {
+    if (b < 0) trap(e, Trap::BadConversion, rule, static_cast<double>(a), static_cast<double>(b));
+    i64 result = 1;
+    for (i64 i = 0; i < b && e.trap == Trap::None; ++i) {
+        if (a == 0 || a == 1) return a;
+        if (a == -1) return b % 2 ? -1 : 1;
+        result = checked_multiply(e, rule, result, a);
+    }
+    return result;
+}
+inline i64 checked_truncate(Eval& e, u32 rule, double a) {
+    if (!(a >= -9223372036854775808.0 && a < 9223372036854775808.0)) {
+        trap(e, Trap::BadConversion, rule, a);
+        return 0;
+    }
+    return static_cast<i64>(a);
+}
+inline i64 checked_abs(Eval& e, u32 rule, i64 a) { return a < 0 ? checked_subtract(e, rule, 0, a) : a; }
+template <class V>
+V least_of(V a, V b) {
+    return b < a ? b : a;
+}
+template <class V>
+V greatest_of(V a, V b) {
+    return a < b ? b : a;
+}
+// A NaN has no place in an order, so it never enters a fact.
+inline double checked_real(Eval& e, u32 rule, double a) {
+    if (a != a) trap(e, Trap::NotANumber, rule, a);
+    return a;
+}
+
+// ---- order of values: three-way, for keys and tie-breaks
+
+template <class V>
+inline int compare(V a, V b) {
+    return a < b ? -1 : b < a ? 1 : 0;
+}
+
+inline u64 mix(u64 h, u64 v) {
+    h ^= v + 0x9e3779b97f4a7c15ull + (h << 6) + (h >> 2);
+    h *= 0xff51afd7ed558ccdull;
+    return h ^ (h >> 33);
+}
+inline u64 bits_of(double v) { return __builtin_bit_cast(u64, v); }
+inline u64 bits_of(i64 v) { return static_cast<u64>(v); }
+inline u64 bits_of(u64 v) { return v; }
+inline u64 bits_of(bool v) { return v; }
+
+}  // namespace meld

@@ -1,0 +1,75 @@
+// Which catoms have something new, and what: a dirty word a catom and a two-level bitmap over them, so that an empty
+// agenda costs nothing and a full one is visited in the order of memory.
+#pragma once
+
+#include <atomic>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld::eval {
+
+class Agenda {
+  public:
+    void resize(std::size_t catoms) {
+        dirty_.resize(catoms, 0);
+        words_.resize((catoms + 63) / 64, 0);
+        summary_.resize((words_.size() + 63) / 64, 0);
+    }
+    std::size_t bytes() const { return dirty_.capacity() * 4 + words_.capacity() * 8 + summary_.capacity() * 8; }
+
+    // Adds bits to a catom's dirty word. Not while others mark.
+    void mark(u32 catom, u64 bits) {
+        const u32 before = dirty_[catom];
+        dirty_[catom] = before | static_cast<u32>(bits);
+        if (before != 0) return;
+        words_[catom / 64] |= u64{1} << (catom % 64);
+        summary_[catom / 4096] |= u64{1} << (catom / 64 % 64);
+    }
+    // The same from several threads at once; the result does not depend on their order.
+    void mark_shared(u32 catom, u64 bits) {
+        const std::atomic_ref<u32> word(dirty_[catom]);
+        if ((word.load(std::memory_order_relaxed) & bits) == bits) return;
+        if (word.fetch_or(static_cast<u32>(bits), std::memory_order_relaxed) != 0) return;
+        std::atomic_ref<u64>(words_[catom / 64]).fetch_or(u64{1} << (catom % 64), std::memory_order_relaxed);
+        std::atomic_ref<u64>(summary_[catom / 4096]).fetch_or(u64{1} << (catom / 64 % 64), std::memory_order_relaxed);
+    }
+    u64 dirty(u32 catom) const { return dirty_[catom]; }
+    // Forgets a catom that is gone or has moved to another part.
+    void forget(u32 catom) { dirty_[catom] = 0; }
+    bool empty() const {
+        for (const u64 s : summary_)
+            if (s != 0) return false;
+        return true;
+    }
+
+    // Moves the agenda out, catoms ascending; those for which keep(catom) is false are dropped.
+    template <class Keep>
+    void take(std::vector<u32>& catoms, std::vector<u64>& dirty, const Keep& keep) {
+        catoms.clear();
+        dirty.clear();
+        for (std::size_t s = 0; s < summary_.size(); ++s) {
+            for (u64 words = summary_[s]; words != 0; words &= words - 1) {
+                const std::size_t w = s * 64 + static_cast<std::size_t>(std::countr_zero(words));
+                for (u64 bits = words_[w]; bits != 0; bits &= bits - 1) {
+                    const u32 catom = static_cast<u32>(w * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
+                    if (dirty_[catom] != 0 && keep(catom)) {
+                        catoms.push_back(catom);
+                        dirty.push_back(dirty_[catom]);
+                    }
+                    dirty_[catom] = 0;
+                }
+                words_[w] = 0;
+            }
+            summary_[s] = 0;
+        }
+    }
+
+  private:
+    std::vector<u32> dirty_;
+    std::vector<u64> words_, summary_;
+};
+
+}  // namespace meld::eval

@@ -1,0 +1,242 @@
+#include "runtime/eval/evaluator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/base/assert.h"
+
+namespace meld::eval {
+
+namespace {
+
+// Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
+constexpr std::size_t kBlock = 256;
+constexpr std::size_t kArena = 1 << 16;
+
+struct PendingRows {
+    u32 catom;
+    u16 column;
+    u32 count;
+    std::size_t offset;  // Into Thread::bytes.
+};
+struct PendingRecord {
+    u32 catom;
+    u16 column;
+    std::size_t offset;
+};
+struct Loss {
+    u32 catom;
+    u16 predicate;
+    u64 key;
+    u32 rank;
+};
+struct Wake {
+    i64 tick;
+    u32 catom;
+    u64 dirty;
+};
+
+}  // namespace
+
+// A worker's Eval and what it has put aside for the end of the tick. The module sees the Eval alone.
+struct Evaluator::Thread : Eval {
+    Evaluator* owner = nullptr;
+    int number = 0;
+    std::vector<std::unique_ptr<u8[]>> chunks;
+    std::vector<PendingRecord> records;
+    std::vector<PendingRows> rows;
+    std::vector<u8> bytes;
+    std::vector<Message> messages;
+    std::vector<Action> actions;
+    std::vector<Loss> losses;
+    std::vector<Wake> wakes;
+    u32 sequence = 0;
+    u32 sequence_of = kNone32;
+    Failure failure;
+
+    std::size_t keep(const void* from, std::size_t count) {
+        const std::size_t at = bytes.size();
+        if (count > 0) bytes.insert(bytes.end(), static_cast<const u8*>(from), static_cast<const u8*>(from) + count);
+        return at;
+    }
+    void new_chunk(std::size_t size) {
+        chunks.push_back(std::make_unique_for_overwrite<u8[]>(size));
+        arena = arena_start = chunks.back().get();
+        arena_end = arena + size;
+    }
+    // Only the last, largest chunk outlives a block.
+    void trim_chunks() {
+        if (chunks.size() > 1) chunks.erase(chunks.begin(), chunks.end() - 1);
+    }
+};
+
+Evaluator::Thread& Evaluator::of(Eval* e) { return *static_cast<Thread*>(e); }
+
+Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions)
+    : module_(module), columns_(columns), workers_(workers), positions_(std::move(positions)) {
+    host_.more_arena = [](Eval* e, u64 bytes) {
+        Thread& t = of(e);
+        const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
+        t.new_chunk(std::max<std::size_t>(before * 2, bytes * 2));
+    };
+    host_.export_record = [](Eval* e, u16 column, const void* record) {
+        Thread& t = of(e);
+        t.records.push_back({e->catom, column, t.keep(record, t.owner->module_.columns[column].stride)});
+    };
+    host_.assign_rows = [](Eval* e, u16 column, const void* rows, u32 count) {
+        Thread& t = of(e);
+        const ColumnInfo& c = t.owner->module_.columns[column];
+        if (c.exported) t.rows.push_back({e->catom, column, count, t.keep(rows, std::size_t{count} * c.row_bytes)});
+        else t.owner->columns_.set_rows(column, e->catom, rows, count, t.number);
+    };
+    host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        if (t.sequence_of != e->catom) t.sequence = 0;
+        t.sequence_of = e->catom;
+        const u32 arity = t.owner->module_.predicates[predicate].arity;
+        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, std::vector<Value>(arguments, arguments + arity)});
+    };
+    host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        const u32 arity = t.owner->module_.predicates[predicate].arity;
+        t.actions.push_back({e->catom, predicate, std::vector<Value>(arguments, arguments + arity)});
+    };
+    host_.wake = [](Eval* e, i64 tick, u64 dirty) { of(e).wakes.push_back({tick, e->catom, dirty}); };
+    host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
+        const Tombstones::Entry* found = of(e).owner->tombstones_.find(e->catom, predicate, key);
+        if (found == nullptr || Tombstones::expired(*found, e->part->now, e->part->greatest_rank, e->part->latency)) return false;
+        *out = {found->least_rank, found->time};
+        return true;
+    };
+    host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
+    host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
+    for (int i = 0; i < workers.threads(); ++i) {
+        threads_.push_back(std::make_unique<Thread>());
+        Thread& t = *threads_.back();
+        t.owner = this;
+        t.number = i;
+        t.host = &host_;
+        t.new_chunk(kArena);
+    }
+}
+
+Evaluator::~Evaluator() = default;
+
+void Evaluator::mark_readers(const Geometry& g, u32 catom, u64 bits) {
+    const u32 site = g.catom_site[catom];
+    for (i32 port = 0; port < g.ports; ++port) {
+        const i32 other = catom_towards(g, site, port);
+        if (other >= 0) agenda_.mark(static_cast<u32>(other), bits);
+    }
+}
+
+Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
+    agenda_.take(awake_, dirty_, [&](u32 catom) { return part.geometry.catom_state[catom] == kCatomOwned; });
+    part.tombstones = !tombstones_.empty();
+    for (auto& t : threads_) {
+        t->part = &part;
+        t->trap = Trap::None;
+        t->failure = {};
+        t->derivations = 0;
+        t->dropped = 0;
+        t->greatest_rank = 0;
+        t->sequence_of = kNone32;
+    }
+    const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
+    workers_.run(blocks, [&](int worker, std::size_t block) {
+        Thread& t = *threads_[static_cast<std::size_t>(worker)];
+        const std::size_t from = block * kBlock, to = std::min(awake_.size(), from + kBlock);
+        t.trim_chunks();
+        module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
+        if (t.trap == Trap::None) return;
+        // Of several failures the one at the least id is told, whichever thread met it.
+        const Failure failure{t.trap, t.trap_rule, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right};
+        if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
+        t.trap = Trap::None;
+    });
+    workers_.run(threads_.size(), [&](int, std::size_t i) { commit(part, static_cast<int>(i), on_export); });
+    gather(part);
+    Failure first;
+    for (const auto& t : threads_)
+        if (t->failure.trap != Trap::None && (first.trap == Trap::None || t->failure.catom < first.catom)) first = t->failure;
+    return first;
+}
+
+// Exported changes become visible and wake their readers. Each catom was evaluated by one thread, so writes never meet;
+// marks do, and are commutative.
+void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
+    Thread& t = *threads_[static_cast<std::size_t>(thread)];
+    const Geometry& g = part.geometry;
+    const bool shared = threads_.size() > 1;
+    const auto changed = [&](u32 catom, u16 column) {
+        const u64 bits = module_.columns[column].reader_dirty;
+        const u32 site = g.catom_site[catom];
+        for (i32 port = 0; port < g.ports; ++port) {
+            const i32 other = catom_towards(g, site, port);
+            if (other < 0) continue;
+            if (shared) agenda_.mark_shared(static_cast<u32>(other), bits);
+            else agenda_.mark(static_cast<u32>(other), bits);
+        }
+        on_export(thread, catom, column);
+    };
+    for (const PendingRecord& r : t.records) {
+        std::memcpy(columns_.entry(r.column, r.catom), t.bytes.data() + r.offset, module_.columns[r.column].stride);
+        changed(r.catom, r.column);
+    }
+    for (const PendingRows& r : t.rows) {
+        columns_.set_rows(r.column, r.catom, t.bytes.data() + r.offset, r.count, thread);
+        changed(r.catom, r.column);
+    }
+}
+
+void Evaluator::gather(const Part& part) {
+    statistics_ = {};
+    statistics_.awake = awake_.size();
+    messages_.clear();
+    actions_.clear();
+    for (auto& t : threads_) {
+        statistics_.derivations += t->derivations;
+        statistics_.dropped += t->dropped;
+        statistics_.changes += t->records.size() + t->rows.size();
+        statistics_.messages += t->messages.size();
+        greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
+        std::move(t->messages.begin(), t->messages.end(), std::back_inserter(messages_));
+        std::move(t->actions.begin(), t->actions.end(), std::back_inserter(actions_));
+        for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
+        for (const Wake& w : t->wakes) timers_.add(w.tick, w.catom, w.dirty);
+        t->messages.clear();
+        t->actions.clear();
+        t->losses.clear();
+        t->wakes.clear();
+        t->records.clear();
+        t->rows.clear();
+        t->bytes.clear();
+    }
+    const u64* id = part.geometry.catom_id;
+    std::sort(messages_.begin(), messages_.end(), [](const Message& a, const Message& b) { return std::tie(a.to, a.from, a.sequence) < std::tie(b.to, b.from, b.sequence); });
+    std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return id[a.catom] < id[b.catom]; });
+    if (tombstones_.count() > sweep_at_) {
+        tombstones_.sweep(part.now, part.greatest_rank, part.latency);
+        sweep_at_ = std::max<std::size_t>(1024, 2 * tombstones_.count());
+    }
+}
+
+std::string describe(const ModuleInfo& module, const Failure& f) {
+    const RuleInfo& rule = module.rules[f.rule];
+    const std::string where = fmt::format("in rule {} at catom @{} in tick {}: {}", rule.name, f.catom, f.tick, rule.text);
+    switch (f.trap) {
+        case Trap::None: return "";
+        case Trap::Overflow: return fmt::format("a number became too large ({:.17g} and {:.17g}) {}", f.left, f.right, where);
+        case Trap::DivisionByZero: return fmt::format("{:.17g} is divided by zero {}", f.left, where);
+        case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
+        case Trap::BadConversion: return fmt::format("{:.17g} has no such value as an int {}", f.left, where);
+        case Trap::TooManyDerivations: return fmt::format("a catom made more than {:.0f} derivations in one tick {}", f.left, where);
+        case Trap::TooManyFacts: return fmt::format("a catom holds more than {:.0f} facts of one predicate {}", f.right, where);
+        case Trap::NoSuchNeighbour: return fmt::format("no neighbour {:.0f} {}", f.left, where);
+    }
+    return "";
+}
+
+}  // namespace meld::eval

@@ -1,0 +1,105 @@
+// One part's evaluation of a tick: takes the agenda, runs each catom to its local fixpoint on worker threads, then
+// commits what neighbours may see. The result does not depend on the number of threads.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/parallel_for.h"
+#include "runtime/eval/agenda.h"
+#include "runtime/eval/memory.h"
+#include "runtime/tuple/columns.h"
+
+namespace meld::eval {
+
+// A linear or given fact on its way to a catom of this part or to a ghost.
+struct Message {
+    u32 to = 0;            // Index on this part.
+    u16 predicate = 0;
+    u64 from = 0;          // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
+    u32 sequence = 0;
+    std::vector<Value> arguments = {};
+};
+
+struct Action {
+    u32 catom = 0;
+    u16 predicate = 0;
+    std::vector<Value> arguments = {};
+};
+
+// What went wrong inside the program; the message names rule, catom, tick, operands.
+struct Failure {
+    Trap trap = Trap::None;
+    u32 rule = 0;
+    u64 catom = 0;         // Id
+    i64 tick = 0;
+    double left = 0, right = 0;
+};
+std::string describe(const ModuleInfo& module, const Failure& failure);
+
+struct Statistics {
+    u64 awake = 0;         // Catoms evaluated.
+    u64 derivations = 0;
+    u64 changes = 0;       // Exported records and rows committed: what a link would carry.
+    u64 messages = 0;      // Linear facts sent.
+    u64 dropped = 0;
+};
+
+// Where a catom stands on the lattice, for `position`.
+using Positions = std::function<void(u32 catom, double out[3])>;
+
+class Evaluator {
+  public:
+    Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions);
+    ~Evaluator();
+
+    Agenda& agenda() { return agenda_; }
+    const Agenda& agenda() const { return agenda_; }
+    Tombstones& tombstones() { return tombstones_; }
+    const Tombstones& tombstones() const { return tombstones_; }
+    Timers& timers() { return timers_; }
+
+    // Told of every exported change while it is committed, from several threads; `thread` says which.
+    using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
+
+    // Evaluates the agenda of this tick against `part`, whose geometry and pointers are current, and commits.
+    // Returns the failure of the catom with the least id, if any failed.
+    Failure evaluate(Part& part, const OnExport& on_export);
+
+    // What the last evaluation sent and asked for, ordered by (receiver, sender, sequence) and by catom id.
+    std::vector<Message>& messages() { return messages_; }
+    std::vector<Action>& actions() { return actions_; }
+    const Statistics& statistics() const { return statistics_; }
+    u32 greatest_rank() const { return greatest_rank_; }
+
+    // Marks the neighbours of a catom after its exported column changed.
+    void mark_readers(const Geometry& g, u32 catom, u64 bits);
+
+  private:
+    struct Thread;
+    static Thread& of(Eval* e);
+    void commit(Part& part, int thread, const OnExport& on_export);
+    void gather(const Part& part);
+
+    const ModuleInfo& module_;
+    tuple::Columns& columns_;
+    Workers& workers_;
+    Positions positions_;
+    Host host_;
+    Agenda agenda_;
+    Tombstones tombstones_;
+    Timers timers_;
+    std::size_t sweep_at_ = 1024;
+    std::vector<std::unique_ptr<Thread>> threads_;
+    std::vector<u32> awake_;
+    std::vector<u64> dirty_;
+    std::vector<Message> messages_;
+    std::vector<Action> actions_;
+    Statistics statistics_;
+    u32 greatest_rank_ = 0;
+};
+
+}  // namespace meld::eval

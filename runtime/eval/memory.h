@@ -1,0 +1,90 @@
+// What lives only while something happens: tombstones of groups that lost their value, and catoms to be woken later.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <unordered_map>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld::eval {
+
+// What groups remember of their losses (evaluation.md, "Ranks and quarantine"). Empty in a quiet ensemble.
+class Tombstones {
+  public:
+    struct Entry {
+        u16 predicate;
+        u32 least_rank;
+        u64 key;
+        i64 time;
+    };
+
+    bool empty() const { return by_catom_.empty(); }
+    std::size_t count() const { return by_catom_.size(); }
+
+    const Entry* find(u32 catom, u16 predicate, u64 key) const {
+        const auto found = by_catom_.find(catom);
+        if (found == by_catom_.end()) return nullptr;
+        for (const Entry& e : found->second)
+            if (e.predicate == predicate && e.key == key) return &e;
+        return nullptr;
+    }
+    // A group lost a fact of this rank now. A memory that had expired is replaced, not extended.
+    void lose(u32 catom, u16 predicate, u64 key, u32 rank, i64 now, u32 greatest_rank, u32 latency) {
+        std::vector<Entry>& list = by_catom_[catom];
+        for (Entry& e : list)
+            if (e.predicate == predicate && e.key == key) {
+                e.least_rank = expired(e, now, greatest_rank, latency) ? rank : std::min(e.least_rank, rank);
+                e.time = now;
+                return;
+            }
+        list.push_back({predicate, rank, key, now});
+    }
+    // No rank alive is so great that this memory would still hold it back.
+    static bool expired(const Entry& e, i64 now, u32 greatest_rank, u32 latency) {
+        return now > e.time + (i64{greatest_rank} - i64{e.least_rank} + 2) * latency;
+    }
+    // Forgets what has expired. Cost: all that is remembered; called when the number has doubled.
+    void sweep(i64 now, u32 greatest_rank, u32 latency) {
+        for (auto it = by_catom_.begin(); it != by_catom_.end();) {
+            std::erase_if(it->second, [&](const Entry& e) { return expired(e, now, greatest_rank, latency); });
+            it = it->second.empty() ? by_catom_.erase(it) : std::next(it);
+        }
+    }
+    void forget(u32 catom) { by_catom_.erase(catom); }
+    const std::vector<Entry>* of(u32 catom) const {
+        const auto found = by_catom_.find(catom);
+        return found == by_catom_.end() ? nullptr : &found->second;
+    }
+    void restore(u32 catom, std::vector<Entry> entries) {
+        if (!entries.empty()) by_catom_[catom] = std::move(entries);
+    }
+
+  private:
+    std::unordered_map<u32, std::vector<Entry>> by_catom_;
+};
+
+// Catoms to mark at a later tick.
+class Timers {
+  public:
+    void add(i64 tick, u32 catom, u64 bits) { at_[tick].push_back({catom, static_cast<u32>(bits)}); }
+    bool empty() const { return at_.empty(); }
+    i64 next() const { return at_.begin()->first; }
+
+    template <class Mark>
+    void fire(i64 now, const Mark& mark) {
+        while (!at_.empty() && at_.begin()->first <= now) {
+            for (const auto& [catom, bits] : at_.begin()->second) mark(catom, bits);
+            at_.erase(at_.begin());
+        }
+    }
+
+  private:
+    std::map<i64, std::vector<std::pair<u32, u32>>> at_;
+};
+
+}  // namespace meld::eval

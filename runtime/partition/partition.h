@@ -1,0 +1,90 @@
+// Who owns which bricks, and who else must hear of a cell. Parts own contiguous ranges of the Hilbert curve, also of
+// bricks where nobody stands yet.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "runtime/world/ensemble.h"
+#include "runtime/world/lattice.h"
+
+namespace meld::partition {
+
+using world::BrickKey;
+using world::Cell;
+
+class Partition {
+  public:
+    // Splits the curve so that each part gets about the same number of catoms. `counts` is sorted by key and the same on
+    // every part. With more parts than bricks some parts own empty stretches.
+    Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int parts);
+    int owner(BrickKey key) const;
+    int parts() const { return static_cast<int>(starts_.size()); }
+
+  private:
+    std::vector<BrickKey> starts_;  // Part p owns the keys from starts_[p] up to starts_[p + 1].
+};
+
+// Which other parts read a cell: those that own a brick within `reach` cells of it.
+class Halo {
+  public:
+    // reach: 1 where catoms stand still, 2 where they move (a mover must see around its next cell).
+    Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach);
+
+    // Calls visit(part) once for every other part that must hear of this site. Cost: nothing for a brick inside. Any
+    // thread may call it after prepare() has seen the site's brick.
+    template <class Visit>
+    void subscribers(std::uint32_t site, const Visit& visit) const {
+        const std::uint32_t slot = site >> kBrickCellBits;
+        if (slot >= border_.size() || border_[slot] < 0) return;
+        visit_border(static_cast<std::size_t>(border_[slot]), site & (kBrickCells - 1), visit);
+    }
+    // Looks at bricks that were made since the last call.
+    void prepare();
+    // The parts, without this one, that own a brick next to the brick of this cell.
+    std::vector<int> around(Cell cell) const;
+    int owner(Cell cell) const { return partition_.owner(lattice().brick_key(lattice().brick_of(cell))); }
+    bool subscribes(int part, Cell cell) const;
+    // All parts that know the cell: its owner and those that hear of it. Ascending.
+    std::vector<int> listeners(Cell cell) const;
+    // Whether this part owns a brick next to this brick, or the brick itself.
+    bool borders(int part, Cell brick) const;
+
+  private:
+    struct Side {
+        std::int8_t dx, dy, dz;
+        std::int32_t part;
+    };
+    const world::Lattice& lattice() const { return ensemble_.lattice(); }
+    std::vector<Side> sides(Cell brick, int except) const;
+    bool near(const Side& side, std::uint32_t cell) const;
+
+    template <class Visit>
+    void visit_border(std::size_t border, std::uint32_t cell, const Visit& visit) const {
+        std::uint64_t told = 0;  // Parts beyond 64 are told by a search: rare, and sides are few.
+        std::vector<int> more;
+        for (const Side& side : sides_[border]) {
+            if (!near(side, cell)) continue;
+            if (side.part < 64) {
+                if (told >> side.part & 1) continue;
+                told |= std::uint64_t{1} << side.part;
+            } else {
+                bool again = false;
+                for (const int p : more) again = again || p == side.part;
+                if (again) continue;
+                more.push_back(side.part);
+            }
+            visit(side.part);
+        }
+    }
+
+    const world::Ensemble& ensemble_;
+    const Partition& partition_;
+    int part_;
+    int reach_;
+    std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 where all bricks around are ours.
+    std::vector<std::vector<Side>> sides_;
+};
+
+}  // namespace meld::partition

@@ -1,0 +1,96 @@
+// How C++ joins a simulation: SimModule acts on the whole ensemble in the central phase, CodeModule runs at each catom
+// instead of compiled rules, Component does both and is synchronised in every tick (Ashley-Rollman et al., ICRA 2011).
+// Motion, the recorder and the examples are built on exactly these.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::sim {
+
+class PartState;
+
+class SimModule {
+  public:
+    virtual ~SimModule() = default;
+    // Called on every part, once, when the ensemble stands; and at the end, when the last tick is over.
+    virtual Result<void> start(PartState&) { return {}; }
+    virtual void finish(PartState&) {}
+    // A passive module has no step; it is there for others to ask.
+    virtual bool runnable() const { return true; }
+    // The central phase of a tick, on every part at the same time: it may exchange through the part's communicator.
+    virtual Result<void> step(PartState&) { return {}; }
+    // After evaluation, before the tick is counted.
+    virtual Result<void> after(PartState&) { return {}; }
+    // A few words for the progress line and the summary, e.g. "1,204 outside the target"; part 0 is asked.
+    virtual std::string status() const { return ""; }
+    // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
+    virtual std::string outcome() const { return ""; }
+};
+
+// What a CodeModule sees of its catom.
+class CatomView {
+  public:
+    CatomView(PartState& part, std::uint32_t catom) : part_(part), catom_(catom) {}
+    std::uint64_t id() const;
+    world::Vec3 position() const;
+    std::int64_t tick() const;
+    // Makes a sensed fact hold (a Single is replaced) or not hold; the catom is evaluated if that is a change.
+    void sense(std::string_view predicate, std::vector<double> arguments);
+    void unsense(std::string_view predicate, std::vector<double> arguments);
+
+  private:
+    PartState& part_;
+    std::uint32_t catom_;
+};
+
+class CodeModule {
+  public:
+    virtual ~CodeModule() = default;
+    enum class Instances { Shared, PerCatom };  // One object for all catoms of a part, or one each with its own state.
+    virtual Instances instances() const { return Instances::Shared; }
+    virtual bool runnable() const { return true; }
+    // Runs at every catom in every tick, before rules are evaluated. Must depend on the catom and the tick alone.
+    virtual void run(CatomView& catom) = 0;
+    // The state of a per-catom instance, so that it can follow its catom to another part.
+    virtual std::vector<std::byte> save() const { return {}; }
+    virtual void load(const std::vector<std::byte>&) {}
+};
+
+// Both sides; the central step comes first in every tick.
+class Component : public SimModule, public CodeModule {
+  public:
+    bool runnable() const override { return true; }
+};
+
+// Implementations by interface and name: "motion" may be "none" or "lattice"; the world file chooses.
+class Registry {
+  public:
+    using MakeSim = std::function<Result<std::unique_ptr<SimModule>>(const world::World&)>;
+    using MakeCode = std::function<Result<std::unique_ptr<CodeModule>>(const world::World&)>;
+    void add_sim(const std::string& interface, const std::string& name, MakeSim make) { sims_[interface][name] = std::move(make); }
+    void add_code(const std::string& interface, const std::string& name, MakeCode make) { codes_[interface][name] = std::move(make); }
+
+    // The chosen implementation; an error names the nearest one that is known.
+    Result<std::unique_ptr<SimModule>> make_sim(const std::string& interface, const std::string& name, const world::World&) const;
+    bool has_sim(const std::string& interface) const { return sims_.contains(interface); }
+    bool has_code(const std::string& interface) const { return codes_.contains(interface); }
+    Result<MakeCode> code(const std::string& interface, const std::string& name) const;
+    std::vector<std::string> interfaces() const;
+
+    // Everything that comes with Claymeld.
+    static Registry standard();
+
+  private:
+    std::map<std::string, std::map<std::string, MakeSim>> sims_;
+    std::map<std::string, std::map<std::string, MakeCode>> codes_;
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,94 @@
+#include "runtime/sim/part_state.h"
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+PartState::PartState(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target, comm::Communicator& communicator, int threads)
+    : module(module_info),
+      world(the_world),
+      comm(communicator),
+      lattice(the_world.lattice),
+      ensemble(lattice, target),
+      workers(threads),
+      columns(module_info, threads),
+      evaluator(module_info, columns, workers,
+                [this](u32 catom, double out[3]) {
+                    const world::Vec3 at = ensemble.position(catom);
+                    for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
+                }),
+      outgoing_(static_cast<std::size_t>(threads), std::vector<std::vector<Export>>(static_cast<std::size_t>(communicator.parts()))),
+      packets_(static_cast<std::size_t>(communicator.parts())) {}
+
+void PartState::refresh() {
+    abi.geometry = ensemble.geometry();
+    abi.columns = columns.pointers();
+    if (halo) halo->prepare();
+}
+
+bool PartState::give(u32 predicate, Catom catom, const Value* arguments) {
+    // What is given is private to its catom; the planner derives from it what neighbours may read.
+    const u16 column = module.predicates[predicate].column;
+    MELD_CHECK(column != kNone16 && !module.columns[column].exported, "{} is no given predicate", module.predicates[predicate].name);
+    if (!tuple::give_fact(module, columns, predicate, catom, arguments, 0)) return false;
+    mark(catom, module.columns[column].own_dirty);
+    return true;
+}
+
+bool PartState::take(u32 predicate, Catom catom, const Value* arguments) {
+    if (!tuple::take_fact(module, columns, predicate, catom, arguments, 0)) return false;
+    mark(catom, module.columns[module.predicates[predicate].column].own_dirty);
+    return true;
+}
+
+Catom PartState::add_catom(std::uint64_t id, Cell cell, CatomState state) {
+    const Catom catom = ensemble.add(id, cell, state);
+    columns.resize(ensemble.index_count());
+    evaluator.agenda().resize(ensemble.index_count());
+    if (state == kCatomOwned) ensemble.surround(*ensemble.find_slot(lattice.brick_of(cell)));
+    mark_around(cell, kDirtyLinks);
+    return catom;
+}
+
+void PartState::remove_catom(Catom catom) {
+    const Cell cell = ensemble.cell(catom);
+    columns.clear(catom, 0);
+    evaluator.agenda().forget(catom);
+    evaluator.tombstones().forget(catom);
+    ensemble.remove(catom);
+    mark_around(cell, kDirtyLinks);
+}
+
+void PartState::mark_around(Cell cell, u64 bits) {
+    for (int port = 0; port < lattice.ports(); ++port)
+        if (const std::optional<Catom> other = ensemble.at(lattice.neighbour(cell, port))) mark(*other, bits);
+}
+
+void PartState::push_exports(Catom catom) {
+    for (u32 c = 0; c < module.column_count; ++c)
+        if (module.columns[c].exported) note_export(0, catom, static_cast<u16>(c));
+}
+
+void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
+    columns.pack(catom, tuple::Columns::Which::All, out);
+    put(out, evaluator.agenda().dirty(catom));
+    const auto* losses = evaluator.tombstones().of(catom);
+    put(out, static_cast<u32>(losses == nullptr ? 0 : losses->size()));
+    if (losses != nullptr)
+        for (const auto& loss : *losses) put(out, loss);
+}
+
+void PartState::unpack_catom(Catom catom, const std::byte*& from) {
+    from = columns.unpack(catom, tuple::Columns::Which::All, from, 0);
+    // Timers stay behind: the catom is looked at now and sets them again.
+    mark(catom, take_value<u64>(from) | kDirtyWake);
+    std::vector<eval::Tombstones::Entry> losses(take_value<u32>(from));
+    for (auto& loss : losses) loss = take_value<eval::Tombstones::Entry>(from);
+    evaluator.tombstones().restore(catom, std::move(losses));
+}
+
+std::size_t PartState::bytes() const { return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes(); }
+
+}  // namespace meld::sim

@@ -1,0 +1,118 @@
+// Everything one part holds during a run: its catoms, columns, agenda, and what it says to other parts.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/error.h"
+#include "runtime/base/parallel_for.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/eval/evaluator.h"
+#include "runtime/partition/partition.h"
+#include "runtime/tuple/columns.h"
+#include "runtime/world/ensemble.h"
+#include "runtime/world/target.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::sim {
+
+using world::Catom;
+using world::Cell;
+using world::CellKey;
+
+// What every part tells every other at the end of a tick, summed up.
+struct Totals {
+    eval::Statistics tick;           // Of this tick.
+    std::uint64_t catoms = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t actions = 0;
+    std::uint64_t births_wanted = 0; // `create` actions among them.
+    std::uint64_t teleports = 0;     // `moveTo` actions among them.
+    std::uint64_t sent_bytes = 0;    // Between parts.
+    bool awake = false;              // Something is left to do: an agenda, a message, an action.
+    bool waiting = false;            // Only timers are left.
+    std::uint32_t greatest_rank = 0;
+    eval::Failure failure;
+};
+
+class PartState {
+  public:
+    PartState(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
+
+    // ---- set-up (setup.cpp)
+    // Places the catoms of this part and its ghosts, gives them their ids and the world's facts. Every part calls it.
+    Result<void> populate();
+
+    // ---- the tick (tick.cpp)
+    void begin_tick();
+    // Evaluates, commits, exchanges, and agrees with the other parts on what happened.
+    const Totals& end_tick();
+
+    // ---- for central modules
+    // Facts given from outside: the catom and, where neighbours read them, its readers are marked.
+    bool give(u32 predicate, Catom catom, const Value* arguments);
+    bool take(u32 predicate, Catom catom, const Value* arguments);
+    void mark(Catom catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
+    // Catoms come and go; links around the cell are marked. Arrays may move.
+    Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
+    void remove_catom(Catom catom);
+    // Sends the exported columns of a catom to the parts that hold it as a ghost, at the end of the tick.
+    void push_exports(Catom catom);
+    // Marks the catoms next to a cell.
+    void mark_around(Cell cell, u64 bits);
+    // The actions of the last tick for this predicate.
+    std::vector<eval::Action>& actions() { return evaluator.actions(); }
+    // Brings Part's pointers up to date after any of the above.
+    void refresh();
+
+    // All of a catom, to follow it to another part.
+    void pack_catom(Catom catom, std::vector<std::byte>& out) const;
+    void unpack_catom(Catom catom, const std::byte*& from);
+
+    bool alone() const { return comm.parts() == 1; }
+    bool owned(Catom catom) const { return ensemble.state(catom) == kCatomOwned; }
+    std::size_t bytes() const;
+
+    const ModuleInfo& module;
+    const world::World& world;
+    comm::Communicator& comm;
+    world::Lattice lattice;
+    world::Ensemble ensemble;
+    Workers workers;
+    tuple::Columns columns;
+    eval::Evaluator evaluator;
+    std::optional<partition::Partition> partition;
+    std::optional<partition::Halo> halo;
+    Part abi;
+    std::vector<Value> parameters;
+    Totals totals;
+    std::uint64_t next_id = 0;
+
+  private:
+    // exchange.cpp
+    void deliver(const eval::Message& message);
+    void note_export(int thread, Catom catom, u16 column);
+    void write_export(std::vector<std::byte>& out, Catom catom, u16 column) const;
+    void exchange();
+    void receive(const comm::Packet& packet);
+    void agree();
+
+    // setup.cpp
+    Result<void> given_facts();
+    Result<void> set_parameters();
+
+    struct Export {
+        Catom catom;
+        u16 column;
+    };
+    // [thread][destination]
+    std::vector<std::vector<std::vector<Export>>> outgoing_;
+    std::vector<std::vector<std::byte>> packets_;  // [destination]
+    std::uint64_t sent_bytes_ = 0;
+    std::uint64_t dropped_ = 0;
+};
+
+}  // namespace meld::sim

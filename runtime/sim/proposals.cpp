@@ -1,0 +1,217 @@
+// Lattice motion, first half: from actions to proposals, and which of them are granted.
+#include <algorithm>
+#include <map>
+#include <unordered_map>
+
+#include "runtime/sim/bytes.h"
+#include "runtime/sim/lattice_motion.h"
+
+namespace meld::sim {
+
+namespace {
+
+using Proposal = LatticeMotion::Proposal;
+
+// A claim is on an empty cell, on the body in a cell (it stands still, receives, or goes), or on its right to act.
+constexpr CellKey kBody = CellKey{1} << 63;
+constexpr CellKey kActor = CellKey{3} << 62;
+
+void claim(Proposal& p, CellKey key) { p.claims[p.claim_count++] = key; }
+
+}  // namespace
+
+// The actions of this part's catoms as proposals; those whose conditions do not hold are refused at once.
+std::vector<Proposal> LatticeMotion::collect(PartState& part) {
+    std::vector<Proposal> out;
+    for (const eval::Action& action : part.actions()) {
+        Proposal p;
+        const std::uint32_t predicate = action.predicate;
+        const auto kind = predicate == known_.create ? Kind::Create : predicate == known_.destroy ? Kind::Destroy : predicate == known_.give ? Kind::Give
+                          : predicate == known_.move_to ? Kind::MoveTo : predicate == known_.slide ? Kind::Slide : predicate == known_.turn ? Kind::Turn : Kind{};
+        if (kind == Kind{}) continue;
+        p.kind = kind;
+        p.id = part.ensemble.id(action.catom);
+        const Cell cell = part.ensemble.cell(action.catom);
+        p.from = part.lattice.key(cell);
+        claim(p, kActor | p.from);
+        const bool fits = kind == Kind::Slide || kind == Kind::Turn ? propose_move(part, action, kind, p) : propose(part, action, p);
+        if (fits) out.push_back(p);
+        else refuse(part, action.catom, kind);
+    }
+    return out;
+}
+
+bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposal& p) const {
+    const Cell cell = part.ensemble.cell(action.catom);
+    const std::int32_t units = held_[action.catom];
+    if (p.kind == Kind::Create) {
+        const std::int64_t port = action.arguments[0].integer;
+        if (port < 0 || port >= part.lattice.ports() || units < 1) return false;
+        const Cell to = part.lattice.neighbour(cell, static_cast<int>(port));
+        if (full(part, to)) return false;
+        p.direction = static_cast<std::int32_t>(port);
+        p.to = part.lattice.key(to);
+        claim(p, p.to);
+        return true;
+    }
+    if (p.kind == Kind::MoveTo) {
+        Cell to;
+        std::int32_t* axes[] = {&to.x, &to.y, &to.z};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::int64_t at = action.arguments[i].integer;
+            if (at < -world::kCellLimit || at >= world::kCellLimit) return false;
+            *axes[i] = static_cast<std::int32_t>(at);
+        }
+        if (part.lattice.flat() && to.z != 0) return false;
+        if (full(part, to)) return false;
+        p.to = part.lattice.key(to);
+        claim(p, kBody | p.from);
+        claim(p, p.to);
+        return true;
+    }
+    // give and destroy name a neighbour by its id.
+    const std::int32_t amount = p.kind == Kind::Give ? 1 : 1 + units;
+    if (p.kind == Kind::Give && units < 1) return false;
+    for (int port = 0; port < part.lattice.ports(); ++port) {
+        const Cell to = part.lattice.neighbour(cell, port);
+        const std::optional<Catom> other = part.ensemble.at(to);
+        if (!other || part.ensemble.id(*other) != action.arguments[0].catom) continue;
+        if (held_[*other] + amount > world_.motion.capacity) return false;
+        p.direction = port;
+        p.to = part.lattice.key(to);
+        if (p.kind == Kind::Destroy) claim(p, kBody | p.from);
+        claim(p, kBody | p.to);
+        return true;
+    }
+    return false;
+}
+
+// The sliding cube: along a face of its pivots, or round an edge of one.
+bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Kind kind, Proposal& p) const {
+    const world::LatticeKind lattice = part.lattice.kind();
+    if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
+    const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
+    const int ports = part.lattice.ports();
+    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards || part.lattice.opposite(static_cast<int>(pivot)) == towards) return false;
+    const Cell here = part.ensemble.cell(action.catom);
+    const Cell P = part.lattice.neighbour(here, static_cast<int>(pivot)) - here;
+    const Cell D = part.lattice.neighbour(here, static_cast<int>(towards)) - here;
+    p.direction = static_cast<std::int32_t>(pivot * ports + towards);
+    const auto key = [&](Cell offset) { return part.lattice.key(here + offset); };
+    if (!full(part, here + P)) return false;
+    claim(p, kBody | p.from);
+    claim(p, kBody | key(P));
+    Cell to;
+    if (kind == Kind::Slide) {
+        to = here + D;
+        if (!full(part, here + P + D) || full(part, to)) return false;
+        claim(p, kBody | key(P + D));
+        claim(p, key(D));
+    } else {
+        to = here + P + D;
+        const Cell zero{};
+        for (const Cell empty : {P + D, D, D + D, P + D + D, zero - P, D - P}) {
+            if (full(part, here + empty)) return false;
+            claim(p, key(empty));
+        }
+    }
+    p.to = part.lattice.key(to);
+    return !world_.motion.keep_connected || stays_connected(part, here, to);
+}
+
+// Whether the neighbours a mover leaves stay connected among themselves within two cells of it. Where they are joined
+// only further away the move is refused too: a catom cannot know more without asking around.
+bool LatticeMotion::stays_connected(const PartState& part, Cell without, Cell with) const {
+    std::vector<Cell> found;
+    std::map<Cell, bool> reached;
+    const auto solid = [&](Cell c) { return c != without && (c == with || full(part, c)); };
+    for (int port = 0; port < part.lattice.ports(); ++port) {
+        const Cell c = part.lattice.neighbour(without, port);
+        if (c != with && full(part, c)) found.push_back(c);
+    }
+    if (found.empty()) return true;
+    std::vector<Cell> todo{found[0]};
+    reached[found[0]] = true;
+    const auto near = [&](Cell c) { return std::max({std::abs(c.x - without.x), std::abs(c.y - without.y), std::abs(c.z - without.z)}) <= 2; };
+    while (!todo.empty()) {
+        const Cell at = todo.back();
+        todo.pop_back();
+        for (int port = 0; port < part.lattice.ports(); ++port) {
+            const Cell next = part.lattice.neighbour(at, port);
+            if (near(next) && solid(next) && !reached[next]) {
+                reached[next] = true;
+                todo.push_back(next);
+            }
+        }
+    }
+    return reached[with] && std::all_of(found.begin(), found.end(), [&](Cell c) { return reached[c]; });
+}
+
+// Everything that may compete with a proposal of ours is known here afterwards: competitors stand within four cells of
+// our mover, so in its brick or one next to it. Where anyone teleports, all are told all.
+std::vector<Proposal> LatticeMotion::share(PartState& part, const std::vector<Proposal>& mine) const {
+    if (part.alone()) return mine;
+    std::vector<Proposal> all;
+    if (part.totals.teleports > 0) {
+        std::vector<std::byte> bytes;
+        for (const Proposal& p : mine) put(bytes, p);
+        for (const auto& from : part.comm.allgather_any(bytes)) {
+            const std::byte* at = from.data();
+            while (at != from.data() + from.size()) all.push_back(take_value<Proposal>(at));
+        }
+        return veto_teleports(part, std::move(all));
+    }
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    for (const Proposal& p : mine)
+        for (const int other : part.halo->around(part.lattice.cell_at(p.from))) put(out[static_cast<std::size_t>(other)], p);
+    std::vector<comm::Packet> packets;
+    for (std::size_t other = 0; other < out.size(); ++other)
+        if (!out[other].empty()) packets.push_back({static_cast<int>(other), std::move(out[other])});
+    all = mine;
+    for (const comm::Packet& packet : part.comm.exchange(std::move(packets))) {
+        const std::byte* at = packet.bytes.data();
+        while (at != packet.bytes.data() + packet.bytes.size()) all.push_back(take_value<Proposal>(at));
+    }
+    return all;
+}
+
+// Only the owner of a far cell knows whether it is empty.
+std::vector<Proposal> LatticeMotion::veto_teleports(PartState& part, std::vector<Proposal> all) const {
+    std::vector<std::byte> bytes;
+    for (const Proposal& p : all) {
+        const Cell to = part.lattice.cell_at(p.to);
+        if (p.kind == Kind::MoveTo && part.halo->owner(to) == part.comm.part() && full(part, to)) put(bytes, p.id);
+    }
+    for (const auto& from : part.comm.allgather_any(bytes)) {
+        const std::byte* at = from.data();
+        while (at != from.data() + from.size()) {
+            const auto id = take_value<std::uint64_t>(at);
+            std::erase_if(all, [&](const Proposal& p) { return p.kind == Kind::MoveTo && p.id == id; });
+        }
+    }
+    return all;
+}
+
+// A proposal is granted if it is the smallest on each of its claims.
+std::vector<bool> LatticeMotion::decide(const std::vector<Proposal>& mine, const std::vector<Proposal>& all) {
+    std::unordered_map<CellKey, const Proposal*> best;
+    best.reserve(all.size() * 3);
+    for (const Proposal& p : all)
+        for (std::uint8_t i = 0; i < p.claim_count; ++i) {
+            const Proposal*& first = best[p.claims[i]];
+            if (first == nullptr || p.order() < first->order()) first = &p;
+        }
+    std::vector<bool> granted;
+    for (const Proposal& p : mine) {
+        bool wins = true;
+        for (std::uint8_t i = 0; i < p.claim_count && wins; ++i) {
+            const auto found = best.find(p.claims[i]);
+            // A vetoed teleport is nobody's best.
+            wins = found != best.end() && found->second->order() == p.order();
+        }
+        granted.push_back(wins);
+    }
+    return granted;
+}
+
+}  // namespace meld::sim

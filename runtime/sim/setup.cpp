@@ -1,0 +1,136 @@
+// Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts.
+#include <algorithm>
+
+#include "runtime/base/nearest.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/sim/part_state.h"
+#include "runtime/tuple/facts.h"
+#include "runtime/world/populate.h"
+
+namespace meld::sim {
+
+namespace {
+
+using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
+
+// Every part counts its share of the bricks; all learn all counts.
+Counts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
+    const Counts mine = world::count_bricks(world, lattice, comm.part(), comm.parts());
+    if (comm.parts() == 1) return mine;
+    std::vector<std::byte> bytes;
+    for (const auto& [key, count] : mine) {
+        put(bytes, key);
+        put(bytes, count);
+    }
+    Counts all;
+    for (const auto& share : comm.allgather_any(bytes)) {
+        const std::byte* at = share.data();
+        while (at != share.data() + share.size()) {
+            const auto key = take_value<world::BrickKey>(at);
+            all.emplace_back(key, take_value<std::uint32_t>(at));
+        }
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+}  // namespace
+
+Result<void> PartState::populate() {
+    const Counts counts = count_together(world, lattice, comm);
+    partition.emplace(counts, comm.parts());
+    const int reach = world.motion.kind == "none" ? 1 : 2;
+    halo.emplace(ensemble, *partition, comm.part(), reach);
+
+    std::vector<std::uint64_t> first_id;
+    std::size_t mine = 0, bricks = 0;
+    for (const auto& [key, count] : counts) {
+        first_id.push_back(next_id);
+        next_id += count;
+        if (partition->owner(key) == comm.part()) {
+            mine += count;
+            ++bricks;
+        }
+    }
+    ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
+    std::vector<std::uint32_t> cells;
+    const auto place = [&](std::size_t i, CatomState state) {
+        const Cell brick = lattice.brick_at(counts[i].first);
+        world::cells_of_brick(world, lattice, counts[i].first, cells);
+        for (std::size_t n = 0; n < cells.size(); ++n) {
+            const Cell cell = lattice.cell_in_brick(brick, cells[n]);
+            if (state == kCatomGhost && !halo->subscribes(comm.part(), cell)) continue;
+            ensemble.add(first_id[i] + n, cell, state);
+        }
+    };
+    for (std::size_t i = 0; i < counts.size(); ++i)
+        if (partition->owner(counts[i].first) == comm.part()) place(i, kCatomOwned);
+    if (!alone())
+        for (std::size_t i = 0; i < counts.size(); ++i) {
+            if (partition->owner(counts[i].first) == comm.part()) continue;
+            if (halo->borders(comm.part(), lattice.brick_at(counts[i].first))) place(i, kCatomGhost);
+        }
+    for (world::Slot slot = 1, end = static_cast<world::Slot>(ensemble.brick_count()); slot <= end; ++slot)
+        if (partition->owner(lattice.brick_key(ensemble.brick(slot))) == comm.part()) ensemble.surround(slot);
+
+    columns.resize(ensemble.index_count());
+    evaluator.agenda().resize(ensemble.index_count());
+    for (Catom c = 0; c < ensemble.index_count(); ++c)
+        if (owned(c)) mark(c, kDirtyBirths);
+    abi.seed = world.seed;
+    abi.max_derivations = world.limits.max_derivations_per_tick;
+    abi.max_facts = world.limits.max_facts_per_catom;
+    refresh();
+    if (auto done = set_parameters(); !done) return done;
+    return given_facts();
+}
+
+Result<void> PartState::set_parameters() {
+    for (u32 i = 0; i < module.parameter_count; ++i) parameters.push_back(module.parameters[i].value);
+    for (const auto& [name, text] : world.set) {
+        std::vector<std::string_view> known;
+        bool found = false;
+        for (u32 i = 0; i < module.parameter_count; ++i) {
+            known.emplace_back(module.parameters[i].name);
+            if (known.back() != name) continue;
+            const Result<Value> value = tuple::parse_value(module.parameters[i].type, text);
+            if (!value) return fail("the constant " + name + " cannot be set: " + value.error().problem, value.error().suggestion);
+            parameters[i] = *value;
+            found = true;
+        }
+        if (!found) {
+            return fail("the program has no constant '" + name + "' to set",
+                        known.empty() ? "Declare it in the program: const " + name + " = " + text + "." : "Constants: " + did_you_mean(name, known));
+        }
+    }
+    abi.parameters = parameters.data();
+    return {};
+}
+
+Result<void> PartState::given_facts() {
+    for (const world::GivenFact& fact : world.facts) {
+        const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
+        if (!predicate) {
+            std::vector<std::string_view> known;
+            for (u32 i = 0; i < module.predicate_count; ++i)
+                if (!module.predicates[i].auxiliary && module.predicates[i].base != kNone16) known.emplace_back(module.predicates[i].name);
+            return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
+                        known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
+        }
+        const PredicateInfo& p = module.predicates[*predicate];
+        if (p.base == kNone16 || p.column == kNone16)
+            return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
+                        "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
+        std::vector<Value> values;
+        for (u32 i = 0; i < p.arity; ++i) {
+            const Result<Value> value = tuple::parse_value(p.fields[i].type, fact.arguments[i]);
+            if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
+            values.push_back(*value);
+        }
+        for (Catom c = 0; c < ensemble.index_count(); ++c)
+            if (owned(c) && fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) give(p.base, c, values.data());
+    }
+    return {};
+}
+
+}  // namespace meld::sim

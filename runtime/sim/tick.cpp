@@ -1,0 +1,151 @@
+// The tick of a part: timers, evaluation, delivery, and what the parts tell each other.
+#include "runtime/base/assert.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/sim/part_state.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+enum class Record : std::uint8_t { Export, Message };
+
+}  // namespace
+
+void PartState::begin_tick() {
+    ++abi.now;
+    evaluator.timers().fire(abi.now, [&](u32 catom, u64 bits) {
+        if (catom < ensemble.index_count() && owned(catom)) mark(catom, bits);
+    });
+}
+
+const Totals& PartState::end_tick() {
+    refresh();
+    abi.greatest_rank = totals.greatest_rank;
+    totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column); });
+    sent_bytes_ = dropped_ = 0;
+    if (alone()) {
+        for (const eval::Message& m : evaluator.messages()) deliver(m);
+    } else {
+        exchange();
+    }
+    agree();
+    return totals;
+}
+
+// A fact arrives at a catom of this part; it is seen in the next tick.
+void PartState::deliver(const eval::Message& m) { give(m.predicate, m.to, m.arguments.data()); }
+
+void PartState::note_export(int thread, Catom catom, u16 column) {
+    if (alone()) return;
+    auto& lists = outgoing_[static_cast<std::size_t>(thread)];
+    halo->subscribers(abi.geometry.catom_site[catom], [&](int other) { lists[static_cast<std::size_t>(other)].push_back({catom, column}); });
+}
+
+void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column) const {
+    put(out, Record::Export);
+    put(out, lattice.key(ensemble.cell(catom)));
+    put(out, column);
+    columns.pack_column(column, catom, out);
+}
+
+// Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
+void PartState::exchange() {
+    for (auto& lists : outgoing_)
+        for (std::size_t other = 0; other < lists.size(); ++other) {
+            for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column);
+            lists[other].clear();
+        }
+    for (const eval::Message& m : evaluator.messages()) {
+        if (owned(m.to)) {
+            deliver(m);
+            continue;
+        }
+        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(halo->owner(ensemble.cell(m.to)))];
+        put(out, Record::Message);
+        put(out, lattice.key(ensemble.cell(m.to)));
+        put(out, m.predicate);
+        for (const Value& v : m.arguments) put(out, v);
+    }
+    std::vector<comm::Packet> packets;
+    for (std::size_t other = 0; other < packets_.size(); ++other) {
+        if (packets_[other].empty()) continue;
+        sent_bytes_ += packets_[other].size();
+        packets.push_back({static_cast<int>(other), std::move(packets_[other])});
+        packets_[other].clear();
+    }
+    for (const comm::Packet& packet : comm.exchange(std::move(packets))) receive(packet);
+}
+
+void PartState::receive(const comm::Packet& packet) {
+    const std::byte* at = packet.bytes.data();
+    const std::byte* end = at + packet.bytes.size();
+    while (at != end) {
+        const auto record = take_value<Record>(at);
+        const Cell cell = lattice.cell_at(take_value<CellKey>(at));
+        const std::optional<Catom> catom = ensemble.at(cell);
+        const auto number = take_value<u16>(at);
+        MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", packet.part, cell.x, cell.y, cell.z);
+        if (record == Record::Export) {
+            at = columns.unpack_column(number, *catom, at, 0);
+            mark_around(cell, module.columns[number].reader_dirty);
+        } else {
+            eval::Message m;
+            m.to = *catom;
+            m.predicate = number;
+            for (u32 i = 0; i < module.predicates[number].arity; ++i) m.arguments.push_back(take_value<Value>(at));
+            deliver(m);
+        }
+    }
+}
+
+// One small exchange tells all parts what all did, so that they end, fail and count together.
+void PartState::agree() {
+    Totals mine;
+    mine.tick = evaluator.statistics();
+    mine.tick.dropped += dropped_;
+    mine.catoms = ensemble.owned_count();
+    mine.bytes = bytes();
+    mine.actions = evaluator.actions().size();
+    for (const eval::Action& a : evaluator.actions()) {
+        const std::string_view name = module.predicates[a.predicate].name;
+        mine.births_wanted += name == "create";
+        mine.teleports += name == "moveTo";
+    }
+    mine.sent_bytes = sent_bytes_;
+    mine.awake = !evaluator.agenda().empty() || mine.actions > 0;
+    mine.waiting = !evaluator.timers().empty();
+    mine.greatest_rank = evaluator.greatest_rank();
+    mine.failure = totals.failure;
+    if (alone()) {
+        totals = mine;
+        return;
+    }
+    std::vector<std::byte> bytes;
+    put(bytes, mine);
+    const std::vector<std::byte> all = comm.allgather(bytes);
+    Totals sum;
+    const std::byte* at = all.data();
+    for (int part = 0; part < comm.parts(); ++part) {
+        const auto t = take_value<Totals>(at);
+        sum.tick.awake += t.tick.awake;
+        sum.tick.derivations += t.tick.derivations;
+        sum.tick.changes += t.tick.changes;
+        sum.tick.messages += t.tick.messages;
+        sum.tick.dropped += t.tick.dropped;
+        sum.catoms += t.catoms;
+        sum.bytes += t.bytes;
+        sum.actions += t.actions;
+        sum.births_wanted += t.births_wanted;
+        sum.teleports += t.teleports;
+        sum.sent_bytes += t.sent_bytes;
+        sum.awake = sum.awake || t.awake;
+        sum.waiting = sum.waiting || t.waiting;
+        sum.greatest_rank = std::max(sum.greatest_rank, t.greatest_rank);
+        const bool earlier = t.failure.trap != Trap::None && (sum.failure.trap == Trap::None || t.failure.catom < sum.failure.catom);
+        if (earlier) sum.failure = t.failure;
+    }
+    totals = sum;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,38 @@
+// Facts of any predicate as plain values: read, given, taken away. For everything that is not the module itself.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/error.h"
+#include "runtime/tuple/columns.h"
+
+namespace meld::tuple {
+
+// The predicate with this name and number of arguments after the catom.
+std::optional<u32> find_predicate(const ModuleInfo& module, std::string_view name, std::size_t arity);
+
+// Calls visit(arguments) for each stored fact of a predicate at a catom, in the order of its group. PerLink facts name
+// their neighbour by id. World predicates hold nothing here.
+void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
+               const std::function<void(const Value*)>& visit);
+
+// Adds a fact to a predicate whose facts are given (linear: always; persistent and sensed: if it is not there). A Single
+// is replaced. Returns whether anything changed. The caller marks the catom with the column's own_dirty.
+bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
+// Removes a given fact; returns whether it was there.
+bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
+
+// "dist(@42, 7)", as a program could write it. Floats have the shortest form that reads back the same, with a point.
+std::string print_fact(const PredicateInfo& predicate, u64 id, const Value* arguments);
+std::string print_value(ValueType type, Value value);
+// A Meld literal of a type: 12, -3, 0.5, true, @7 or #7.
+Result<Value> parse_value(ValueType type, std::string_view text);
+// Three-way, by arguments in order.
+int compare_arguments(const PredicateInfo& predicate, const Value* a, const Value* b);
+
+}  // namespace meld::tuple

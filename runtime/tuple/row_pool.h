@@ -1,0 +1,34 @@
+// Memory for rows: slabs cut into power-of-two blocks, one pool a thread, so that evaluation allocates without locks.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace meld::tuple {
+
+// A block may be freed into another pool than it came from: all pools of a part live as long as its columns.
+class RowPool {
+  public:
+    // At least this many bytes; the capacity is what take() rounds up to.
+    static std::size_t capacity(std::size_t bytes) { return std::size_t{1} << size_class(bytes); }
+    std::uint8_t* take(std::size_t bytes);
+    void give(std::uint8_t* block, std::size_t bytes);
+    std::size_t bytes_reserved() const { return reserved_; }
+
+  private:
+    static constexpr std::size_t kSmallest = 4;   // 16 bytes
+    static constexpr std::size_t kSlab = 1 << 18;
+    static std::size_t size_class(std::size_t bytes) { return bytes <= 16 ? kSmallest : static_cast<std::size_t>(std::bit_width(bytes - 1)); }
+
+    std::array<std::vector<std::uint8_t*>, 48> free_;
+    std::vector<std::unique_ptr<std::uint8_t[]>> slabs_;
+    std::uint8_t* next_ = nullptr;
+    std::size_t left_ = 0;
+    std::size_t reserved_ = 0;
+};
+
+}  // namespace meld::tuple
