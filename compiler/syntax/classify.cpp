@@ -131,12 +131,24 @@ class Classifier {
         return starts_aggregate() ? TokenKind::Aggregate : TokenKind::Name;
     }
 
-    // `if` is a keyword unless if(...) stands alone like a fact.
+    // `if` is a keyword, but if(...) without a `then` behind it is a fact or a call.
     bool starts_condition() const {
         if (next() != TokenKind::LeftParen) return true;
-        const std::size_t close = partners_[at_ + 1];
-        if (close == 0) return true;
-        switch (tokens_[close + 1].kind) {
+        // Far more tokens than a condition has; the limit keeps rubbish from costing quadratic time.
+        const std::size_t limit = std::min(tokens_.size(), at_ + 300);
+        for (std::size_t i = at_ + 1; i < limit; ++i) {
+            const Token& token = tokens_[i];
+            if (token.kind == TokenKind::Name && token.text == "then" && ends_operand(tokens_[i - 1].kind)) return true;
+            if (ends_clause(token.kind)) return false;
+            if (token.kind == TokenKind::LeftParen || token.kind == TokenKind::LeftBracket || token.kind == TokenKind::StructOpen) {
+                i = std::max(i, partners_[i]);
+            }
+        }
+        return true;
+    }
+
+    static bool ends_clause(TokenKind kind) {
+        switch (kind) {
             case TokenKind::Comma:
             case TokenKind::Period:
             case TokenKind::ViewArrow:
@@ -146,8 +158,8 @@ class Classifier {
             case TokenKind::RightBracket:
             case TokenKind::RightBrace:
             case TokenKind::Delay:
-            case TokenKind::End: return false;
-            default: return true;
+            case TokenKind::End: return true;
+            default: return false;
         }
     }
 

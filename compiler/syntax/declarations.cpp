@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "compiler/syntax/parts.h"
+#include "compiler/syntax/printer.h"
 
 namespace meld::syntax {
 
@@ -70,7 +71,8 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
         ++at;
     };
     neighbour();
-    if (at < words.size() && (words[at].form == Form::Name || words[at].form == Form::Variable)) argument.name = name_of(words[at++]);
+    const bool named = at < words.size() && (words[at].form == Form::Variable || (words[at].form == Form::Name && !is_type_word(words[at].text)));
+    if (named) argument.name = name_of(words[at++]);
     neighbour();
     if (at < words.size()) {
         report_.add(Kind::SyntaxError, words[at].span, "`,` or `)` is expected behind an argument").help = "an argument is a type and a name: int D, list node Path, min float Best";
@@ -274,7 +276,11 @@ void Builder::hint(const Token& directive, const std::vector<const Token*>& word
     for (const Token* word : words) {
         // Blanks and comments between two words become one blank.
         if (word->span.begin != last_end) hint.text += ' ';
-        hint.text += file_.text().substr(word->span.begin, word->span.end - word->span.begin);
+        if (word->kind == TokenKind::String) {
+            hint.text += quoted_text(word->text);
+        } else {
+            hint.text += word->text.empty() ? file_.text().substr(word->span.begin, word->span.end - word->span.begin) : word->text;
+        }
         last_end = word->span.end;
         if (word->kind == TokenKind::Name) hint.names.push_back(to_name(*word));
     }

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -45,7 +44,7 @@ bool starts_declaration(TokenKind kind) {
 class FileParser {
   public:
     FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes& includes)
-        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), report) {
+        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), file) {
         classify_words(tokens_);
     }
 
@@ -56,9 +55,7 @@ class FileParser {
                 stray_period();
                 continue;
             }
-            if (!nested_too_deep()) read_item();
-            std::vector<Item> items = build_.take_items();
-            std::move(items.begin(), items.end(), std::back_inserter(tree.items));
+            if (!nested_too_deep()) read_item(tree);
         }
     }
 
@@ -104,19 +101,38 @@ class FileParser {
         return true;
     }
 
-    void read_item() {
+    void read_item(Tree& tree) {
         const std::size_t begin = at_;
-        if (const auto forgotten = swallowed_item()) return read_item_without_period(*forgotten);
+        if (const auto forgotten = swallowed_item()) return read_item_without_period(*forgotten, tree);
         ItemTokens item(tokens_, begin);
         if (parse_item(item, build_)) {
             at_ = item.end();
-            return;
+            return finish_item(tree);
         }
         const std::size_t stop = item.current();
-        if (stop > begin && ends_before(stop, item.expected())) return read_item_without_period(stop);
+        if (stop > begin && ends_before(stop, item.expected())) return read_item_without_period(stop, tree);
+        build_.discard();
+        report_stop({tokens_, begin, stop, item.expected()});
+        recover(begin, stop);
+    }
+
+    void finish_item(Tree& tree) {
+        const std::size_t before = report_.error_count();
+        if (auto item = build_.finish(report_)) tree.items.push_back(std::move(*item));
+        if (report_.error_count() > before) ++error_count_;
+    }
+
+    // The item holds something the scanner has reported already.
+    bool is_damaged(std::size_t begin, std::size_t stop) const {
+        for (std::size_t i = begin; i <= stop; ++i) {
+            if (tokens_[i].damaged) return true;
+        }
+        return false;
+    }
+
+    void report_stop(const Stop& stop) {
         ++error_count_;
-        report_syntax_error({tokens_, begin, stop, item.expected()}, report_);
-        recover(stop);
+        if (!is_damaged(stop.begin, stop.at)) report_syntax_error(stop, report_);
     }
 
     // A full stop would have fitted, and what stands there looks like the next item.
@@ -135,28 +151,46 @@ class FileParser {
         for (std::size_t i = at_ + 1; tokens_[i].kind != TokenKind::Period && tokens_[i].kind != TokenKind::End; ++i) {
             const Token& token = tokens_[i];
             const bool behind_end = tokens_[i - 1].kind == TokenKind::RightParen || kind == TokenKind::Hint || kind == TokenKind::Import;
-            if (depth == 0 && token.first_on_line && behind_end && i > at_ + 1 && token.text != "while" && column(i) <= column(at_)) return i;
+            const bool new_line = token.first_on_line && column(i) <= column(at_);
+            if (depth == 0 && new_line && i > at_ + 1 && token.text != "while" && (behind_end || !ends_with_signature(i))) return i;
             if (token.kind == TokenKind::LeftParen || token.kind == TokenKind::StructOpen) ++depth;
             if (token.kind == TokenKind::RightParen) --depth;
         }
         return std::nullopt;
     }
 
-    void read_item_without_period(std::size_t stop) {
+    // `p(node).`: the rest of a declaration whose modifiers stand on the line before.
+    bool ends_with_signature(std::size_t index) const {
+        if (tokens_[index].kind != TokenKind::Name || tokens_[index + 1].kind != TokenKind::LeftParen) return false;
+        int depth = 0;
+        for (std::size_t i = index + 1; tokens_[i].kind != TokenKind::Period && tokens_[i].kind != TokenKind::End; ++i) {
+            if (tokens_[i].kind == TokenKind::LeftParen || tokens_[i].kind == TokenKind::StructOpen) ++depth;
+            if (tokens_[i].kind == TokenKind::RightParen && --depth == 0) return tokens_[i + 1].kind == TokenKind::Period;
+        }
+        return false;
+    }
+
+    void read_item_without_period(std::size_t stop, Tree& tree) {
+        build_.discard();
         ++error_count_;
-        report_missing_period(tokens_, at_, stop, report_);
+        // A text without its closing quote may have taken the full stop in.
+        if (!is_damaged(at_, stop)) report_missing_period(tokens_, at_, stop, report_);
         ItemTokens item(tokens_, at_, stop);
         const std::size_t begin = at_;
         at_ = stop;
-        if (parse_item(item, build_)) return;
-        report_syntax_error({tokens_, begin, item.current(), item.expected()}, report_);
+        if (parse_item(item, build_)) return finish_item(tree);
+        build_.discard();
+        report_stop({tokens_, begin, item.current(), item.expected()});
     }
 
-    // Behind the next full stop, or at a declaration that starts on a new line before it.
-    void recover(std::size_t from) {
+    // Behind the next full stop, or at a declaration that starts on a new line before it. A text without its closing quote may have
+    // taken the full stop in; then at whatever starts a line as far left as the item.
+    void recover(std::size_t begin, std::size_t from) {
+        const bool damaged = is_damaged(begin, from);
         at_ = from;
         while (tokens_[at_].kind != TokenKind::Period && tokens_[at_].kind != TokenKind::End) {
-            if (starts_declaration(tokens_[at_].kind) && tokens_[at_].first_on_line && at_ > from) return;
+            const bool new_line = at_ > begin && tokens_[at_].first_on_line;
+            if (new_line && (starts_declaration(tokens_[at_].kind) || (damaged && column(at_) <= column(begin)))) return;
             ++at_;
         }
         if (tokens_[at_].kind == TokenKind::Period) ++at_;

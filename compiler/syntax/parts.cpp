@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "compiler/syntax/item_parser.h"
@@ -14,6 +15,9 @@ namespace meld::syntax {
 using diagnostics::Kind;
 
 namespace {
+
+// 2^63 is written with this many digits.
+constexpr std::uint32_t kMinimumDigits = 19;
 
 template <class... Cases>
 struct Overload : Cases... {
@@ -39,7 +43,31 @@ void Builder::wrong(Span span, std::string message, std::string help) {
     report_.add(Kind::SyntaxError, span, std::move(message)).help = std::move(help);
 }
 
-ExprPtr Builder::literal(const Token& token) const {
+std::optional<Item> Builder::finish(diagnostics::Reporter& report) {
+    for (const std::uint32_t begin : lone_minimums_) {
+        const Span span{file_index_, begin, begin + kMinimumDigits};
+        report_.add(Kind::NumberOutOfRange, span, "this number does not fit").help = "the largest int is 9223372036854775807";
+    }
+    std::optional<Item> result;
+    if (!report_.has_errors()) result = std::exchange(item_, std::nullopt);
+    for (diagnostics::Diagnostic& found : report_.sorted()) {
+        diagnostics::Diagnostic& added = report.add(found.kind, found.span, std::move(found.message));
+        added.labels = std::move(found.labels);
+        added.help = std::move(found.help);
+    }
+    discard();
+    return result;
+}
+
+void Builder::discard() {
+    report_ = {};
+    item_.reset();
+    lone_minimums_.clear();
+}
+
+ExprPtr Builder::literal(const Token& token) {
+    const bool minimum = token.kind == TokenKind::Int && token.integer == std::numeric_limits<std::int64_t>::min();
+    if (minimum) lone_minimums_.insert(token.span.begin);
     switch (token.kind) {
         case TokenKind::Int: return expr(IntLiteral{token.integer}, token.span);
         case TokenKind::Float: return expr(FloatLiteral{token.real}, token.span);
@@ -60,11 +88,12 @@ ExprPtr Builder::name(const Token& token) const {
 ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.text), std::move(atom.arguments), true}, atom.span); }
 
 // A minus and the digits behind it are one number: -3 is the literal, and so the smallest int can be written.
-ExprPtr Builder::negate(ExprPtr operand, Span span) const {
+ExprPtr Builder::negate(ExprPtr operand, Span span) {
     const char first = operand->span.begin < file_.text().size() ? file_.text()[operand->span.begin] : ' ';
     const bool digits = first >= '0' && first <= '9';
     if (auto* literal = std::get_if<IntLiteral>(&operand->node); literal != nullptr && digits) {
         // 2^63 is stored as the smallest int already.
+        lone_minimums_.erase(operand->span.begin);
         if (literal->value != std::numeric_limits<std::int64_t>::min()) literal->value = -literal->value;
         operand->span = span;
         return operand;
@@ -255,7 +284,7 @@ void Builder::rule(Arrow arrow, std::vector<Part> body, std::vector<Part> head_p
     }
     rule.body = clauses(std::move(body));
     rule.head = heads(std::move(head_parts));
-    items_.push_back(std::move(rule));
+    item(std::move(rule));
 }
 
 }  // namespace meld::syntax

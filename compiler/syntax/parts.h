@@ -5,6 +5,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -41,13 +42,13 @@ using DeclarationWords = std::vector<DeclarationWord>;
 // The semantic actions of one file. Each reports what is wrong and still gives back something to go on with.
 class Builder {
   public:
-    Builder(const source::File& file, diagnostics::Reporter& report) : file_(file), report_(report) {}
+    Builder(const source::File& file, std::uint32_t file_index) : file_(file), file_index_(file_index) {}
 
     // Expressions.
-    ExprPtr literal(const Token& token) const;
+    ExprPtr literal(const Token& token);
     ExprPtr name(const Token& token) const;
     ExprPtr call(Atom atom) const;
-    ExprPtr negate(ExprPtr operand, Span span) const;
+    ExprPtr negate(ExprPtr operand, Span span);
     ExprPtr binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const;
     ExprPtr paren_or_tuple(std::vector<ExprPtr> fields, Span span) const;
     template <class Node>
@@ -70,12 +71,16 @@ class Builder {
     void import_item(DeclarationWords words, Span span);
     void function(const Token& name, std::vector<DeclarationWords> parameters, DeclarationWords result, ExprPtr body, Span span);
     void hint(const Token& directive, const std::vector<const Token*>& words, Span span);
-    void item(Item item) { items_.push_back(std::move(item)); }
+    void item(Item item) { item_ = std::move(item); }
 
     // Whether a NeighbourOpen is [-> and not [<-.
     bool is_outgoing(const Token& token) const { return file_.text()[token.span.end - 1] == '>'; }
     static Name to_name(const Token& token) { return {token.text, token.span}; }
-    std::vector<Item> take_items() { return std::exchange(items_, {}); }
+
+    // Ends an item. Moves what was found wrong in it to the report; if that is nothing, and the grammar accepted it, gives it back.
+    std::optional<Item> finish(diagnostics::Reporter& report);
+    // Forgets an item the grammar refused, which is reported as that alone.
+    void discard();
 
   private:
     Clause clause(Part part);
@@ -85,8 +90,12 @@ class Builder {
     void wrong(Span span, std::string message, std::string help = {});
 
     const source::File& file_;
-    diagnostics::Reporter& report_;
-    std::vector<Item> items_;
+    std::uint32_t file_index_;
+    // What is wrong with the item being read.
+    diagnostics::Reporter report_;
+    std::optional<Item> item_;
+    // The places of literals 2^63 without a minus so far.
+    std::set<std::uint32_t> lone_minimums_;
 };
 
 // The words of a declaration read as arguments, types and names (declarations.cpp).

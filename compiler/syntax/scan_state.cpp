@@ -28,13 +28,20 @@ Token& ScanState::push(TokenKind kind) {
     token.kind = kind;
     token.span = span();
     token.first_on_line = at_line_start_;
+    token.damaged = damaged_;
     tokens_.push_back(std::move(token));
     at_line_start_ = false;
+    damaged_ = false;
     return tokens_.back();
 }
 
+diagnostics::Diagnostic& ScanState::wrong(Kind kind, Span where, std::string message) {
+    damaged_ = true;
+    return report_.add(kind, where, std::move(message));
+}
+
 void ScanState::number_out_of_range(std::string_view limits) {
-    report_.add(Kind::NumberOutOfRange, span(), "this number does not fit").help = limits;
+    wrong(Kind::NumberOutOfRange, span(), "this number does not fit").help = limits;
 }
 
 void ScanState::integer(TokenKind kind, const char* written, const char* digits) {
@@ -46,6 +53,7 @@ void ScanState::integer(TokenKind kind, const char* written, const char* digits)
     const std::uint64_t largest = kind == TokenKind::Int ? kTwoTo63 : static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
     if (error != std::errc() || value > largest) {
         number_out_of_range("an int lies between -9223372036854775808 and 9223372036854775807");
+        token.text = kind == TokenKind::Int ? "0" : "@0";
         return;
     }
     token.integer = static_cast<std::int64_t>(value);
@@ -61,16 +69,17 @@ void ScanState::real(const char* written) {
     if (value == 0) value = std::strtod(written, nullptr);
     if (!std::isfinite(value)) {
         number_out_of_range("a float is at most 1.797e308");
+        token.text = "0.0";
         value = 0;
     }
     token.real = value;
 }
 
-void ScanState::bad_number(const char* written) {
-    report_.add(Kind::UnexpectedCharacter, span(), "this is neither a number nor a name").help =
+void ScanState::bad_number() {
+    wrong(Kind::UnexpectedCharacter, span(), "this is neither a number nor a name").help =
         "a name starts with a letter; between a number and a name stands a blank or an operator";
     // A number stands in for it, so that the rule around it is not reported as well.
-    push(TokenKind::Int).text = written;
+    push(TokenKind::Int).text = "0";
 }
 
 void ScanState::run_argument(const char* written) {
@@ -78,7 +87,7 @@ void ScanState::run_argument(const char* written) {
     const std::string_view digits = std::string_view(written).substr(4);
     token.integer = digits.size() == 1 && digits[0] != '0' ? digits[0] - '0' : 0;
     if (token.integer != 0) return;
-    report_.add(Kind::UnexpectedCharacter, span(), "there is no run argument of this number").help = "run arguments are @arg1 to @arg9";
+    wrong(Kind::UnexpectedCharacter, span(), "there is no run argument of this number").help = "run arguments are @arg1 to @arg9";
     token.integer = 1;
 }
 
@@ -96,7 +105,7 @@ void ScanState::delay(const char* written) {
         token.real = 0;
     }
     if (token.text.empty() || token.text == "s" || token.text == "ms") return;
-    report_.add(Kind::UnexpectedCharacter, span(), fmt::format("`{}` is no unit of time", token.text)).help =
+    wrong(Kind::UnexpectedCharacter, span(), fmt::format("`{}` is no unit of time", token.text)).help =
         "write @+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
     token.text = "s";
 }
@@ -114,8 +123,9 @@ void ScanState::include_path(std::string_view written) {
 }
 
 void ScanState::unexpected_character() {
+    damaged_ = true;
     if (++unexpected_count_ > kMaxUnexpected) return;
-    auto& diagnostic = report_.add(Kind::UnexpectedCharacter, span(), "this character starts nothing in Meld");
+    auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), "this character starts nothing in Meld");
     if (unexpected_count_ == kMaxUnexpected) diagnostic.help = "more of these are not shown; is this file a Meld program?";
 }
 
@@ -129,7 +139,7 @@ bool ScanState::close_comment() {
 void ScanState::comment_never_ends() {
     const Span inner{file_, comments_.back(), comments_.back() + 2};
     const Span outer{file_, comments_.front(), comments_.front() + 2};
-    auto& diagnostic = report_.add(Kind::UnterminatedComment, inner, "this comment never ends");
+    auto& diagnostic = wrong(Kind::UnterminatedComment, inner, "this comment never ends");
     diagnostic.help = "close it with */; comments nest, so each /* needs its own */";
     if (comments_.size() > 1) diagnostic.labels.push_back({outer, "it stands inside this one"});
 }
@@ -153,7 +163,7 @@ void ScanState::text_escape(char letter) {
         case '"':
         case '\\': text_ += letter; return;
         default:
-            report_.add(Kind::UnexpectedCharacter, span(), "this escape means nothing in a text").help =
+            wrong(Kind::UnexpectedCharacter, span(), "this escape means nothing in a text").help =
                 R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";
     }
 }
@@ -166,13 +176,15 @@ void ScanState::close_text() {
 
 void ScanState::text_never_ends(bool at_line_end) {
     const std::uint32_t text_end = at_line_end ? end_ - 1 : end_;
-    report_.add(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this text has no closing quote").help =
+    wrong(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this text has no closing quote").help =
         R"(a text ends on its own line; write \n for a new line)";
     const std::uint32_t resume = end_;
     end_ = text_end;
     close_text();
     end_ = resume;
     if (at_line_end) new_line();
+    tokens_.back().damaged = true;
+    damaged_ = false;
 }
 
 std::vector<Token> ScanState::take_tokens() {

@@ -27,7 +27,7 @@ class ScanState {
     // `written` is the whole token, `digits` its number.
     void integer(TokenKind kind, const char* written, const char* digits);
     void real(const char* written);
-    void bad_number(const char* written);
+    void bad_number();
     void run_argument(const char* written);
     void delay(const char* written);
     void include_path(std::string_view written);
@@ -52,6 +52,7 @@ class ScanState {
     Span span() const { return {file_, begin_, end_}; }
     Token& push(TokenKind kind);
     void number_out_of_range(std::string_view limits);
+    diagnostics::Diagnostic& wrong(diagnostics::Kind kind, Span where, std::string message);
 
     std::uint32_t file_;
     std::uint32_t begin_;
@@ -64,6 +65,8 @@ class ScanState {
     std::uint32_t text_begin_ = 0;
     std::string text_;
     std::size_t unexpected_count_ = 0;
+    // Something was reported since the last token.
+    bool damaged_ = false;
 };
 
 // The generated scanner (scan.l): feeds the text to the state.

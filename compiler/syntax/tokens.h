@@ -28,6 +28,8 @@ struct Token {
     TokenKind kind = TokenKind::End;
     Span span = {};
     bool first_on_line = false;
+    // The scanner reported a mistake in it or right before it, so that a syntax error here says nothing new.
+    bool damaged = false;
     // A name, a variable, a number as written, a text with its escapes resolved, the path of an include, the unit of a delay.
     std::string text = {};
     // Int, Catom, RunArgument. An Int of 2^63 is stored as the smallest int: it is right behind a minus alone.
