@@ -62,7 +62,9 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
             fmt::format("{} int D", words[0].text);
         return argument;
     }
+    const std::size_t errors_before = report_.error_count();
     argument.type = type(words, at);
+    if (report_.error_count() > errors_before) return argument;
     const auto neighbour = [&] {
         if (at >= words.size() || (words[at].form != Form::Neighbour && words[at].form != Form::OutNeighbour)) return;
         argument.neighbour_complete = true;

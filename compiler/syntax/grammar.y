@@ -342,6 +342,13 @@ void Parser::error(const location_type&, const std::string&) { tokens.fail({}); 
 
 namespace meld::syntax {
 
-bool parse_item(ItemTokens& tokens, Builder& build) { return grammar::Parser(tokens, build).parse() == 0; }
+ItemParser::ItemParser(const std::vector<Token>& tokens, Builder& build) : item_(tokens), parser_(std::make_unique<grammar::Parser>(item_, build)) {}
+
+ItemParser::~ItemParser() = default;
+
+bool ItemParser::parse(std::size_t begin, std::optional<std::size_t> stop) {
+    item_.start(begin, stop);
+    return parser_->parse() == 0;
+}
 
 }  // namespace meld::syntax

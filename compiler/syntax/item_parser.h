@@ -1,7 +1,9 @@
 // The seam between the generated grammar and the rest: the tokens of one item, and where the grammar could not go on.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "compiler/syntax/parts.h"
@@ -9,12 +11,19 @@
 
 namespace meld::syntax {
 
-// Feeds the tokens from `begin` up to and with the first full stop, then the end. With `stop` given it feeds a full stop of its own
-// before that token.
+// Feeds the tokens of an item up to and with the first full stop, then the end.
 class ItemTokens {
   public:
-    ItemTokens(const std::vector<Token>& tokens, std::size_t begin, std::optional<std::size_t> stop = std::nullopt)
-        : tokens_(tokens), next_(begin), last_(begin), stop_(stop) {}
+    explicit ItemTokens(const std::vector<Token>& tokens) : tokens_(tokens) {}
+
+    // Starts an item. With `stop` given it gets a full stop of its own before that token.
+    void start(std::size_t begin, std::optional<std::size_t> stop) {
+        next_ = begin;
+        last_ = begin;
+        stop_ = stop;
+        ended_ = false;
+        expected_.clear();
+    }
 
     const Token& next() {
         if (ended_) return tokens_.back();
@@ -42,16 +51,31 @@ class ItemTokens {
 
   private:
     const std::vector<Token>& tokens_;
-    std::size_t next_;
-    std::size_t last_;
+    std::size_t next_ = 0;
+    std::size_t last_ = 0;
     std::optional<std::size_t> stop_;
     Token period_;
     bool ended_ = false;
     std::vector<TokenKind> expected_;
 };
 
-// Runs the grammar over one item, which it adds to the builder. False if the item has no such form.
-bool parse_item(ItemTokens& tokens, Builder& build);
+namespace grammar {
+class Parser;
+}
+
+// Runs the grammar over one item after another. The generated parser is kept, as its stack is far larger than an item.
+class ItemParser {
+  public:
+    ItemParser(const std::vector<Token>& tokens, Builder& build);
+    ~ItemParser();
+    // Reads the item that starts there into the builder. False if no item has this form; then item() knows where and what was expected.
+    bool parse(std::size_t begin, std::optional<std::size_t> stop = std::nullopt);
+    const ItemTokens& item() const { return item_; }
+
+  private:
+    ItemTokens item_;
+    std::unique_ptr<grammar::Parser> parser_;
+};
 
 Atom with_sigil(Atom atom, Sigil sigil, Span span);
 

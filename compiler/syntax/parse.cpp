@@ -44,7 +44,7 @@ bool starts_declaration(TokenKind kind) {
 class FileParser {
   public:
     FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes& includes)
-        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), file) {
+        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), file), parser_(tokens_, build_) {
         classify_words(tokens_);
     }
 
@@ -104,8 +104,8 @@ class FileParser {
     void read_item(Tree& tree) {
         const std::size_t begin = at_;
         if (const auto forgotten = swallowed_item()) return read_item_without_period(*forgotten, tree);
-        ItemTokens item(tokens_, begin);
-        if (parse_item(item, build_)) {
+        const ItemTokens& item = parser_.item();
+        if (parser_.parse(begin)) {
             at_ = item.end();
             return finish_item(tree);
         }
@@ -175,12 +175,11 @@ class FileParser {
         ++error_count_;
         // A text without its closing quote may have taken the full stop in.
         if (!is_damaged(at_, stop)) report_missing_period(tokens_, at_, stop, report_);
-        ItemTokens item(tokens_, at_, stop);
         const std::size_t begin = at_;
         at_ = stop;
-        if (parse_item(item, build_)) return finish_item(tree);
+        if (parser_.parse(begin, stop)) return finish_item(tree);
         build_.discard();
-        report_stop({tokens_, begin, item.current(), item.expected()});
+        report_stop({tokens_, begin, parser_.item().current(), parser_.item().expected()});
     }
 
     // Behind the next full stop, or at a declaration that starts on a new line before it. A text without its closing quote may have
@@ -202,6 +201,7 @@ class FileParser {
     Includes& includes_;
     std::vector<Token> tokens_;
     Builder build_;
+    ItemParser parser_;
     std::size_t at_ = 0;
     std::size_t nesting_checked_until_ = 0;
     int error_count_ = 0;

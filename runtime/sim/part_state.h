@@ -34,6 +34,7 @@ struct Totals {
     std::uint64_t sent_bytes = 0;    // Between parts.
     bool awake = false;              // Something is left to do: an agenda, a message, an action.
     bool waiting = false;            // Only timers are left.
+    bool stop = false;               // Somebody asked for the end.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
 };
@@ -90,6 +91,8 @@ class PartState {
     std::vector<Value> parameters;
     Totals totals;
     std::uint64_t next_id = 0;
+    // Set from a signal handler or a module: the run is to end at this tick boundary.
+    bool stop_requested = false;
 
   private:
     // exchange.cpp

@@ -70,7 +70,9 @@ Result<void> PartState::populate() {
             if (partition->owner(counts[i].first) == comm.part()) continue;
             if (halo->borders(comm.part(), lattice.brick_at(counts[i].first))) place(i, kCatomGhost);
         }
-    for (world::Slot slot = 1, end = static_cast<world::Slot>(ensemble.brick_count()); slot <= end; ++slot)
+    // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
+    const bool looks_around = world.motion.kind != "none" || world.target.has_value();
+    for (world::Slot slot = 1, end = static_cast<world::Slot>(ensemble.brick_count()); looks_around && slot <= end; ++slot)
         if (partition->owner(lattice.brick_key(ensemble.brick(slot))) == comm.part()) ensemble.surround(slot);
 
     columns.resize(ensemble.index_count());

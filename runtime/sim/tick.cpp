@@ -115,6 +115,7 @@ void PartState::agree() {
     mine.sent_bytes = sent_bytes_;
     mine.awake = !evaluator.agenda().empty() || mine.actions > 0;
     mine.waiting = !evaluator.timers().empty();
+    mine.stop = stop_requested;
     mine.greatest_rank = evaluator.greatest_rank();
     mine.failure = totals.failure;
     if (alone()) {
@@ -141,6 +142,7 @@ void PartState::agree() {
         sum.sent_bytes += t.sent_bytes;
         sum.awake = sum.awake || t.awake;
         sum.waiting = sum.waiting || t.waiting;
+        sum.stop = sum.stop || t.stop;
         sum.greatest_rank = std::max(sum.greatest_rank, t.greatest_rank);
         const bool earlier = t.failure.trap != Trap::None && (sum.failure.trap == Trap::None || t.failure.catom < sum.failure.catom);
         if (earlier) sum.failure = t.failure;

@@ -36,14 +36,14 @@ extern int blockID(addr).
 const RED = 0.
 dist(x, 0) :- source(x).
 dist(X, N+1) :-
-	neighbor(X, Y, _),
-	dist (Y, N).
+    neighbor(X, Y, _),
+    dist (Y, N).
 edged(X, 0),
 setColor2(X, RED) :-
-	neighborCount(X, 1), RED != X, X == Y.
+    neighborCount(X, 1), RED != X, X == Y.
 !doTick(N)@+1s,
 !tick(N)@+250ms :-
-	1 = blockID(N).
+    1 = blockID(N).
 setColor2(X, BLUE).
 )");
 }
@@ -60,7 +60,7 @@ extern int set set_insert_int(int set, int).
 const pages = @world.
 pagerank(A, 0, 1.0 / float(pages)).
 pagerank(A, I, V) :-
-	calcRank(A, I, T), I > 0, V = damping + (1.0 - damping) * T, I <= iterations.
+    calcRank(A, I, T), I > 0, V = damping + (1.0 - damping) * T, I <= iterations.
 edge(@0,@1).
 edge(@2,@1).
 )");
@@ -84,10 +84,10 @@ test-y(A, Y, [X, Y1 | RestCoords], Nodes, Coords), Y = Y1 -o 1. // fail
 ;; an old comment
 t(A, X, Y), X < 0 || Y < 0, !coord(A, OX, OY) -o r(A, OX - 1, OY + 1).
 [ :random B |
-	unplugged(A), $free(A, B, Free), Free >= Total ]
-	-o plugged(A, B), 1.
-[:min W | start(A), !edge(A, B, W), ?tok(A)	]
-		-o state(A, found).
+    unplugged(A), $free(A, B, Free), Free >= Total ]
+    -o plugged(A, B), 1.
+[:min W | start(A), !edge(A, B, W), ?tok(A)    ]
+        -o state(A, found).
 !coordinate(A,-1,-2,Z), Z >= 0, Z <= 1 -o !inTarget(A,b_true).
 )");
 }
@@ -153,6 +153,7 @@ TEST(RoundTrip, AnEmptyFileIsAProgram) {
     EXPECT_EQ(printed(""), "");
     EXPECT_EQ(printed("  // nothing\n/* at /* all */ */\n"), "");
     EXPECT_EQ(printed("\xef\xbb\xbfp(A)."), "p(A).\n");
+    EXPECT_EQ(printed("p(A)\t:-\r\n\tq(A)\t.\r\n"), "p(A) :- q(A).\n");
 }
 
 }  // namespace

@@ -1,0 +1,59 @@
+// Calls meldc, which alone knows Clang.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "runtime/driver/run.h"
+
+namespace meld::driver {
+
+namespace {
+
+// meldc stands beside meldsim; failing that, along PATH.
+std::string meldc_path() {
+    std::error_code error;
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path beside = self.parent_path() / "meldc";
+    return !error && std::filesystem::exists(beside, error) ? beside.string() : "meldc";
+}
+
+}  // namespace
+
+Result<std::string> compile_program(const std::string& program) {
+    if (program.ends_with(".so")) return program;
+    int ends[2];
+    if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
+    const std::string meldc = meldc_path();
+    const pid_t child = fork();
+    if (child < 0) return fail(std::string("cannot start meldc: ") + std::strerror(errno));
+    if (child == 0) {
+        dup2(ends[1], STDOUT_FILENO);
+        close(ends[0]);
+        close(ends[1]);
+        execlp(meldc.c_str(), "meldc", "compile", program.c_str(), static_cast<char*>(nullptr));
+        _exit(127);
+    }
+    close(ends[1]);
+    std::string output;
+    char buffer[4096];
+    for (ssize_t n = 0; (n = read(ends[0], buffer, sizeof buffer)) != 0;) {
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) break;
+        output.append(buffer, static_cast<std::size_t>(n));
+    }
+    close(ends[0]);
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::OurBug);
+    if (code == 127) return fail("cannot start " + meldc, "Build it, or put it beside meldsim");
+    // meldc has said why.
+    if (code != 0) return fail("", "", static_cast<ExitCode>(code));
+    while (!output.empty() && output.back() == '\n') output.pop_back();
+    return output;
+}
+
+}  // namespace meld::driver

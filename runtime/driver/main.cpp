@@ -1,0 +1,46 @@
+// meldsim: run Meld programs on ensembles of catoms.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "runtime/base/error.h"
+#include "runtime/driver/run.h"
+#include "runtime/driver/world_command.h"
+
+int main(int argc, char** argv) {
+    using namespace meld;
+    using namespace meld::driver;
+    RunOptions run;
+    run.arguments.assign(argv, argv + argc);
+    std::string world_path;
+
+    CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
+    app.set_version_flag("--version", "meldsim 0.1.0");
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 interrupted.");
+
+    CLI::App* r = app.add_subcommand("run", "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
+    r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
+    r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")->type_name("FILE");
+    r->add_option("--ticks", run.ticks, "Stop after this many ticks")->check(CLI::NonNegativeNumber);
+    r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")->check(CLI::Range(1, 100000))->capture_default_str();
+    r->add_option("--threads", run.threads, "Worker threads in each process")->check(CLI::Range(1, 1024))->capture_default_str();
+    r->add_option("--set", run.set, "Give a constant of the program another value: name=value")->type_name("NAME=VALUE")->take_all()->allow_extra_args(false);
+    r->add_option("--seed", run.seed, "The seed of everything random")->check(CLI::NonNegativeNumber);
+    r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted")->type_name("FILE");
+    r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
+    r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
+    r->add_flag("--json", run.json, "The summary as JSON");
+    r->add_flag("--quiet", run.quiet, "No progress line and no summary");
+    r->add_option("--module", run.module)->group("");
+
+    CLI::App* w = app.add_subcommand("world", "Check a world and say how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
+    w->add_option("FILE", world_path, "The world, a .toml file")->required();
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        const int code = app.exit(error);
+        return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+    }
+    return *r ? run_command(std::move(run)) : world_command(world_path);
+}

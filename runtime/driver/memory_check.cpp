@@ -1,0 +1,46 @@
+#include "runtime/driver/memory_check.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+
+#include "runtime/base/units.h"
+
+namespace meld::driver {
+
+namespace {
+
+// What the kernel says can be had without swapping; 0 where it does not say.
+std::uint64_t available_bytes() {
+    std::ifstream file("/proc/meminfo");
+    std::string name, unit;
+    std::uint64_t kib = 0;
+    while (file >> name >> kib >> unit)
+        if (name == "MemAvailable:") return kib * 1024;
+    return 0;
+}
+
+// Id, site, state, dirty word, agenda and brick cell of a catom, with room for bricks that are not full.
+constexpr double kBookkeeping = 30;
+// Rows that a predicate with rows storage is likely to have: one, in a block of 16 bytes or more.
+constexpr double kRowBytes = 32;
+
+}  // namespace
+
+Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int parts, int parts_here) {
+    const Result<world::WorldSize> size = world::measure(world);
+    if (!size) return tl::unexpected<Error>(size.error());
+    double bytes = kBookkeeping;
+    for (u32 i = 0; i < module.column_count; ++i) bytes += module.columns[i].stride + (module.columns[i].rows ? kRowBytes : 0);
+    const double here = size->cells_estimate * bytes * static_cast<double>(parts_here) / static_cast<double>(parts);
+    const std::uint64_t limit = world.limits.memory_bytes > 0 ? world.limits.memory_bytes : available_bytes();
+    const auto needed = here < 1.8e19 ? static_cast<std::uint64_t>(here) : ~std::uint64_t{0};
+    if (limit > 0 && needed > limit)
+        return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {} are {}", format_bytes(needed), format_count(size->cells_estimate), bytes,
+                                format_bytes(limit), world.limits.memory_bytes > 0 ? "allowed by [limits] memory" : "available"),
+                    "Make the body smaller, or run on more machines", ExitCode::LimitHit);
+    return static_cast<std::uint64_t>(static_cast<double>(needed) / parts_here);
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,91 @@
+#include "runtime/driver/report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/units.h"
+
+namespace meld::driver {
+
+namespace {
+
+const char* ending_name(sim::Ending ending) {
+    switch (ending) {
+        case sim::Ending::Quiet: return "quiet";
+        case sim::Ending::Ticks: return "ticks";
+        case sim::Ending::Interrupted: return "interrupted";
+        case sim::Ending::Failed: return "failed";
+    }
+    return "";
+}
+
+const char* ending_text(sim::Ending ending) {
+    switch (ending) {
+        case sim::Ending::Quiet: return "nothing left to do";
+        case sim::Ending::Ticks: return "as many ticks as asked for";
+        case sim::Ending::Interrupted: return "interrupted";
+        case sim::Ending::Failed: return "the program failed";
+    }
+    return "";
+}
+
+std::string grouped(std::uint64_t n) {
+    std::string text = std::to_string(n);
+    for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3) text.insert(static_cast<std::size_t>(i), ",");
+    return text;
+}
+
+}  // namespace
+
+std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick) {
+    auto& s = const_cast<sim::Simulation&>(simulation).summary();
+    const auto& totals = const_cast<sim::Simulation&>(simulation).part().totals;
+    const double rate = seconds > 0 ? 1 / seconds : 0;
+    std::string text = fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks, last_tick > 0 ? fmt::format(" of {}", last_tick) : "",
+                                   format_count(static_cast<double>(totals.tick.awake)), format_count(static_cast<double>(s.catoms)), format_count(static_cast<double>(s.derivations) * rate),
+                                   format_count(static_cast<double>(s.changes + s.messages) * rate), s.bytes_per_catom);
+    if (last_tick > 0 && s.ticks > 0) text += ", " + format_duration(seconds * static_cast<double>(last_tick - s.ticks) / static_cast<double>(s.ticks)) + " left";
+    if (const std::string status = simulation.status(); !status.empty()) text += ", " + status;
+    return text;
+}
+
+std::string summary_table(const sim::Summary& s, int parts, int threads) {
+    std::string text;
+    const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
+    row("ended", ending_text(s.ending));
+    row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
+    row("catoms", grouped(s.catoms));
+    row("evaluations", grouped(s.evaluations));
+    row("derivations", grouped(s.derivations));
+    row("exported changes", grouped(s.changes));
+    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their neighbour had left)", grouped(s.dropped)) : ""));
+    if (parts > 1) row("between processes", format_bytes(s.sent_bytes));
+    row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
+    row("time", fmt::format("{} to set up, {} to run ({} CPU on part 0)", format_duration(s.setup_seconds), format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
+    row("processes", fmt::format("{} of {} thread{}", parts, threads, threads == 1 ? "" : "s"));
+    for (const std::string& outcome : s.outcomes) text += outcome + "\n";
+    return text;
+}
+
+std::string summary_json(const sim::Summary& s, int parts, int threads) {
+    const nlohmann::ordered_json json = {{"ended", ending_name(s.ending)},
+                                         {"ticks", s.ticks},
+                                         {"catoms", s.catoms},
+                                         {"evaluations", s.evaluations},
+                                         {"derivations", s.derivations},
+                                         {"exported_changes", s.changes},
+                                         {"linear_messages", s.messages},
+                                         {"dropped_messages", s.dropped},
+                                         {"bytes_between_processes", s.sent_bytes},
+                                         {"bytes_per_catom", s.bytes_per_catom},
+                                         {"setup_seconds", s.setup_seconds},
+                                         {"run_seconds", s.run_seconds},
+                                         {"cpu_seconds", s.cpu_seconds},
+                                         {"processes", parts},
+                                         {"threads", threads},
+                                         {"outcomes", s.outcomes}};
+    return json.dump(2) + "\n";
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,217 @@
+#include "runtime/driver/run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <unistd.h>
+
+#include "runtime/base/progress.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/comm/launch.h"
+#include "runtime/driver/memory_check.h"
+#include "runtime/driver/report.h"
+#include "runtime/module/module.h"
+#include "runtime/record/facts_file.h"
+#include "runtime/record/recorder.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/sim/simulation.h"
+
+namespace meld::driver {
+
+namespace {
+
+volatile std::sig_atomic_t interrupts = 0;
+
+// The first asks for the end at a tick boundary, the second ends at once.
+void on_interrupt(int) {
+    interrupts = interrupts + 1;
+    if (interrupts > 1) _exit(static_cast<int>(ExitCode::Interrupted));
+}
+
+void handle_interrupts() {
+    struct sigaction action {};
+    action.sa_handler = on_interrupt;
+    for (const int signal : {SIGINT, SIGTERM, comm::kEndWellSignal}) sigaction(signal, &action, nullptr);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+int tell(const Error& error) {
+    clear_progress();
+    if (!error.problem.empty()) fmt::print(stderr, "meldsim: {}\n", error.message());
+    return static_cast<int>(error.code);
+}
+
+Result<world::World> choose_world(const RunOptions& options) {
+    std::string path = options.world;
+    if (path.empty()) {
+        const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
+        if (std::filesystem::exists(beside)) path = beside;
+    }
+    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "(the cube of 1,000 catoms)") : world::read_world(path);
+    if (!world) return world;
+    if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
+    for (const std::string& setting : options.set) {
+        const std::size_t equals = setting.find('=');
+        if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");
+        world->set[setting.substr(0, equals)] = setting.substr(equals + 1);
+    }
+    return world;
+}
+
+std::string text_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+// Writes a digest a tick.
+class DigestWriter : public sim::SimModule {
+  public:
+    explicit DigestWriter(std::string path) : path_(std::move(path)) {}
+    Result<void> start(sim::PartState& part) override {
+        if (part.comm.part() != 0) return {};
+        file_ = path_ == "-" ? stdout : std::fopen(path_.c_str(), "w");
+        if (file_ == nullptr) return fail("cannot write " + path_, "Choose a path in a folder that exists and can be written");
+        return {};
+    }
+    Result<void> after(sim::PartState& part) override {
+        const Digest digest = record::state_digest(part);
+        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", part.abi.now, digest.to_string());
+        return {};
+    }
+    void finish(sim::PartState&) override {
+        if (file_ != nullptr) std::fflush(file_);
+        if (file_ != nullptr && file_ != stdout) std::fclose(file_);
+    }
+
+  private:
+    std::string path_;
+    std::FILE* file_ = nullptr;
+};
+
+// All parts must run the same module on the same world.
+bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
+    std::vector<std::byte> bytes;
+    sim::put(bytes, hash);
+    const std::vector<std::byte> all = comm.allgather(bytes);
+    const std::byte* at = all.data();
+    for (int p = 0; p < comm.parts(); ++p)
+        if (sim::take_value<std::uint64_t>(at) != hash) return false;
+    return true;
+}
+
+int parts_on_this_machine(const comm::Communicator& comm) {
+    const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+    return local != nullptr ? std::max(1, std::atoi(local)) : comm.parts();
+}
+
+// Everything after the parts stand. Errors every part meets alike are told by part 0 alone.
+Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
+    const Result<Module> module = load_module(module_path, kAbiVersion);
+    if (!module) return tl::unexpected<Error>(module.error());
+    const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
+    if (info.schema_hash != module->note().schema_hash)
+        return fail(module_path + " says of itself what is not so", "Compile it again", ExitCode::ModuleRefused);
+    if (!same_everywhere(comm, info.schema_hash)) return fail("the processes have different modules", "Use a cache that all of them see", ExitCode::ModuleRefused);
+    const Result<world::World> world = choose_world(options);
+    if (!world) return tl::unexpected<Error>(world.error());
+    if (const auto fits = check_memory(*world, info, comm.parts(), parts_on_this_machine(comm)); !fits) return tl::unexpected<Error>(fits.error());
+    const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    for (const std::string& path : {options.facts_out, options.record})
+        if (!path.empty() && comm.part() == 0)
+            if (const auto writable = record::check_writable(path); !writable) {
+                tell(writable.error());
+                comm.abort(static_cast<int>(writable.error().code));
+            }
+
+    sim::Simulation simulation(info, *world, *target, comm, options.threads);
+    const bool speaks = comm.part() == 0;
+    if (!options.record.empty()) {
+        const record::RecordingInfo about{info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()), world->radius};
+        simulation.add(std::make_unique<record::Recorder>(options.record, world->record.every, world->record.predicates, about));
+    }
+    if (!options.digest.empty()) simulation.add(std::make_unique<DigestWriter>(options.digest));
+    if (auto done = simulation.start(sim::Registry::standard()); !done) return tl::unexpected<Error>(done.error());
+
+    std::optional<Progress> progress;
+    if (speaks && !options.quiet) progress.emplace();
+    const auto begin = std::chrono::steady_clock::now();
+    const auto each = [&] {
+        simulation.part().stop_requested = interrupts > 0;
+        if (!progress) return;
+        progress->update([&] {
+            return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), options.ticks);
+        });
+    };
+    const Result<void> ran = simulation.run({options.ticks}, each);
+    progress.reset();
+    if (!ran) return tl::unexpected<Error>(ran.error());
+    if (!options.facts_out.empty())
+        if (auto written = record::write_facts(simulation.part(), options.facts_out); !written) return tl::unexpected<Error>(written.error());
+    if (speaks && options.json) fmt::print("{}", summary_json(simulation.summary(), comm.parts(), options.threads));
+    else if (speaks && !options.quiet) fmt::print("{}", summary_table(simulation.summary(), comm.parts(), options.threads));
+    std::fflush(stdout);
+    return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
+}
+
+// Part 0 compiles and tells the others where the module is.
+Result<std::string> module_for_all(const RunOptions& options, comm::Communicator& comm) {
+    if (!options.module.empty()) return options.module;
+    Result<std::string> mine = comm.part() == 0 ? compile_program(options.program) : Result<std::string>("");
+    if (comm.parts() == 1) return mine;
+    const int code = mine ? 0 : static_cast<int>(mine.error().code);
+    const std::string text = mine ? *mine : mine.error().problem;
+    std::vector<std::byte> bytes;
+    sim::put(bytes, code);
+    bytes.insert(bytes.end(), reinterpret_cast<const std::byte*>(text.data()), reinterpret_cast<const std::byte*>(text.data()) + text.size());
+    const auto all = comm.allgather_any(bytes);
+    const std::byte* at = all[0].data();
+    const int first = sim::take_value<int>(at);
+    if (first != 0) return fail(comm.part() == 0 ? text : "", "", static_cast<ExitCode>(first));
+    return std::string(reinterpret_cast<const char*>(at), all[0].size() - sizeof(int));
+}
+
+int run_parts(const RunOptions& options, comm::Communicator& comm) {
+    const auto attempt = [&]() -> Result<int> {
+        const Result<std::string> module = module_for_all(options, comm);
+        if (!module) return tl::unexpected<Error>(module.error());
+        return simulate(options, comm, *module);
+    };
+    const Result<int> done = attempt();
+    if (done) return *done;
+    return comm.part() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
+}
+
+}  // namespace
+
+int run_command(RunOptions options) {
+    if (comm::under_mpi()) {
+        handle_interrupts();
+        const auto comm = comm::make_mpi();
+        return run_parts(options, *comm);
+    }
+    if (options.parts == 1) {
+        handle_interrupts();
+        const auto comm = comm::make_single();
+        return run_parts(options, *comm);
+    }
+    // Compiled before the parts start, so that a program's mistakes are told once and soon.
+    const Result<std::string> module = compile_program(options.program);
+    if (!module) return tell(module.error());
+    if (const auto world = choose_world(options); !world) return tell(world.error());
+    std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
+    command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
+    command.insert(command.end(), {"--module", *module});
+    const int code = comm::launch_mpi(options.parts, command);
+    if (const std::string why = comm::describe_launch_failure(code); !why.empty()) fmt::print(stderr, "meldsim: {}\n", why);
+    return code;
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,18 @@
+// `meldsim run`: compile if needed, start the parts, run, report.
+#pragma once
+
+#include <string>
+
+#include "runtime/base/error.h"
+#include "runtime/driver/options.h"
+
+namespace meld::driver {
+
+// Returns the exit code of the command. Prints what it has to say itself, from part 0 alone.
+int run_command(RunOptions options);
+
+// The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
+// Errors carry meldc's exit code; its messages have been printed by then.
+Result<std::string> compile_program(const std::string& program);
+
+}  // namespace meld::driver

@@ -1,0 +1,193 @@
+#include "runtime/record/facts_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <queue>
+
+#include "runtime/sim/bytes.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::record {
+
+namespace {
+
+using sim::put;
+using sim::take_value;
+
+bool shown(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
+
+// One catom's facts of a predicate as text, to be merged by id.
+struct Lines {
+    u64 id;
+    std::string text;
+};
+
+// The facts of one predicate on this part, by id and then by arguments, as packed bytes: id, length, text.
+std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
+    const PredicateInfo& p = part.module.predicates[predicate];
+    std::vector<std::pair<u64, sim::Catom>> order;
+    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
+        if (part.owned(c)) order.emplace_back(part.ensemble.id(c), c);
+    std::sort(order.begin(), order.end());
+    std::vector<std::byte> out;
+    std::string text;
+    std::vector<std::vector<Value>> facts;
+    for (const auto& [id, catom] : order) {
+        facts.clear();
+        tuple::each_fact(part.module, part.columns, part.abi.geometry, predicate, catom, [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
+        if (facts.empty()) continue;
+        std::sort(facts.begin(), facts.end(), [&](const auto& a, const auto& b) { return tuple::compare_arguments(p, a.data(), b.data()) < 0; });
+        text.clear();
+        for (const auto& fact : facts) text += tuple::print_fact(p, id, fact.data()) + ".\n";
+        put(out, id);
+        put(out, static_cast<u32>(text.size()));
+        const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+        out.insert(out.end(), bytes, bytes + text.size());
+    }
+    return out;
+}
+
+// Reads packed lines one after another.
+class Reader {
+  public:
+    explicit Reader(std::vector<std::byte> bytes) : bytes_(std::move(bytes)), at_(bytes_.data()) {}
+    bool next(Lines& out) {
+        if (at_ == bytes_.data() + bytes_.size()) return false;
+        out.id = take_value<u64>(at_);
+        const auto size = take_value<u32>(at_);
+        out.text.assign(reinterpret_cast<const char*>(at_), size);
+        at_ += size;
+        return true;
+    }
+
+  private:
+    std::vector<std::byte> bytes_;
+    const std::byte* at_;
+};
+
+Error cannot_write(const std::string& path, int error) {
+    return {"cannot write " + path + ": " + std::strerror(error), error == ENOSPC ? "Free some space" : "Choose a path in a folder that exists and can be written",
+            error == ENOSPC ? ExitCode::LimitHit : ExitCode::UsageOrWorld};
+}
+
+// Writes beside the path and renames at the end, so that a file is either whole or not there.
+class WholeFile {
+  public:
+    explicit WholeFile(std::string path) : path_(std::move(path)), part_(path_ + ".tmp"), file_(std::fopen(part_.c_str(), "wb")), error_(file_ ? 0 : errno) {}
+    ~WholeFile() {
+        if (file_ == nullptr) return;
+        std::fclose(file_);
+        std::remove(part_.c_str());
+    }
+    WholeFile(const WholeFile&) = delete;
+    WholeFile& operator=(const WholeFile&) = delete;
+    void write(const std::string& text) {
+        if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), file_) != text.size()) error_ = errno;
+    }
+    int finish() {
+        if (file_ == nullptr) return error_;
+        if (std::fclose(file_) != 0 && error_ == 0) error_ = errno;
+        file_ = nullptr;
+        if (error_ == 0 && std::rename(part_.c_str(), path_.c_str()) != 0) error_ = errno;
+        if (error_ != 0) std::remove(part_.c_str());
+        return error_;
+    }
+
+  private:
+    std::string path_, part_;
+    std::FILE* file_;
+    int error_;
+};
+
+void merge(std::vector<std::vector<std::byte>> parts, WholeFile& file) {
+    std::vector<Reader> readers;
+    std::vector<Lines> heads(parts.size());
+    std::priority_queue<std::pair<u64, std::size_t>, std::vector<std::pair<u64, std::size_t>>, std::greater<>> next;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        readers.emplace_back(std::move(parts[i]));
+        if (readers[i].next(heads[i])) next.emplace(heads[i].id, i);
+    }
+    while (!next.empty()) {
+        const std::size_t i = next.top().second;
+        next.pop();
+        file.write(heads[i].text);
+        if (readers[i].next(heads[i])) next.emplace(heads[i].id, i);
+    }
+}
+
+}  // namespace
+
+Result<void> write_facts(sim::PartState& part, const std::string& path) {
+    part.refresh();
+    std::vector<u32> order;
+    for (u32 i = 0; i < part.module.predicate_count; ++i)
+        if (shown(part.module.predicates[i])) order.push_back(i);
+    std::sort(order.begin(), order.end(), [&](u32 a, u32 b) {
+        const PredicateInfo &x = part.module.predicates[a], &y = part.module.predicates[b];
+        const int names = std::strcmp(x.name, y.name);
+        return names != 0 ? names < 0 : x.arity < y.arity;
+    });
+    const bool writer = part.comm.part() == 0;
+    std::unique_ptr<WholeFile> file;
+    if (writer) file = std::make_unique<WholeFile>(path);
+    for (const u32 predicate : order) {
+        std::vector<std::byte> mine = facts_of(part, predicate);
+        std::vector<std::vector<std::byte>> all(1);
+        if (writer) all[0] = std::move(mine);
+        std::vector<comm::Packet> packets;
+        if (!writer && !mine.empty()) packets.push_back({0, std::move(mine)});
+        if (!part.alone())
+            for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
+        if (writer) merge(std::move(all), *file);
+    }
+    std::vector<std::byte> outcome;
+    put(outcome, writer ? file->finish() : 0);
+    const std::vector<std::byte> told = part.comm.allgather(outcome);
+    const std::byte* at = told.data();
+    const int error = take_value<int>(at);
+    if (error != 0) return tl::unexpected<Error>(cannot_write(path, error));
+    return {};
+}
+
+Digest state_digest(sim::PartState& part) {
+    part.refresh();
+    Digest digest;
+    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
+        if (part.owned(c)) digest.add(hash_combine(part.ensemble.id(c), part.lattice.key(part.ensemble.cell(c))));
+    for (u32 i = 0; i < part.module.predicate_count; ++i) {
+        const PredicateInfo& p = part.module.predicates[i];
+        if (!shown(p)) continue;
+        const u64 name = hash_combine(hash_text(p.name), p.arity);
+        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
+            if (!part.owned(c)) continue;
+            const u64 start = hash_combine(name, part.ensemble.id(c));
+            tuple::each_fact(part.module, part.columns, part.abi.geometry, i, c, [&](const Value* v) {
+                u64 hash = start;
+                for (u32 k = 0; k < p.arity; ++k) hash = hash_combine(hash, v[k].catom);
+                digest.add(hash);
+            });
+        }
+    }
+    std::vector<std::byte> bytes;
+    put(bytes, digest);
+    Digest sum;
+    const std::vector<std::byte> all = part.comm.allgather(bytes);
+    const std::byte* at = all.data();
+    for (int p = 0; p < part.comm.parts(); ++p) sum.combine(take_value<Digest>(at));
+    return sum;
+}
+
+Result<void> check_writable(const std::string& path) {
+    const std::string probe = path + ".tmp";
+    std::FILE* file = std::filesystem::is_directory(path) ? nullptr : std::fopen(probe.c_str(), "ab");
+    if (file == nullptr) return tl::unexpected<Error>(cannot_write(path, std::filesystem::is_directory(path) ? EISDIR : errno));
+    std::fclose(file);
+    std::remove(probe.c_str());
+    return {};
+}
+
+}  // namespace meld::record

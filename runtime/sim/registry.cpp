@@ -1,0 +1,98 @@
+// The implementations that come with Claymeld, by interface and name.
+#include <fmt/format.h>
+
+#include "runtime/base/nearest.h"
+#include "runtime/sim/extension.h"
+#include "runtime/sim/lattice_motion.h"
+#include "runtime/sim/part_state.h"
+#include "runtime/sim/thermometer.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+template <class Map>
+Error unknown(const std::string& interface, const std::string& name, const Map& known) {
+    std::vector<std::string_view> names;
+    for (const auto& [key, make] : known) names.push_back(key);
+    return {fmt::format("there is no implementation '{}' of {}", name, interface), did_you_mean(name, names)};
+}
+
+// Catoms stand still. It is a module like any other, so that nothing asks whether there is one.
+class NoMotion : public SimModule {
+  public:
+    bool runnable() const override { return false; }
+};
+
+}  // namespace
+
+Result<std::unique_ptr<SimModule>> Registry::make_sim(const std::string& interface, const std::string& name, const world::World& world) const {
+    const auto found = sims_.find(interface);
+    if (found == sims_.end()) return tl::unexpected<Error>(Error{"there is no interface '" + interface + "'", {}});
+    const auto make = found->second.find(name);
+    if (make == found->second.end()) return tl::unexpected<Error>(unknown(interface, name, found->second));
+    return make->second(world);
+}
+
+Result<Registry::MakeCode> Registry::code(const std::string& interface, const std::string& name) const {
+    const auto found = codes_.find(interface);
+    if (found == codes_.end()) return tl::unexpected<Error>(Error{"there is no interface '" + interface + "'", {}});
+    const auto make = found->second.find(name);
+    if (make == found->second.end()) return tl::unexpected<Error>(unknown(interface, name, found->second));
+    return make->second;
+}
+
+std::vector<std::string> Registry::interfaces() const {
+    std::vector<std::string> names;
+    for (const auto& [name, all] : sims_)
+        if (name != "motion") names.push_back(name);
+    for (const auto& [name, all] : codes_) names.push_back(name);
+    return names;
+}
+
+Registry Registry::standard() {
+    Registry r;
+    r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
+    r.add_sim("motion", "lattice", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
+    r.add_code("thermometer", "plane", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
+    r.add_code("thermometer", "drift", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<DriftingThermometer>(); });
+    return r;
+}
+
+// ---- what a CodeModule sees
+
+std::uint64_t CatomView::id() const { return part_.ensemble.id(catom_); }
+world::Vec3 CatomView::position() const { return part_.ensemble.position(catom_); }
+std::int64_t CatomView::tick() const { return part_.abi.now; }
+
+namespace {
+
+// The stored predicate behind a sensed one, and the arguments as its types want them; none if the program has no use for it.
+std::optional<u32> sensed(const ModuleInfo& module, std::string_view name, const std::vector<double>& arguments, std::vector<Value>& values) {
+    const std::optional<u32> found = tuple::find_predicate(module, name, arguments.size());
+    if (!found || module.predicates[*found].base == kNone16) return std::nullopt;
+    const PredicateInfo& p = module.predicates[*found];
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        Value v{};
+        if (p.fields[i].type == ValueType::Float) v.real = arguments[i];
+        else if (p.fields[i].type == ValueType::Node) v.catom = static_cast<u64>(arguments[i]);
+        else v.integer = static_cast<i64>(arguments[i]);
+        values.push_back(v);
+    }
+    return p.base;
+}
+
+}  // namespace
+
+void CatomView::sense(std::string_view predicate, std::vector<double> arguments) {
+    std::vector<Value> values;
+    if (const auto base = sensed(part_.module, predicate, arguments, values)) part_.give(*base, catom_, values.data());
+}
+
+void CatomView::unsense(std::string_view predicate, std::vector<double> arguments) {
+    std::vector<Value> values;
+    if (const auto base = sensed(part_.module, predicate, arguments, values)) part_.take(*base, catom_, values.data());
+}
+
+}  // namespace meld::sim

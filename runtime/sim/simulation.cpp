@@ -1,0 +1,131 @@
+#include "runtime/sim/simulation.h"
+
+#include <chrono>
+#include <ctime>
+
+#include "runtime/base/nearest.h"
+
+namespace meld::sim {
+
+namespace {
+
+double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+}  // namespace
+
+Simulation::Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads)
+    : part_(module, world, target, comm, threads) {}
+
+template <class Call>
+Result<void> Simulation::each_module(const Call& call) {
+    for (auto* list : {&modules_, &extra_})
+        for (auto& module : *list)
+            if (Result<void> done = call(*module); !done) return done;
+    return {};
+}
+
+Result<void> Simulation::start(const Registry& registry) {
+    const double before = wall_seconds();
+    const world::World& world = part_.world;
+    auto motion = registry.make_sim("motion", world.motion.kind, world);
+    if (!motion) return tl::unexpected<Error>(motion.error());
+    modules_.push_back(std::move(*motion));
+    for (const auto& [interface, name] : world.components) {
+        if (registry.has_code(interface)) {
+            const auto make = registry.code(interface, name);
+            if (!make) return tl::unexpected<Error>(make.error());
+            if (auto added = codes_.add(*make, world); !added) return added;
+        } else if (registry.has_sim(interface)) {
+            auto module = registry.make_sim(interface, name, world);
+            if (!module) return tl::unexpected<Error>(module.error());
+            modules_.push_back(std::move(*module));
+        } else {
+            const std::vector<std::string> known = registry.interfaces();
+            const std::vector<std::string_view> names(known.begin(), known.end());
+            return fail(world.path + ": [components] names the interface '" + interface + "', which does not exist", did_you_mean(interface, names));
+        }
+    }
+    if (auto done = part_.populate(); !done) return done;
+    if (auto done = each_module([&](SimModule& m) { return m.start(part_); }); !done) return done;
+    part_.refresh();
+    summary_.setup_seconds = wall_seconds() - before;
+    return {};
+}
+
+Result<void> Simulation::tick() {
+    part_.begin_tick();
+    const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(part_) : Result<void>{}; };
+    if (auto done = each_module(step); !done) return done;
+    if (!codes_.empty()) codes_.run(part_);
+    const Totals& t = part_.end_tick();
+    summary_.ticks = part_.abi.now;
+    summary_.catoms = t.catoms;
+    summary_.evaluations += t.tick.awake;
+    summary_.derivations += t.tick.derivations;
+    summary_.changes += t.tick.changes;
+    summary_.messages += t.tick.messages;
+    summary_.dropped += t.tick.dropped;
+    summary_.sent_bytes += t.sent_bytes;
+    summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
+    return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(part_) : Result<void>{}; });
+}
+
+Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each) {
+    const double wall = wall_seconds(), cpu = cpu_seconds();
+    Result<void> result;
+    const std::int64_t most = limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(part_.world.limits.max_ticks);
+    // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
+    const bool may_end = codes_.empty() || limits.ticks < 0;
+    summary_.ending = Ending::Ticks;
+    while (part_.abi.now < most) {
+        if (auto done = tick(); !done) {
+            result = done;
+            break;
+        }
+        each();
+        if (part_.totals.failure.trap != Trap::None) {
+            const Trap trap = part_.totals.failure.trap;
+            const bool limit = trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts;
+            summary_.ending = Ending::Failed;
+            result = fail(eval::describe(part_.module, part_.totals.failure),
+                          trap == Trap::TooManyDerivations ? "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should"
+                          : trap == Trap::TooManyFacts     ? "Raise [limits] max_facts_per_catom in the world if it should"
+                                                           : "",
+                          limit ? ExitCode::LimitHit : ExitCode::ProgramWrong);
+            break;
+        }
+        if (part_.totals.stop) {
+            summary_.ending = Ending::Interrupted;
+            break;
+        }
+        if (!part_.totals.awake && !part_.totals.waiting && may_end) {
+            summary_.ending = Ending::Quiet;
+            break;
+        }
+    }
+    if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
+        result = fail("the run did not settle within " + std::to_string(most) + " ticks", "Give --ticks N, or raise [limits] max_ticks in the world", ExitCode::LimitHit);
+    for (auto* list : {&modules_, &extra_})
+        for (auto& module : *list) {
+            module->finish(part_);
+            if (std::string outcome = module->outcome(); !outcome.empty()) summary_.outcomes.push_back(std::move(outcome));
+        }
+    summary_.run_seconds = wall_seconds() - wall;
+    summary_.cpu_seconds = cpu_seconds() - cpu;
+    return result;
+}
+
+std::string Simulation::status() const {
+    std::string text;
+    for (const auto& module : modules_)
+        if (std::string s = module->status(); !s.empty()) text += (text.empty() ? "" : ", ") + s;
+    return text;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,70 @@
+// A run on one part: the modules the world chose around the part's tick, from the first to the last.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/sim/code_modules.h"
+#include "runtime/sim/extension.h"
+#include "runtime/sim/part_state.h"
+
+namespace meld::sim {
+
+struct RunLimits {
+    std::int64_t ticks = -1;          // Stop after so many; negative: run until nothing is left to do.
+};
+
+// Why a run ended.
+enum class Ending { Quiet, Ticks, Interrupted, Failed };
+
+struct Summary {
+    Ending ending = Ending::Quiet;
+    std::int64_t ticks = 0;
+    std::uint64_t catoms = 0;
+    std::uint64_t evaluations = 0;
+    std::uint64_t derivations = 0;
+    std::uint64_t changes = 0;
+    std::uint64_t messages = 0;
+    std::uint64_t dropped = 0;
+    std::uint64_t sent_bytes = 0;
+    double bytes_per_catom = 0;
+    double setup_seconds = 0;         // Wall
+    double run_seconds = 0;           // Wall
+    double cpu_seconds = 0;           // Of this process, from the loaded world to the end.
+    std::vector<std::string> outcomes;
+};
+
+class Simulation {
+  public:
+    Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
+
+    // Makes the modules the world names, places the catoms, starts the modules in order.
+    Result<void> start(const Registry& registry);
+    // Adds a module that runs after those of the world (recorder, digests).
+    void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
+
+    // Ticks until the end; `each` is called after every tick, on every part. A failure of the program is an error whose
+    // message names rule, catom and tick.
+    Result<void> run(const RunLimits& limits, const std::function<void()>& each);
+
+    PartState& part() { return part_; }
+    Summary& summary() { return summary_; }
+    // What the modules say about the run right now.
+    std::string status() const;
+
+  private:
+    Result<void> tick();
+    template <class Call>
+    Result<void> each_module(const Call& call);
+
+    PartState part_;
+    std::vector<std::unique_ptr<SimModule>> modules_, extra_;
+    CodeModules codes_;
+    Summary summary_;
+};
+
+}  // namespace meld::sim
