@@ -49,8 +49,9 @@ std::vector<Diagnostic> Reporter::sorted() const {
     for (const Diagnostic& diagnostic : diagnostics_) {
         if (taken.insert(identity(diagnostic)).second) order.push_back(&diagnostic);
     }
-    std::stable_sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
-        return std::pair(a->span.file, a->span.begin) < std::pair(b->span.file, b->span.begin);
+    // At one place in the order they were found in.
+    std::sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
+        return std::tuple(a->span.file, a->span.begin, a) < std::tuple(b->span.file, b->span.begin, b);
     });
     std::vector<Diagnostic> result;
     result.reserve(order.size());

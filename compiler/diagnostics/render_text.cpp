@@ -133,7 +133,7 @@ class Page {
   private:
     // The lines of the diagnostic's own file in order, then those of other files.
     void source_lines(std::uint32_t main_file, std::vector<MarkedLine>& lines, std::string_view colour) {
-        std::stable_sort(lines.begin(), lines.end(), [&](const MarkedLine& a, const MarkedLine& b) {
+        std::sort(lines.begin(), lines.end(), [&](const MarkedLine& a, const MarkedLine& b) {
             return std::tuple(a.file != main_file, a.file, a.number) < std::tuple(b.file != main_file, b.file, b.number);
         });
         empty_gutter();

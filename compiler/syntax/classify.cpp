@@ -215,6 +215,8 @@ class Classifier {
     bool closes_exists_ = false;
 };
 
+}  // namespace
+
 bool closes(TokenKind open, TokenKind close) {
     switch (close) {
         case TokenKind::RightParen: return open == TokenKind::LeftParen || open == TokenKind::StructOpen;
@@ -223,8 +225,6 @@ bool closes(TokenKind open, TokenKind close) {
         default: return false;
     }
 }
-
-}  // namespace
 
 std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
     std::vector<std::size_t> partners(tokens.size(), 0);

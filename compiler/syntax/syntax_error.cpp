@@ -78,15 +78,11 @@ std::string expected_words(const std::vector<TokenKind>& expected, TokenKind ite
                                  TokenKind::Period}) {
         if (has(expected, kind)) put(description(kind));
     }
-    // In `let X = e in` only `in` can follow, and in `const a = e` only an equals sign: they are named where nothing else is.
-    if (words.empty()) {
-        for (const TokenKind kind : {TokenKind::In, TokenKind::LeftParen, TokenKind::LeftBracket, TokenKind::LeftBrace, TokenKind::Equal}) {
-            if (has(expected, kind)) put(description(kind));
-        }
+    // What many places allow is named only where nothing else is: the `in` of a let, the equals sign of a constant.
+    for (const TokenKind kind : {TokenKind::In, TokenKind::LeftParen, TokenKind::LeftBracket, TokenKind::LeftBrace, TokenKind::Equal}) {
+        if (words.empty() && has(expected, kind)) put(description(kind));
     }
-    for (const TokenKind kind : expected) {
-        if (words.empty()) put(description(kind));
-    }
+    if (words.empty() && !expected.empty()) put(description(expected.front()));
     if (words.size() > kMaxExpected) words.resize(kMaxExpected);
     return joined(words);
 }
@@ -170,6 +166,16 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
             "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
         return true;
     }
+    if (token.kind == TokenKind::Include || token.kind == TokenKind::Use) {
+        report.add(Kind::SyntaxError, token.span, fmt::format("{} names a file in quotes", description(token.kind))).help =
+            fmt::format("{} \"file.meld\".", token.text);
+        return true;
+    }
+    if (token.kind == TokenKind::Catom && has(stop.expected, TokenKind::Delay)) {
+        report.add(Kind::SyntaxError, token.span, "a delay is written with a plus sign").help =
+            "@+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
+        return true;
+    }
     if (token.kind == TokenKind::Aggregate) {
         report.add(Kind::SyntaxError, token.span, fmt::format("{} cannot stand here", quoted(token.text))).help =
             "an aggregate is a clause of its own in a body: S = sum X : { p(A, X) }";
@@ -187,8 +193,12 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
     const std::string message = expected.empty() ? fmt::format("{} cannot stand here", found(token)) : fmt::format("expected {}, found {}", expected, found(token));
     auto& diagnostic = report.add(Kind::SyntaxError, token.span, message);
     const std::optional<std::size_t> open = open_bracket(stop);
-    const bool ends = token.kind == TokenKind::Period || token.kind == TokenKind::End || is_arrow(token.kind) || is_closing(token.kind);
-    if (ends && open) {
+    const bool wrong_closing = is_closing(token.kind) && open && !closes(stop.tokens[*open].kind, token.kind);
+    const bool ends = token.kind == TokenKind::Period || token.kind == TokenKind::End || is_arrow(token.kind) || wrong_closing;
+    const bool other_arrow = token.kind == TokenKind::Colon || token.kind == TokenKind::ResultArrow;
+    if (other_arrow && has(stop.expected, TokenKind::ViewArrow)) {
+        diagnostic.help = "write head :- body for a view, body -o head for a linear rule";
+    } else if (ends && open) {
         const Token& bracket = stop.tokens[*open];
         diagnostic.labels.push_back({bracket.span, fmt::format("this {} is not closed", description(bracket.kind))});
     } else if (has(stop.expected, TokenKind::Comma) && starts_operand(token.kind)) {

@@ -52,6 +52,9 @@ std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diag
 // Gives the words that mean something where they stand their own kind, so that `end` or `data` can be names everywhere else.
 void classify_words(std::vector<Token>& tokens);
 
+// Whether this opening bracket is closed by that closing one.
+bool closes(TokenKind open, TokenKind close);
+
 // For each opening bracket the index of its closing one, and the other way round; 0 where it has none (token 0 closes nothing).
 std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens);
 

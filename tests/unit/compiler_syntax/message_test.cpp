@@ -66,6 +66,10 @@ TEST(SyntaxError, KnowsCommonMistakes) {
     EXPECT_EQ(brief("P(A) :- q(A)."), "1:1 SyntaxError `P` is a variable, and a variable has no arguments\n");
     EXPECT_EQ(brief("p(A) :- q(A), r(B) :- s(B)."), "1:20 SyntaxError a second arrow in one rule\n");
     EXPECT_EQ(brief("p(A, 3 % @cpus)."), "1:10 SyntaxError `@cpus` means nothing here\n");
+    EXPECT_EQ(brief("p(A)@2s."), "1:5 SyntaxError a delay is written with a plus sign\n");
+    EXPECT_EQ(brief("include other."), "1:1 SyntaxError `include` names a file in quotes\n");
+    EXPECT_EQ(brief("const x = let X = 3."), "1:20 SyntaxError expected `in`, found `.`\n");
+    EXPECT_THAT(parsed("p(A) := q(A).").rendered(), HasSubstr("help: write head :- body"));
     EXPECT_EQ(brief(".. p(A)."), "1:1 SyntaxError nothing stands before this full stop\n");
     EXPECT_EQ(brief("type p(min D)."), "1:12 SyntaxError a type is expected after `min`\n");
     EXPECT_EQ(brief("type p(D int)."), "1:8 SyntaxError a type is expected here\n");
