@@ -1,0 +1,170 @@
+#include "case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "runtime/world/world_file.h"
+
+namespace meld::retraction {
+
+namespace {
+
+using world::LatticeKind;
+
+std::vector<Cell> box(Cell first, Cell size) {
+    std::vector<Cell> cells;
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x) cells.push_back(first + Cell{x, y, z});
+    return cells;
+}
+
+// The space of a case lies across the corner of bricks at the origin, so that several parts own some of it.
+std::vector<Cell> choose_space(Random& random, LatticeKind lattice) {
+    const bool flat = lattice == LatticeKind::Square || lattice == LatticeKind::Hex;
+    const auto size = [&](int least, int most) { return static_cast<std::int32_t>(least + below(random, most - least + 1)); };
+    const bool line = below(random, 6) == 0;
+    const Cell extent = line ? Cell{size(4, 30), size(1, 2), 1} : flat ? Cell{size(2, 8), size(2, 7), 1} : Cell{size(2, 5), size(2, 4), size(2, 4)};
+    const Cell first{-static_cast<std::int32_t>(below(random, extent.x)), -static_cast<std::int32_t>(below(random, extent.y)), -static_cast<std::int32_t>(below(random, extent.z))};
+    return box(flat ? Cell{first.x, first.y, 0} : first, extent);
+}
+
+// All of the space, its rim, or a random part.
+std::vector<Cell> choose_cells(Random& random, const std::vector<Cell>& space) {
+    const std::int64_t form = below(random, 6);
+    if (form == 0) return space;
+    std::vector<Cell> cells;
+    const Cell first = space.front(), last = space.back();
+    const std::int64_t chance = 40 + below(random, 55);
+    for (const Cell& c : space) {
+        const int ends = (c.x == first.x || c.x == last.x) + (c.y == first.y || c.y == last.y);
+        if (form == 1 ? ends > 0 && c.z == first.z : below(random, 100) < chance) cells.push_back(c);
+    }
+    if (cells.empty()) cells.push_back(first);
+    return cells;
+}
+
+template <class Container>
+auto pick(Random& random, const Container& from) {
+    return *std::next(from.begin(), below(random, static_cast<std::int64_t>(from.size())));
+}
+
+Change give_to(Random& random, const std::vector<Given>& given, std::size_t which, Cell cell) {
+    Change c{.kind = Change::Kind::Give, .cell = cell, .given = which};
+    for (const auto& [least, most] : given[which].arguments) c.arguments.push_back(least + below(random, most - least + 1));
+    return c;
+}
+
+std::optional<Change> take_some(Random& random, const Mirror& mirror) {
+    std::vector<Change> all;
+    for (std::size_t g = 0; g < mirror.given.size(); ++g) {
+        const auto facts = mirror.facts.find(mirror.given[g].predicate);
+        if (mirror.given[g].linear || facts == mirror.facts.end()) continue;
+        for (const auto& [cell, id] : mirror.at)
+            for (auto row = facts->second.lower_bound(Row{static_cast<std::int64_t>(id)}); row != facts->second.end() && (*row)[0] == static_cast<std::int64_t>(id); ++row)
+                all.push_back({.kind = Change::Kind::Take, .cell = cell, .given = g, .arguments = Row(row->begin() + 1, row->end())});
+    }
+    if (all.empty()) return std::nullopt;
+    return pick(random, all);
+}
+
+std::optional<Change> choose_change(Random& random, const Mirror& mirror, const std::vector<Cell>& space) {
+    std::vector<Cell> empty;
+    for (const Cell& c : space)
+        if (!mirror.at.contains(c)) empty.push_back(c);
+    const std::int64_t kind = below(random, 100);
+    if (kind < 30) return take_some(random, mirror);
+    if (mirror.at.empty() || kind >= 80) return empty.empty() ? std::nullopt : std::optional(Change{.kind = Change::Kind::Add, .cell = pick(random, empty)});
+    const Cell cell = pick(random, mirror.at).first;
+    if (kind < 50) return give_to(random, mirror.given, static_cast<std::size_t>(below(random, static_cast<std::int64_t>(mirror.given.size()))), cell);
+    if (kind < 68) return Change{.kind = Change::Kind::Remove, .cell = cell};
+    if (empty.empty()) return std::nullopt;
+    return Change{.kind = Change::Kind::Move, .cell = cell, .to = pick(random, empty)};
+}
+
+std::string print(Cell c) { return fmt::format("({}, {}, {})", c.x, c.y, c.z); }
+
+}  // namespace
+
+Mirror::Mirror(const Case& c, const std::vector<Given>& the_given) : given(the_given) {
+    for (const Cell& cell : c.cells) at[cell] = next_id++;
+}
+
+bool Mirror::apply(const Change& c) {
+    const auto here = at.find(c.cell);
+    if ((c.kind == Change::Kind::Add) == (here != at.end())) return false;
+    switch (c.kind) {
+        case Change::Kind::Add: at[c.cell] = next_id++; return true;
+        case Change::Kind::Remove: {
+            const Row from{static_cast<std::int64_t>(here->second)}, to{static_cast<std::int64_t>(here->second + 1)};
+            for (auto& [name, rows] : facts) rows.erase(rows.lower_bound(from), rows.lower_bound(to));
+            at.erase(here);
+            return true;
+        }
+        case Change::Kind::Move: {
+            if (at.contains(c.to)) return false;
+            const std::uint64_t id = here->second;
+            at.erase(here);
+            at[c.to] = id;
+            return true;
+        }
+        case Change::Kind::Give:
+        case Change::Kind::Take: break;
+    }
+    Row row{static_cast<std::int64_t>(here->second)};
+    row.insert(row.end(), c.arguments.begin(), c.arguments.end());
+    const Given& g = given[c.given];
+    std::set<Row>& rows = facts[g.linear ? g.becomes : g.predicate];
+    return c.kind == Change::Kind::Give ? rows.insert(row).second : rows.erase(row) > 0;
+}
+
+Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
+    Random random(seed);
+    Case c{.seed = seed, .lattice = static_cast<LatticeKind>(below(random, 4)), .cells = {}, .bursts = {}};
+    const std::vector<Cell> space = choose_space(random, c.lattice);
+    c.cells = choose_cells(random, space);
+    world::sort_cells(c.cells, world::Lattice(c.lattice));
+    Mirror mirror(c, given);
+    const std::int64_t bursts = 1 + below(random, 4);
+    for (std::int64_t b = 0; b < bursts; ++b) {
+        std::vector<Change>& burst = c.bursts.emplace_back();
+        if (b == 0)
+            for (const Cell& cell : c.cells)
+                for (std::size_t g = 0; g < given.size(); ++g)
+                    if (below(random, 100) < given[g].chance) burst.push_back(give_to(random, given, g, cell));
+        for (const Change& change : burst) mirror.apply(change);
+        // Mostly a few changes, now and then a storm.
+        const std::int64_t changes = 1 + below(random, below(random, 5) == 0 ? 60 : 14), span = 1 + below(random, 30);
+        std::vector<int> ticks;
+        for (std::int64_t n = 0; n < changes; ++n) ticks.push_back(static_cast<int>(below(random, span)));
+        std::sort(ticks.begin(), ticks.end());
+        for (const int tick : ticks) {
+            std::optional<Change> change = choose_change(random, mirror, space);
+            if (!change || !mirror.apply(*change)) continue;
+            change->tick = tick;
+            burst.push_back(*change);
+        }
+    }
+    return c;
+}
+
+std::string print(const Case& c, const std::vector<Given>& given) {
+    std::string text = fmt::format("seed {}, lattice {}, {} catoms at", c.seed, world::Lattice(c.lattice).name(), c.cells.size());
+    for (const Cell& cell : c.cells) text += " " + print(cell);
+    constexpr const char* kNames[] = {"give", "take", "remove", "add", "move"};
+    for (std::size_t b = 0; b < c.bursts.size(); ++b) {
+        text += fmt::format("\nburst {}", b);
+        for (const Change& change : c.bursts[b]) {
+            text += fmt::format("\n  tick {}: {} {}", change.tick, kNames[static_cast<int>(change.kind)], print(change.cell));
+            if (change.kind == Change::Kind::Move) text += " to " + print(change.to);
+            if (change.kind > Change::Kind::Take) continue;
+            text += " " + given[change.given].predicate;
+            for (const std::int64_t a : change.arguments) text += fmt::format(" {}", a);
+        }
+    }
+    return text + "\n";
+}
+
+}  // namespace meld::retraction

@@ -1,0 +1,101 @@
+#include "changes.h"
+
+#include <algorithm>
+
+#include "runtime/base/assert.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::retraction {
+
+using sim::Catom;
+using sim::PartState;
+
+Result<void> Changes::step(PartState& part) {
+    const std::vector<Change>& burst = case_.bursts[burst_];
+    for (; next_ < burst.size() && start_ + burst[next_].tick < part.abi.now; ++next_) {
+        const Change& change = burst[next_];
+        const std::uint64_t id = change.kind == Change::Kind::Add ? mirror_.next_id : mirror_.at.contains(change.cell) ? mirror_.at.at(change.cell) : 0;
+        if (mirror_.apply(change) && &change != lost_) apply(part, change, id);
+    }
+    part.refresh();
+    return {};
+}
+
+void Changes::apply(PartState& part, const Change& change, std::uint64_t id) {
+    switch (change.kind) {
+        case Change::Kind::Give:
+        case Change::Kind::Take: return give_or_take(part, mirror_.given[change.given], change);
+        case Change::Kind::Remove:
+            if (const auto catom = part.ensemble.at(change.cell)) part.remove_catom(*catom);
+            return;
+        case Change::Kind::Add: return add(part, id, change.cell);
+        case Change::Kind::Move: return move(part, id, change.cell, change.to);
+    }
+}
+
+void Changes::give_or_take(PartState& part, const Given& given, const Change& change) {
+    const auto catom = part.ensemble.at(change.cell);
+    if (!catom || !part.owned(*catom)) return;
+    const auto predicate = tuple::find_predicate(part.module, given.predicate, change.arguments.size());
+    MELD_CHECK(predicate && part.module.predicates[*predicate].base != kNone16, "{} cannot be given", given.predicate);
+    std::vector<Value> values(change.arguments.size());
+    for (std::size_t i = 0; i < values.size(); ++i) values[i].integer = change.arguments[i];
+    const u32 base = part.module.predicates[*predicate].base;
+    if (change.kind == Change::Kind::Give) part.give(base, *catom, values.data());
+    else part.take(base, *catom, values.data());
+}
+
+void Changes::add(PartState& part, std::uint64_t id, Cell cell) {
+    const bool ours = part.halo->owner(cell) == part.comm.part();
+    const std::vector<int> parts = part.halo->listeners(cell);
+    if (!ours && std::find(parts.begin(), parts.end(), part.comm.part()) == parts.end()) return;
+    const Catom catom = part.add_catom(id, cell, ours ? kCatomOwned : kCatomGhost);
+    if (ours) part.mark(catom, kDirtyBirths);
+}
+
+// As LatticeMotion relocates a catom: it keeps its index within a part; between parts all of it is sent to the new owner,
+// and to those that only see it what it exports.
+void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
+    const int me = part.comm.part(), old_owner = part.halo->owner(from), owner = part.halo->owner(to);
+    const std::optional<Catom> known = part.ensemble.at(from);
+    std::vector<comm::Packet> packets;
+    if (me == old_owner) {
+        for (const int other : part.halo->listeners(to)) {
+            if (other == me) continue;
+            comm::Packet& packet = packets.emplace_back(comm::Packet{other, {}});
+            if (other == owner) part.pack_catom(*known, packet.bytes);
+            else part.columns.pack(*known, tuple::Columns::Which::Exported, packet.bytes);
+        }
+    }
+    std::vector<std::byte> exports;
+    if (me == old_owner && me != owner) part.columns.pack(*known, tuple::Columns::Which::Exported, exports);
+    if (me == old_owner && me == owner) {
+        part.ensemble.move(*known, to);
+        part.ensemble.surround(*part.ensemble.find_slot(part.lattice.brick_of(to)));
+        part.mark_around(from, kDirtyLinks);
+        part.mark_around(to, kDirtyLinks);
+        part.mark(*known, kDirtyLinks | kDirtyPlace);
+    } else if (known) {
+        part.remove_catom(*known);
+    }
+    std::vector<comm::Packet> received;
+    if (!part.alone()) received = part.comm.exchange(std::move(packets));
+    const std::vector<int> parts = part.halo->listeners(to);
+    const bool sees = std::find(parts.begin(), parts.end(), me) != parts.end();
+    if (me == old_owner && me != owner && sees) {
+        const Catom ghost = part.add_catom(id, to, kCatomGhost);
+        part.columns.unpack(ghost, tuple::Columns::Which::Exported, exports.data(), 0);
+    }
+    for (const comm::Packet& packet : received) {
+        const Catom catom = part.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
+        const std::byte* at = packet.bytes.data();
+        if (me == owner) {
+            part.unpack_catom(catom, at);
+            part.mark(catom, kDirtyLinks | kDirtyPlace);
+        } else {
+            part.columns.unpack(catom, tuple::Columns::Which::Exported, at, 0);
+        }
+    }
+}
+
+}  // namespace meld::retraction

@@ -1,0 +1,39 @@
+// Tells the parts of an ensemble, in the central phase, what a case changes. Every part has its own, runs the same
+// schedule, and does what concerns the catoms it knows.
+#pragma once
+
+#include "case.h"
+#include "runtime/sim/extension.h"
+#include "runtime/sim/part_state.h"
+
+namespace meld::retraction {
+
+class Changes : public sim::SimModule {
+  public:
+    Changes(const Case& c, const std::vector<Given>& given) : case_(c), mirror_(c, given) {}
+
+    void begin_burst(std::size_t burst, std::int64_t tick) {
+        burst_ = burst;
+        start_ = tick;
+        next_ = 0;
+    }
+    bool done() const { return next_ == case_.bursts[burst_].size(); }
+    // This change happens in the book alone.
+    void lose(const Change* change) { lost_ = change; }
+
+    Result<void> step(sim::PartState& part) override;
+
+  private:
+    void apply(sim::PartState& part, const Change& change, std::uint64_t id);
+    static void give_or_take(sim::PartState& part, const Given& given, const Change& change);
+    static void add(sim::PartState& part, std::uint64_t id, Cell cell);
+    static void move(sim::PartState& part, std::uint64_t id, Cell from, Cell to);
+
+    const Case& case_;
+    Mirror mirror_;
+    std::size_t burst_ = 0, next_ = 0;
+    std::int64_t start_ = 0;
+    const Change* lost_ = nullptr;
+};
+
+}  // namespace meld::retraction

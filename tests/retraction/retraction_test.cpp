@@ -1,0 +1,117 @@
+// Exactness under change: random programs' worlds change while they run, and whenever they come to rest, what holds is what
+// follows from the rules and the present base facts, no more and no less; on any number of parts and threads the state is
+// the same after every tick.
+//
+// CLAYMELD_RETRACTION_SEEDS says how many cases each program gets, CLAYMELD_RETRACTION_FIRST where they begin.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "run.h"
+#include "runtime/module/module.h"
+
+namespace meld::retraction {
+namespace {
+
+std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise) {
+    const char* text = std::getenv(name);
+    return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+std::string compile(const std::string& name) {
+    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld' 2>/dev/null";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    std::string output;
+    char buffer[4096];
+    for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) output.append(buffer, n);
+    pclose(pipe);
+    while (!output.empty() && output.back() == '\n') output.pop_back();
+    return output;
+}
+
+class Retraction : public testing::TestWithParam<Program> {
+  protected:
+    void SetUp() override {
+        Result<Module> module = load_module(compile(GetParam().name), kAbiVersion);
+        ASSERT_TRUE(module) << module.error().message();
+        module_ = std::make_unique<Module>(std::move(*module));
+    }
+    const ModuleInfo& module() const { return *static_cast<const ModuleInfo*>(module_->table()); }
+    Outcome run_case(const Case& c, const Setting& setting) const { return run(c, GetParam(), module(), expectations(c, GetParam()), setting); }
+
+    // The failing case, made small, as text.
+    std::string report(const Case& c, const Setting& setting, const std::function<bool(const Case&)>& in_trouble) const {
+        const Case small = shrink(c, in_trouble);
+        return GetParam().name + ".meld with " + std::to_string(setting.parts) + " parts, " + std::to_string(setting.threads) + " threads; from seed " +
+               std::to_string(c.seed) + "\n" + print(small, GetParam().given) + run_case(small, setting).trouble;
+    }
+
+  private:
+    std::unique_ptr<Module> module_;
+};
+
+constexpr Setting kSettings[] = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
+
+TEST_P(Retraction, LeavesNoTrace) {
+    const std::uint64_t count = number_from_environment("CLAYMELD_RETRACTION_SEEDS", 200);
+    const std::uint64_t first = number_from_environment("CLAYMELD_RETRACTION_FIRST", 1);
+    Outcome sum;
+    std::uint64_t ticks = 0, runs = 0;
+    for (std::uint64_t seed = first; seed < first + count; ++seed) {
+        const Case c = make_case(seed, GetParam().given);
+        const std::vector<Facts> expected = expectations(c, GetParam());
+        const Outcome alone = run(c, GetParam(), module(), expected, {});
+        ASSERT_EQ(alone.trouble, "") << report(c, {}, [&](const Case& less) { return !run_case(less, {}).trouble.empty(); });
+        // Every eighth case in all settings, the others with one of them in turn.
+        for (std::size_t i = 0; i < std::size(kSettings); ++i) {
+            if (seed % 8 != 0 && seed % 8 != i + 1) continue;
+            const Setting& setting = kSettings[i];
+            const auto differs = [&](const Case& less) { return run_case(less, setting).states != run_case(less, {}).states; };
+            const Outcome other = run(c, GetParam(), module(), expected, setting);
+            ASSERT_EQ(other.trouble, "") << report(c, setting, [&](const Case& less) { return !run_case(less, setting).trouble.empty(); });
+            ASSERT_TRUE(other.states == alone.states) << "other states than alone: " << report(c, setting, differs);
+            sum.exchanges += other.exchanges;
+            ++runs;
+        }
+        ++runs;
+        sum.retractions += alone.retractions;
+        sum.tombstones += alone.tombstones;
+        sum.quarantines += alone.quarantines;
+        sum.compared += alone.compared;
+        ticks += alone.states.size();
+    }
+    std::printf("%s: %llu cases, %llu runs, %llu ticks a run, %llu facts compared, %llu retracted; %llu groups remember a loss, %llu ticks of quarantine alone; parts spoke in %llu ticks\n", GetParam().name.c_str(),
+                static_cast<unsigned long long>(count), static_cast<unsigned long long>(runs), static_cast<unsigned long long>(ticks / count), static_cast<unsigned long long>(sum.compared),
+                static_cast<unsigned long long>(sum.retractions), static_cast<unsigned long long>(sum.tombstones), static_cast<unsigned long long>(sum.quarantines), static_cast<unsigned long long>(sum.exchanges));
+    if (count < 100) return;
+    // The cases have really exercised what they are about.
+    EXPECT_GT(sum.compared, 20 * count);
+    EXPECT_GT(sum.retractions, count);
+    EXPECT_GT(sum.exchanges, count);
+    EXPECT_EQ(sum.tombstones > count, GetParam().loses);
+    EXPECT_EQ(sum.quarantines > count / 10, GetParam().waits);
+}
+
+// A change that the runtime is not told of shows in most cases; some changes change nothing that holds.
+TEST_P(Retraction, NoticesALostChange) {
+    int noticed = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) noticed += !run_case(make_case(seed, GetParam().given), {.lose_last_change = true}).trouble.empty();
+    EXPECT_GE(noticed, 5);
+}
+
+std::string name_of(const testing::TestParamInfo<Program>& info) { return info.param.name; }
+INSTANTIATE_TEST_SUITE_P(Programs, Retraction, testing::ValuesIn(programs()), name_of);
+
+// Without quarantine phantoms keep each other alive for ever, and the cases show it.
+class Quarantine : public Retraction {};
+TEST_P(Quarantine, IsNeeded) {
+    int noticed = 0;
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) noticed += !run_case(make_case(seed, GetParam().given), {.no_quarantine = true}).trouble.empty();
+    EXPECT_GE(noticed, 1);
+}
+INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0], programs()[3]}), name_of);
+
+}  // namespace
+}  // namespace meld::retraction

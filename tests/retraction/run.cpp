@@ -1,0 +1,230 @@
+#include "run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "changes.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/record/facts_file.h"
+#include "runtime/tuple/facts.h"
+#include "runtime/world/target.h"
+
+namespace meld::retraction {
+
+namespace {
+
+// More than any case of this size needs by far.
+constexpr int kPatience = 2000;
+
+// The facts of this part's catoms, of predicates that users see.
+void collect(sim::PartState& part, Facts& out) {
+    for (u32 p = 0; p < part.module.predicate_count; ++p) {
+        const PredicateInfo& info = part.module.predicates[p];
+        if (info.auxiliary || info.column == kNone16 || info.kind != PredicateKind::Persistent) continue;
+        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
+            if (!part.owned(c)) continue;
+            tuple::each_fact(part.module, part.columns, part.abi.geometry, p, c, [&](const Value* v) {
+                Row row{static_cast<std::int64_t>(part.ensemble.id(c))};
+                for (u32 i = 0; i < info.arity; ++i) row.push_back(v[i].integer);
+                out[info.name].insert(row);
+            });
+        }
+    }
+}
+
+// Takes the neighbour out of rows that carry one, and says what is wrong with it.
+std::string check_parents(Facts& facts, const std::string& predicate, const Scene& scene) {
+    std::set<Row> plain;
+    std::map<std::int64_t, std::int64_t> value;
+    for (const Row& row : facts[predicate]) value[row[0]] = row[1];
+    for (const Row& row : facts[predicate]) {
+        plain.insert(Row(row.begin(), row.end() - 1));
+        const std::int64_t id = row[0], via = row.back();
+        const auto found = scene.neighbours.find(id);
+        const std::vector<std::int64_t> others = found == scene.neighbours.end() ? std::vector<std::int64_t>{} : found->second;
+        const bool is_root = row[1] == 0 && via == id;
+        const bool is_child = std::find(others.begin(), others.end(), via) != others.end() && value.contains(via) && value[via] == row[1] - 1;
+        if (!is_root && !is_child) return fmt::format("@{} has {} {} by way of @{}\n", id, predicate, row[1], via);
+    }
+    facts[predicate] = plain;
+    if (plain.empty()) facts.erase(predicate);
+    return "";
+}
+
+std::string print_row(const std::string& predicate, const Row& row) {
+    std::string text = predicate + "(@" + std::to_string(row[0]);
+    for (std::size_t i = 1; i < row.size(); ++i) text += fmt::format(", {}", row[i]);
+    return text + ")";
+}
+
+std::string difference(const Facts& expected, const Facts& found) {
+    std::string text;
+    const auto missing = [&](const Facts& from, const Facts& in, const char* what) {
+        for (const auto& [predicate, rows] : from)
+            for (const Row& row : rows) {
+                const auto there = in.find(predicate);
+                if (there == in.end() || !there->second.contains(row)) text += fmt::format("  {} {}\n", what, print_row(predicate, row));
+            }
+    };
+    missing(expected, found, "missing:");
+    missing(found, expected, "should not hold:");
+    return text;
+}
+
+std::uint64_t lost_between(const Facts& before, const Facts& after) {
+    std::uint64_t count = 0;
+    for (const auto& [predicate, rows] : before)
+        for (const Row& row : rows) count += !after.contains(predicate) || !after.at(predicate).contains(row);
+    return count;
+}
+
+// What the parts of a run share: each writes its own facts, part 0 compares.
+struct Shared {
+    const Case& c;
+    const Program& program;
+    const ModuleInfo& module;
+    const std::vector<Facts>& expected;
+    const Setting& setting;
+    const world::World& world;
+    const world::Target& target;
+    const Change* lost;
+    std::vector<Facts> facts;  // By part.
+    Facts before = {};         // At the end of the last burst.
+    Mirror mirror;             // Part 0's.
+    Outcome outcome = {};
+};
+
+void compare(Shared& s, std::size_t burst) {
+    Facts found;
+    for (const Facts& mine : s.facts)
+        for (const auto& [predicate, rows] : mine) found[predicate].insert(rows.begin(), rows.end());
+    if (!s.program.parent_of.empty()) s.outcome.trouble = check_parents(found, s.program.parent_of, make_scene(s.mirror, s.c.lattice));
+    s.outcome.trouble += difference(s.expected[burst], found);
+    if (!s.outcome.trouble.empty()) s.outcome.trouble = fmt::format("after burst {}:\n{}", burst, s.outcome.trouble);
+    for (const auto& [predicate, rows] : found) s.outcome.compared += rows.size();
+    s.outcome.retractions += lost_between(s.before, found);
+    s.before = std::move(found);
+}
+
+// One burst to quiescence; false: it never came.
+bool settle(sim::PartState& part, Changes& changes, Shared& s, std::size_t burst) {
+    const bool speaks = part.comm.part() == 0;
+    changes.begin_burst(burst, part.abi.now);
+    for (int patience = kPatience; patience > 0; --patience) {
+        part.begin_tick();
+        static_cast<void>(changes.step(part));
+        if (s.setting.no_quarantine) part.abi.latency = 0;
+        const sim::Totals& totals = part.end_tick();
+        const Digest state = record::state_digest(part);
+        if (speaks) {
+            s.outcome.states.push_back(state);
+            s.outcome.exchanges += totals.sent_bytes > 0;
+            s.outcome.quarantines += totals.waiting && !totals.awake;
+            if (totals.failure.trap != Trap::None) s.outcome.trouble = eval::describe(part.module, totals.failure);
+        }
+        if (totals.failure.trap != Trap::None) return true;
+        if (changes.done() && !totals.awake && !totals.waiting) return true;
+    }
+    if (speaks) s.outcome.trouble = fmt::format("never quiet after burst {}", burst);
+    return false;
+}
+
+void run_part(comm::Communicator& comm, Shared& s) {
+    sim::PartState part(s.module, s.world, s.target, comm, s.setting.threads);
+    if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
+    Changes changes(s.c, s.program.given);
+    changes.lose(s.lost);
+    const bool speaks = comm.part() == 0;
+    for (std::size_t burst = 0; burst < s.c.bursts.size(); ++burst) {
+        const bool quiet = settle(part, changes, s, burst);
+        Facts& mine = s.facts[static_cast<std::size_t>(comm.part())];
+        mine.clear();
+        collect(part, mine);
+        comm.barrier();
+        if (speaks) {
+            for (const Change& change : s.c.bursts[burst]) s.mirror.apply(change);
+            if (quiet && s.outcome.trouble.empty()) compare(s, burst);
+        }
+        comm.barrier();
+        if (!s.outcome.trouble.empty()) break;
+    }
+    if (speaks) s.outcome.tombstones = part.evaluator.tombstones().count();
+}
+
+const Change* last_change(const Case& c, const Program& program) {
+    Mirror mirror(c, program.given);
+    const Change* last = nullptr;
+    for (const auto& burst : c.bursts)
+        for (const Change& change : burst)
+            if (mirror.apply(change)) last = &change;
+    return last;
+}
+
+}  // namespace
+
+std::vector<Facts> expectations(const Case& c, const Program& program) {
+    std::vector<Facts> all;
+    Mirror mirror(c, program.given);
+    for (const auto& burst : c.bursts) {
+        for (const Change& change : burst) mirror.apply(change);
+        all.push_back(from_scratch(program, make_scene(mirror, c.lattice)));
+    }
+    return all;
+}
+
+Outcome run(const Case& c, const Program& program, const ModuleInfo& module, const std::vector<Facts>& expected, const Setting& setting) {
+    world::World world;
+    world.lattice = c.lattice;
+    world.cells = c.cells;
+    const Result<world::Target> target = world::Target::make(world, world::Lattice(c.lattice));
+    if (!target) throw std::runtime_error(target.error().message());
+    Shared shared{.c = c,
+                  .program = program,
+                  .module = module,
+                  .expected = expected,
+                  .setting = setting,
+                  .world = world,
+                  .target = *target,
+                  .lost = setting.lose_last_change ? last_change(c, program) : nullptr,
+                  .facts = std::vector<Facts>(static_cast<std::size_t>(setting.parts)),
+                  .mirror = Mirror(c, program.given)};
+    if (setting.parts == 1) {
+        const auto comm = comm::make_single();
+        run_part(*comm, shared);
+    } else {
+        comm::run_threads_as_parts(setting.parts, [&](comm::Communicator& comm) { run_part(comm, shared); });
+    }
+    return std::move(shared.outcome);
+}
+
+Case shrink(Case c, const std::function<bool(const Case&)>& in_trouble) {
+    int attempts = 2000;
+    const auto attempt = [&](Case smaller) {
+        if (--attempts < 0 || !in_trouble(smaller)) return false;
+        c = std::move(smaller);
+        return true;
+    };
+    for (bool smaller = true; smaller && attempts > 0;) {
+        smaller = false;
+        for (std::size_t b = c.bursts.size(); b-- > 0;) {
+            for (std::size_t i = c.bursts[b].size(); i-- > 0;) {
+                Case less = c;
+                less.bursts[b].erase(less.bursts[b].begin() + static_cast<std::ptrdiff_t>(i));
+                smaller = attempt(std::move(less)) || smaller;
+            }
+            Case less = c;
+            less.bursts.erase(less.bursts.begin() + static_cast<std::ptrdiff_t>(b));
+            if (!less.bursts.empty()) smaller = attempt(std::move(less)) || smaller;
+        }
+        for (std::size_t i = c.cells.size(); i-- > 0 && c.cells.size() > 1;) {
+            Case less = c;
+            less.cells.erase(less.cells.begin() + static_cast<std::ptrdiff_t>(i));
+            smaller = attempt(std::move(less)) || smaller;
+        }
+    }
+    return c;
+}
+
+}  // namespace meld::retraction
