@@ -88,8 +88,17 @@ class Bindings {
 
 }  // namespace
 
-void check_bindings(const Program& program, diagnostics::Reporter& report) {
-    for (const Rule& rule : program.rules) Bindings(program, rule, report).run();
+void check_bindings(Program& program, diagnostics::Reporter& report) {
+    for (Rule& rule : program.rules) {
+        if (rule.refused) continue;
+        const std::size_t errors = report.error_count();
+        Bindings(program, rule, report).run();
+        rule.refused = report.error_count() > errors;
+        // A variable that stands once in a rule is often a slip of the pen; `_` or `_Name` says it is meant.
+        for (const VariableId v : rule.used_once)
+            if (!rule.refused)
+                report.add(Kind::SingleUse, rule.variables[v].span, fmt::format("`{}` is used once in this rule", rule.variables[v].name)).help = "write `_` if any value will do";
+    }
 }
 
 }  // namespace meld::check

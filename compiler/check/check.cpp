@@ -7,11 +7,10 @@ Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint3
     Program program;
     declare(tree, prelude_files, program, report);
     resolve_rules(files, tree, program, report);
-    if (report.has_errors()) return program;
     find_homes(program, report);
     check_bindings(program, report);
-    if (report.has_errors()) return program;
     stratify(program, report);
+    if (!report.has_errors()) warn_of_useless(program, prelude_files, report);
     return program;
 }
 

@@ -18,10 +18,12 @@ void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& pro
 // Rules: names to ids, types of all terms, implicit conversions; heads of views split into a rule each.
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value. Warns of variables used once.
-void check_bindings(const Program& program, diagnostics::Reporter& report);
+void check_bindings(Program& program, diagnostics::Reporter& report);
 // Homes: which catom a rule runs at, and whether links connect the others to it.
 void find_homes(Program& program, diagnostics::Reporter& report);
-// Components in order, recursion through negation and aggregates, predicates never derived or never read.
+// Components in order, recursion through negation and aggregates.
 void stratify(Program& program, diagnostics::Reporter& report);
+// Rules that never fire, predicates that never hold or are never used. Assumes that no error was reported.
+void warn_of_useless(const Program& program, std::uint32_t prelude_files, diagnostics::Reporter& report);
 
 }  // namespace meld::check

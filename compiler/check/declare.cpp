@@ -31,6 +31,7 @@ class Declarer {
     // ---- predicates
 
     void declare(const syntax::Declaration& d) {
+        const std::size_t errors = report_.error_count();
         Predicate p;
         p.name = d.name.text;
         p.span = d.name.span;
@@ -39,6 +40,7 @@ class Declarer {
         modifiers(d, p);
         for (std::size_t i = 0; i < d.arguments.size(); ++i) argument(d, i, p);
         check_shape(d, p);
+        p.refused = report_.error_count() > errors;
         add(d, std::move(p));
     }
 
@@ -136,7 +138,7 @@ class Declarer {
         const auto key = std::pair(p.name, p.arguments.size());
         const auto found = names_.find(key);
         if (found == names_.end()) {
-            if (!p.prelude) refuse_other_form(d, p);
+            if (!p.prelude && !p.refused) refuse_other_form(d, p);
             names_.emplace(key, program_.predicates.add(std::move(p)));
             return;
         }
@@ -148,6 +150,7 @@ class Declarer {
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
         if (!same_types || p.linear() != before.linear() || (p.kind == PredicateKind::Action) != (before.kind == PredicateKind::Action)) {
+            before.refused = true;
             report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help = "write `" + form(before) + "`";
             return;
         }
@@ -156,12 +159,13 @@ class Declarer {
     }
 
     // A predicate of the prelude declared with another number of arguments is a mistake, not a new predicate.
-    void refuse_other_form(const syntax::Declaration& d, const Predicate& p) {
+    void refuse_other_form(const syntax::Declaration& d, Predicate& p) {
         if (!p.sensed && p.kind != PredicateKind::Action) return;
         for (const Predicate& known : program_.predicates)
             if (known.prelude && known.name == p.name) {
                 report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size())).help =
                     "write `" + form(known) + "`";
+                p.refused = true;
                 return;
             }
     }
@@ -221,9 +225,6 @@ class Declarer {
             constant.type = value->type;
             constant.integer = value->integer;
             constant.real = value->real;
-        } else if (pending.state != State::Done) {
-            report_.add(Kind::BadConstant, pending.tree->value->span, fmt::format("the value of `{}` cannot be computed here", name)).help =
-                "use numbers, true, false, catoms, other constants and + - * / %";
         }
         pending.state = State::Done;
     }
@@ -235,46 +236,68 @@ class Declarer {
         if (const auto* c = std::get_if<syntax::CatomLiteral>(&e.node)) return Number{Type::Node, c->id, 0};
         if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses && constants_.contains(call->name)) {
             evaluate(call->name);
+            // One that has no value has been reported.
             const Constant& other = program_.constants[constants_.at(call->name).id];
             if (other.type == Type::Error) return std::nullopt;
             return Number{other.type, other.integer, other.real};
         }
+        if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses) {
+            std::vector<std::string> known;
+            for (const auto& [name, pending] : constants_) known.push_back(name);
+            const std::string near = diagnostics::nearest_name(call->name, known);
+            report_.add(Kind::UnknownFunction, e.span, fmt::format("there is no constant `{}`", call->name)).help =
+                near.empty() ? fmt::format("declare it: `const {} = ...`", call->name) : fmt::format("did you mean `{}`?", near);
+            return std::nullopt;
+        }
         if (const auto* u = std::get_if<syntax::Unary>(&e.node); u != nullptr && u->op == syntax::UnaryOp::Negate) {
             std::optional<Number> v = fold(*u->operand);
-            if (!v || (v->type != Type::Int && v->type != Type::Float)) return std::nullopt;
-            Number n = *v;
-            n.real = -n.real;
-            if (__builtin_sub_overflow(std::int64_t{0}, n.integer, &n.integer)) return std::nullopt;
-            return n;
+            if (!v) return std::nullopt;
+            if (v->type != Type::Int && v->type != Type::Float) return not_constant(e.span);
+            return negated(*v, e.span);
         }
-        if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return fold_binary(*b);
+        if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return fold_binary(*b, e.span);
+        return not_constant(e.span);
+    }
+    std::optional<Number> negated(Number n, Span span) {
+        n.real = -n.real;
+        if (__builtin_sub_overflow(std::int64_t{0}, n.integer, &n.integer)) return no_value(span, "this does not fit into 64 bits");
+        return n;
+    }
+    std::nullopt_t no_value(Span span, const std::string& why) {
+        report_.add(Kind::BadConstant, span, why);
+        return std::nullopt;
+    }
+    std::nullopt_t not_constant(Span span) {
+        report_.add(Kind::BadConstant, span, "this cannot be computed before the program runs").help = "use numbers, true, false, catoms, other constants and + - * / %";
         return std::nullopt;
     }
 
-    std::optional<Number> fold_binary(const syntax::Binary& b) {
+    std::optional<Number> fold_binary(const syntax::Binary& b, Span span) {
         using syntax::BinaryOp;
         const std::optional<Number> l = fold(*b.left), r = fold(*b.right);
         const auto numeric = [](const std::optional<Number>& n) { return n && (n->type == Type::Int || n->type == Type::Float); };
-        if (!numeric(l) || !numeric(r)) return std::nullopt;
+        if (!l || !r) return std::nullopt;
+        if (!numeric(l) || !numeric(r)) return not_constant(span);
         if (l->type == Type::Int && r->type == Type::Int) {
             std::int64_t out = 0;
             switch (b.op) {
-                case BinaryOp::Add: return __builtin_add_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
-                case BinaryOp::Subtract: return __builtin_sub_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
-                case BinaryOp::Multiply: return __builtin_mul_overflow(l->integer, r->integer, &out) ? std::nullopt : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Add: return __builtin_add_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Subtract: return __builtin_sub_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
+                case BinaryOp::Multiply: return __builtin_mul_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
                 case BinaryOp::Divide:
                 case BinaryOp::Modulo:
-                    if (r->integer == 0 || r->integer == -1) return std::nullopt;
+                    if (r->integer == 0) return no_value(span, "division by zero");
+                    if (r->integer == -1) return b.op == BinaryOp::Modulo ? Number{Type::Int, 0, 0} : negated(*l, span);
                     return Number{Type::Int, b.op == BinaryOp::Divide ? l->integer / r->integer : l->integer % r->integer, 0};
-                default: return std::nullopt;
+                default: return not_constant(span);
             }
         }
         switch (b.op) {
             case BinaryOp::Add: return Number{Type::Float, 0, l->as_real() + r->as_real()};
             case BinaryOp::Subtract: return Number{Type::Float, 0, l->as_real() - r->as_real()};
             case BinaryOp::Multiply: return Number{Type::Float, 0, l->as_real() * r->as_real()};
-            case BinaryOp::Divide: return r->as_real() == 0 ? std::nullopt : std::optional(Number{Type::Float, 0, l->as_real() / r->as_real()});
-            default: return std::nullopt;
+            case BinaryOp::Divide: return r->as_real() == 0 ? no_value(span, "division by zero") : std::optional(Number{Type::Float, 0, l->as_real() / r->as_real()});
+            default: return not_constant(span);
         }
     }
 
@@ -289,7 +312,8 @@ class Declarer {
     void declare(const syntax::Export& e) { not_yet(e.span, "exports"); }
     void declare(const syntax::Module&) {}
     void declare(const syntax::Hint& h) {
-        report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` is read and has no effect: it cannot change results", h.directive.text));
+        auto& d = report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` has no effect here", h.directive.text));
+        d.help = h.directive.text == "data" ? "give the facts in the world file, under [facts]" : "results do not depend on it; it can be left out";
     }
     void declare(const syntax::Rule&) {}
 

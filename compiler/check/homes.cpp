@@ -58,6 +58,8 @@ class Homes {
             const VariableId at = c.atom.arguments[0].variable;
             if (seen.contains(at) || !refused_.insert(at).second) continue;
             no_route(c.atom, at, body);
+            // What hangs together with it is missing the same link.
+            for (const VariableId v : reached(graph, at)) refused_.insert(v);
         }
     }
 
@@ -176,7 +178,11 @@ class Homes {
 }  // namespace
 
 void find_homes(Program& program, diagnostics::Reporter& report) {
-    for (Rule& rule : program.rules) Homes(program, rule, report).run();
+    for (Rule& rule : program.rules) {
+        const std::size_t errors = report.error_count();
+        Homes(program, rule, report).run();
+        rule.refused = report.error_count() > errors;
+    }
 }
 
 }  // namespace meld::check

@@ -39,6 +39,7 @@ struct Predicate {
     bool repeats = false;             // type action ... while.
     bool prelude = false;             // Declared in stdlib/prelude.meld.
     bool auxiliary = false;           // Made by the planner.
+    bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
     WorldSource world = WorldSource::None;
@@ -126,6 +127,8 @@ struct Rule {
     std::vector<Clause> body;
     std::vector<Head> heads;
     bool birth = false;               // Linear facts given once to every new catom (an axiom).
+    bool refused = false;             // A mistake in it has been reported; later passes leave it alone.
+    std::vector<VariableId> used_once;
 };
 using RuleId = Id<Rule>;
 

@@ -23,6 +23,8 @@ class Resolver {
             not_yet(tree.span, "selectors");
             return;
         }
+        errors_before_ = report_.error_count();
+        refused_ = false;
         Rule rule;
         rule.span = tree.span;
         rule.line = files_.begin(tree.span).line;
@@ -164,12 +166,16 @@ class Resolver {
 
     std::optional<PredicateId> find(const syntax::Atom& atom) {
         const auto found = names_.predicates.find({atom.name.text, atom.arguments.size()});
-        if (found != names_.predicates.end()) return found->second;
+        if (found != names_.predicates.end()) {
+            if (!program_.predicates[found->second].refused) return found->second;
+            refused_ = true;
+            return std::nullopt;
+        }
         for (const auto& [key, id] : names_.predicates)
             if (key.first == atom.name.text) {
                 const std::size_t needs = program_.predicates[id].arguments.size();
-                report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here are {}", atom.name.text, needs, needs == 1 ? "" : "s",
-                                                                       atom.arguments.size()))
+                report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, needs, needs == 1 ? "" : "s",
+                                                                       atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
                     .labels = {{program_.predicates[id].span, "declared here"}};
                 return std::nullopt;
             }
@@ -269,7 +275,7 @@ class Resolver {
     void finish(const syntax::Rule& tree, Rule& rule) {
         bool consumes = false;
         each_atom(rule.body, [&](const Atom& a, bool) { consumes = consumes || program_.predicates[a.predicate].linear(); });
-        single_use(tree, rule);
+        find_single_use(rule);
         const auto head_linear = [&](const Head& h) { return h.kind == Head::Kind::Comprehension || program_.predicates[h.atom.predicate].linear(); };
         if (tree.arrow == syntax::Arrow::View && consumes) {
             auto& d = report_.add(Kind::LinearInView, rule.span, "a view holds while its body does, and a linear fact is there to be consumed");
@@ -322,6 +328,7 @@ class Resolver {
     }
 
     void add(Rule rule) {
+        if (refused_ || report_.error_count() > errors_before_) return;
         std::string head = rule.heads.empty() ? "nothing" : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name : "all";
         rule.name = fmt::format("{}@{}", head, rule.line);
         int twin = 1;
@@ -331,8 +338,7 @@ class Resolver {
         program_.rules.add(std::move(rule));
     }
 
-    // A variable that stands once in a rule is often a slip of the pen; `_` or `_Name` says it is meant.
-    void single_use(const syntax::Rule& tree, const Rule& rule) {
+    static void find_single_use(Rule& rule) {
         std::vector<int> uses(rule.variables.count(), 0);
         const auto count = [&](VariableId v) { ++uses[v.index()]; };
         for (const Clause& c : rule.body) each_variable(c, count);
@@ -341,9 +347,8 @@ class Resolver {
             const Variable& v = rule.variables[id];
             if (uses[id.index()] != 1 || v.name.starts_with("_")) continue;
             if (rule.body.empty()) continue;  // p(A): at every catom.
-            report_.add(Kind::SingleUse, v.span, fmt::format("`{}` is used once in this rule", v.name)).help = fmt::format("write `_` if any value will do");
+            rule.used_once.push_back(id);
         }
-        (void)tree;
     }
     template <class Count>
     static void count_heads(const std::vector<Head>& heads, const Count& count) {
@@ -373,6 +378,9 @@ class Resolver {
     Scope* scope_ = nullptr;
     Rule* rule_ = nullptr;
     bool dialect_linear_ = false;
+    std::size_t errors_before_ = 0;
+    // The rule uses a predicate whose declaration was refused.
+    bool refused_ = false;
     bool lower_case_noted_ = false;
 };
 

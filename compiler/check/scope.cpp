@@ -1,6 +1,7 @@
 #include "compiler/check/scope.h"
 
 #include <algorithm>
+#include <set>
 
 namespace meld::check {
 
@@ -20,6 +21,21 @@ const std::map<std::string, Builtin> kBuiltins = {
     {"int2float", {Op::ToFloat, {Type::Int}, Type::Float}},      {"truncate", {Op::Truncate, {Type::Float}, Type::Int}},
     {"float2int", {Op::Truncate, {Type::Float}, Type::Int}},     {"sqrt", {Op::Sqrt, {Type::Float}, Type::Float}},
     {"node2int", {Op::NodeToInt, {Type::Node}, Type::Int}}};
+
+// The library of existing programs that this version does not have.
+const std::set<std::string> kLater = {"llength", "lnth", "lappend", "lreverse", "lsort", "lexists", "ltake", "lremove", "lcount", "lreduce", "lunion", "ladd", "intpower", "randint", "randfloat",
+                                      "int2str", "float2str", "str2int", "node2str", "normalize", "damp", "convolve", "divide", "addfloatlists", "residual", "random"};
+
+std::string kind_of_value(const syntax::Expr& e) {
+    if (std::holds_alternative<syntax::StringLiteral>(e.node)) return "a string";
+    if (std::holds_alternative<syntax::WorldSize>(e.node)) return "`@world`";
+    if (std::holds_alternative<syntax::RunArgument>(e.node)) return "a run argument";
+    if (std::holds_alternative<syntax::Let>(e.node)) return "`let`";
+    if (std::holds_alternative<syntax::ListValue>(e.node)) return "a list";
+    if (std::holds_alternative<syntax::StructValue>(e.node)) return "a struct";
+    if (std::holds_alternative<syntax::TupleValue>(e.node)) return "a tuple";
+    return "this kind of value";
+}
 
 bool numeric(Type t) { return t == Type::Int || t == Type::Float || t == Type::Error; }
 
@@ -148,7 +164,7 @@ Term Scope::untyped(const syntax::Expr& e) {
     } else if (std::holds_alternative<syntax::Anonymous>(e.node)) {
         report_.add(Kind::UnboundVariable, e.span, "`_` stands for any value, and an expression needs one");
     } else {
-        return unsupported(e.span, "this kind of value");
+        return unsupported(e.span, kind_of_value(e));
     }
     return term;
 }
@@ -183,6 +199,11 @@ Term Scope::name_or_call(const syntax::Call& call, Span span) {
     }
     const auto found = kBuiltins.find(call.name);
     if (found == kBuiltins.end()) {
+        if (kLater.contains(call.name)) {
+            report_.add(Kind::NotSupportedYet, span, fmt::format("the function `{}` is not compiled by this version", call.name)).help =
+                "functions here are abs, float, max, min, node2int, sqrt and truncate";
+            return term;
+        }
         std::vector<std::string> known;
         for (const auto& [name, b] : kBuiltins) known.push_back(name);
         const std::string near = diagnostics::nearest_name(call.name, known);
@@ -192,8 +213,8 @@ Term Scope::name_or_call(const syntax::Call& call, Span span) {
     }
     const Builtin& builtin = found->second;
     if (builtin.parameters.size() != call.arguments.size()) {
-        report_.add(Kind::ArityMismatch, span, fmt::format("`{}` takes {} argument{}, and here are {}", call.name, builtin.parameters.size(),
-                                                           builtin.parameters.size() == 1 ? "" : "s", call.arguments.size()));
+        report_.add(Kind::ArityMismatch, span, fmt::format("`{}` takes {} argument{}, and here {} {}", call.name, builtin.parameters.size(),
+                                                           builtin.parameters.size() == 1 ? "" : "s", call.arguments.size() == 1 ? "is" : "are", call.arguments.size()));
         return term;
     }
     term.op = builtin.op;
@@ -275,7 +296,7 @@ Term Scope::conditional(const syntax::Conditional& c, Span span) {
     if (!compatible(t, f))
         report_.add(Kind::TypeMismatch, span, "both sides of `if` must have one type").labels = {{c.then_value->span, "this is " + type_name(t)},
                                                                                                {c.else_value->span, "this is " + type_name(f)}};
-    term.type = t == Type::Float || f == Type::Float ? Type::Float : t == Type::Error ? f : t;
+    term.type = !compatible(t, f) ? Type::Error : t == Type::Float || f == Type::Float ? Type::Float : t == Type::Error ? f : t;
     term.operands.push_back(resolve(*c.condition, Type::Bool, "`if`"));
     term.operands.push_back(resolve(*c.then_value, term.type, "`then`"));
     term.operands.push_back(resolve(*c.else_value, term.type, "`else`"));

@@ -34,7 +34,7 @@ class Strata {
   private:
     void add_edges(RuleId id) {
         const Rule& rule = program_.rules[id];
-        if (rule.linear) return;
+        if (rule.linear || rule.refused) return;
         each_atom(rule.body, [&](const Atom& a, bool negated) {
             edges_[rule.heads[0].atom.predicate.index()].push_back({a.predicate, id, a.span, negated, a.arguments[0].variable != rule.home});
         });
@@ -100,7 +100,11 @@ class Strata {
                 c.recursive = true;
                 (e.remote ? c.links : c.local) = true;
                 c.tree = c.tree || folds;
-                if (e.negated) refuse(Kind::NegativeRecursion, "recursion through `not`", p, e, c);
+                if (e.negated)
+                    refuse(Kind::NegativeRecursion,
+                           p == e.to ? fmt::format("`{}` holds where it does not hold", head.name)
+                                     : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
+                           p, e, c);
             }
         }
         if (c.tree) check_tree(c, inside);
@@ -113,7 +117,7 @@ class Strata {
         for (const PredicateId p : c.predicates)
             for (const Edge& e : edges_[p.index()])
                 if (inside(e.to) && !e.remote && local_cycle(p, e.to, inside)) {
-                    refuse(Kind::AggregateRecursion, fmt::format("recursion through {} at one catom", aggregate_name(program_.predicates[p].aggregate)), p, e, c);
+                    refuse(Kind::AggregateRecursion, fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_.predicates[p].aggregate), program_.predicates[p].name), p, e, c);
                     return;
                 }
         const PredicateId p = c.predicates[0];
@@ -160,8 +164,8 @@ class Strata {
             const std::string from = program_.predicates[program_.rules[(*e)->rule].heads[0].atom.predicate].name;
             d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
         }
-        d.help = kind == Kind::NegativeRecursion ? "break the cycle: decide one of these predicates without the other"
-                                                 : "aggregate into another predicate that the sum does not read";
+        d.help = kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
+                                                 : "aggregate into another predicate, which the rules of the cycle do not read";
     }
 
     // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.

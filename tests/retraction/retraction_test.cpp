@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "compiled.h"
 #include "run.h"
-#include "runtime/module/module.h"
 
 namespace meld::retraction {
 namespace {
@@ -20,25 +20,14 @@ std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise)
     return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-std::string compile(const std::string& name) {
-    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld' 2>/dev/null";
-    std::FILE* pipe = popen(command.c_str(), "r");
-    std::string output;
-    char buffer[4096];
-    for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) output.append(buffer, n);
-    pclose(pipe);
-    while (!output.empty() && output.back() == '\n') output.pop_back();
-    return output;
-}
-
 class Retraction : public testing::TestWithParam<Program> {
   protected:
     void SetUp() override {
-        Result<Module> module = load_module(compile(GetParam().name), kAbiVersion);
+        Result<Module> module = compiled(GetParam().name);
         ASSERT_TRUE(module) << module.error().message();
         module_ = std::make_unique<Module>(std::move(*module));
     }
-    const ModuleInfo& module() const { return *static_cast<const ModuleInfo*>(module_->table()); }
+    const ModuleInfo& module() const { return info_of(*module_); }
     Outcome run_case(const Case& c, const Setting& setting) const { return run(c, GetParam(), module(), expectations(c, GetParam()), setting); }
 
     // The failing case, made small, as text.

@@ -1,0 +1,187 @@
+"""Runs an example program in several worlds and compares what it derives: program_test.py MELDSIM EXAMPLES PROGRAM.
+
+In each world the digests of all ticks and the facts at the end must be the same bytes on 1 to 4 processes with 1 and 2
+threads, and the facts those that expected.py computes by other means.
+"""
+
+import collections
+import math
+import pathlib
+import sys
+import tempfile
+
+import expected
+from lattice import position, touching
+from runner import Runner
+from worlds import World, ball, box, standing_worlds
+
+
+class Case:
+    """A world, or the example's own (a path), with what the check has to know about it."""
+
+    def __init__(self, world, facts="", options=(), sources=(), **known):
+        self.world = world
+        self.facts = facts
+        self.options = options
+        self.source_cells = sources
+        self.__dict__.update(known)
+
+    @property
+    def name(self):
+        return "its own world" if isinstance(self.world, str) else self.world.name
+
+    def run(self, runner, examples):
+        if isinstance(self.world, str):
+            path = examples / self.world
+        else:
+            path = runner.folder / "world.toml"
+            path.write_text(self.world.text(self.facts))
+        self.outcome = runner.run_all_sizes(path, self.options)
+        cell_of = self.outcome.cell_of
+        self.lattice = self.lattice if isinstance(self.world, str) else self.world.lattice
+        self.places = {catom: position(self.lattice, cell) for catom, cell in cell_of.items()}
+        self.links = touching(self.lattice, cell_of)
+        self.sources = [catom for catom, cell in cell_of.items() if cell in self.source_cells]
+
+    def check_cells(self):
+        if self.outcome.summary["ended"] != "quiet":
+            raise AssertionError(f"the run ended with {self.outcome.summary['ended']}")
+        if not isinstance(self.world, str) and not hasattr(self, "goals") and sorted(self.outcome.cell_of.values()) != sorted(self.world.cells):
+            raise AssertionError("the catoms do not stand in the cells of the world")
+        if len(self.sources) != len(self.source_cells):
+            raise AssertionError(f"catoms at {len(self.sources)} of {len(self.source_cells)} sources")
+
+    def expect_messages(self, count):
+        if self.outcome.summary["linear_messages"] != count:
+            raise AssertionError(f"{self.outcome.summary['linear_messages']} linear messages, expected {count}")
+
+
+def at(cell):
+    return f"cell == {tuple(cell)}"
+
+
+def from_first(predicate):
+    """Cases with one source, in the first cell of each world."""
+    for world in standing_worlds():
+        first = min(world.cells)
+        yield Case(world, f'{predicate} = ["{at(first)}"]', sources=[first])
+
+
+def gradient():
+    yield Case("gradient.toml", lattice="cubic", sources=[(-10, -10, -10)])
+    for world in standing_worlds():
+        ends = [min(world.cells), max(world.cells)]
+        yield Case(world, f'source = ["{at(ends[0])}", "{at(ends[1])}"]', sources=ends)
+
+
+def spanning_tree():
+    yield Case("spanning_tree.toml", lattice="cubic", sources=[(0, -8, -8)])
+    yield from from_first("root")
+
+
+def leader():
+    yield Case("leader.toml", lattice="fcc")
+    yield from (Case(world) for world in standing_worlds())
+
+
+def census():
+    yield Case("census.toml", lattice="fcc", sources=[(9, 0, 0)])
+    yield from from_first("root")
+    # Two roots share the catoms between them.
+    bar = World("a bar with two roots", "cubic", box((-20, 0, 0), (20, 4, 4)))
+    roots = [min(bar.cells), max(bar.cells)]
+    yield Case(bar, f'root = ["{at(roots[0])}", "{at(roots[1])}"]', sources=roots)
+
+
+def temperature():
+    yield Case("temperature.toml", lattice="square", rounds=20, degrees=lambda cell: 100.0 if cell[0] < -10 else 20.0)
+    given = 'temperature = [{ where = "x < 0", args = [0, 90.5] }, { where = "x >= 0", args = [0, -7.25] }]'
+    for world in standing_worlds():
+        yield Case(world, given, ("--set", "rounds=11"), rounds=11, degrees=lambda cell: 90.5 if cell[0] < 0 else -7.25)
+
+
+def flood():
+    yield Case("flood.toml", lattice="hex", sources=[(0, 0, 0), (0, 14, 0)])
+    for world in standing_worlds():
+        first = min(world.cells)
+        yield Case(world, f'visit = [{{ where = "{at(first)}", args = [0] }}]', sources=[first])
+
+
+def height_colour():
+    yield Case("height_colour.toml", lattice="cubic", thickness=2)
+    for world in standing_worlds():
+        yield Case(world, options=("--set", "thickness=3"), thickness=3)
+
+
+def thermometer():
+    yield Case("thermometer.toml", lattice="cubic", limit=20.0, degrees=lambda place: 20.0 - 0.5 * place[0])
+    for world in standing_worlds():
+        plane = world._replace(more='[components]\nthermometer = "plane"')
+        yield Case(plane, options=("--set", "limit=21.0"), limit=21.0, degrees=lambda place: 20.0 - 0.5 * place[0])
+    drift = World("a ball that warms", "fcc", ball("fcc", 4), '[components]\nthermometer = "drift"')
+    yield Case(drift, limit=20.0, degrees=lambda place: 30.0)
+
+
+def walk():
+    own = {(-11, -4, 0): (0, 1), (-11, 3, 0): (10, -3)}
+    yield Case("walk.toml", lattice="cubic", goals=own, cells=box((-12, -6, -3), (12, 6, 0)) + box((-3, -6, 0), (3, 6, 4)) + list(own), may_block=False)
+
+    def case(name, ground, goals, may_block=False):
+        world = World(name, "cubic", ground + list(goals), '[motion]\nkind = "lattice"')
+        sent = ", ".join(f'{{ where = "{at(start)}", args = [{x}, {y}] }}' for start, (x, y) in goals.items())
+        return Case(world, f"sent = [{sent}]", goals=goals, cells=world.cells, may_block=may_block)
+
+    flat = box((-12, -9, 0), (12, 9, 2))
+    yield case("a floor", flat, {(-12, -9, 2): (11, 8)})
+    yield case("a floor, backwards", flat, {(11, 8, 2): (-12, -9)})
+    yield case("a walker that is there", flat, {(3, 3, 2): (3, 3)})
+    # A stair up and down, a deep step, a goal on it and one behind it; lanes that touch.
+    stair = flat + box((-6, -9, 2), (4, 9, 5)) + box((-3, -9, 5), (1, 9, 12))
+    yield case("stairs", stair, {(-12, y, 2): (x, y) for y, x in ((-9, -6), (-8, -5), (-3, -3), (0, 0), (4, 3), (8, 11))})
+    yield case("stairs along y", [(y, x, z) for x, y, z in stair], {(-9, -12, 2): (-9, 11), (0, 11, 2): (0, -12), (8, 11, 2): (8, 1)})
+    pit = [cell for cell in flat if cell not in set(box((-2, -9, 1), (2, 9, 2)))]
+    yield case("a pit", pit, {(-12, 0, 2): (9, -5)})
+    # Both want the cell between them, in the end or at the start.
+    yield case("walkers that meet", flat, {(-3, 0, 2): (7, 0), (1, 0, 2): (-8, 0)}, may_block=True)
+    yield case("walkers that cross", flat, {(-4, -4, 2): (1, 4), (0, 3, 2): (0, -8), (1, 8, 2): (1, -8)}, may_block=True)
+
+
+PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk)}
+
+
+def equal(found, wanted):
+    """Facts are the same, numbers up to rounding: the order of a sum is the program's own."""
+    return len(found) == len(wanted) and all(
+        len(a) == len(b) and all(math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-9) if isinstance(x, float) else x == y for x, y in zip(a, b))
+        for a, b in zip(found, wanted))
+
+
+def check(case, compute):
+    case.check_cells()
+    wanted = compute(case)
+    for name in sorted(set(wanted) | set(case.outcome.facts)):
+        here, there = sorted(case.outcome.facts[name]), sorted(wanted.get(name, []))
+        if equal(here, there):
+            continue
+        extra = collections.Counter(here) - collections.Counter(there)
+        missing = collections.Counter(there) - collections.Counter(here)
+        raise AssertionError(f"{name} is not as expected; not expected: {list(extra)[:5]}; missing: {list(missing)[:5]}")
+
+
+def main():
+    meldsim, examples, program = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+    with tempfile.TemporaryDirectory() as folder:
+        runner = Runner(meldsim, examples / f"{program}.meld", folder)
+        for case in PROGRAMS[program]():
+            case.run(runner, examples)
+            try:
+                check(case, getattr(expected, program))
+            except AssertionError as error:
+                sys.exit(f"{program} in {case.name}: {error}")
+            told = case.outcome.summary
+            print(f"{case.name}: {told['catoms']} catoms, {told['ticks']} ticks, {told['exported_changes'] / told['catoms']:.1f} exported changes "
+                  f"and {told['linear_messages'] / told['catoms']:.1f} linear messages a catom")
+
+
+if __name__ == "__main__":
+    main()

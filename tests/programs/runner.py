@@ -1,0 +1,81 @@
+"""Runs a program with meldsim on several numbers of processes and threads, and reads what it writes."""
+
+import collections
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+WHERE = "\ntype where-cell(node, int X, int Y, int Z).\nwhere-cell(A, X, Y, Z) :- cell(A, X, Y, Z).\n"
+SIZES = [(processes, threads) for processes in (1, 2, 3, 4) for threads in (1, 2)]
+FACT = re.compile(r"([^(]+)\((.*)\)\.")
+# What a run has done does not depend on how it was divided.
+SAME = ("ended", "ticks", "catoms", "evaluations", "derivations", "exported_changes", "linear_messages", "dropped_messages")
+
+
+class Outcome:
+    """The facts at the end, {predicate: [arguments]} with catoms as ids, the cell of each catom, and the summary."""
+
+    def __init__(self, text, summary):
+        self.summary = summary
+        self.facts = collections.defaultdict(list)
+        for line in text.splitlines():
+            name, arguments = FACT.fullmatch(line).groups()
+            self.facts[name].append(tuple(literal(word) for word in arguments.split(", ")))
+        self.cell_of = {row[0]: row[1:] for row in self.facts.pop("where-cell", [])}
+
+
+def literal(word):
+    if word.startswith("@"):
+        return int(word[1:])
+    return int(word) if re.fullmatch(r"-?\d+", word) else float(word)
+
+
+class Runner:
+    def __init__(self, meldsim, program, folder):
+        self.meldsim = meldsim
+        self.folder = pathlib.Path(folder)
+        self.program = pathlib.Path(program)
+        # The program as it is, and with its cells told.
+        self.telling = self.folder / self.program.name
+        self.telling.write_text(self.program.read_text() + WHERE)
+        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+                                OMPI_MCA_rmaps_base_oversubscribe="1")
+
+    def run(self, program, world, processes, threads, options):
+        facts, digest = self.folder / "out.facts", self.folder / "out.digest"
+        facts.unlink(missing_ok=True)
+        command = [self.meldsim, "run", program, "--world", world, "--facts-out", facts, "--digest", digest, "--json", "-n", str(processes), "--threads", str(threads), *options]
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            sys.exit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout}{done.stderr}")
+        return facts.read_text(), digest.read_text(), json.loads(done.stdout)
+
+    def run_all_sizes(self, world, options=()):
+        """The outcome in this world (a path), which must be the same for all numbers of processes and threads."""
+        text, digests, summary = self.run(self.telling, world, *SIZES[0], options)
+        for processes, threads in SIZES[1:]:
+            other, their_digests, told = self.run(self.telling, world, processes, threads, options)
+            divided = f"{processes} processes of {threads} threads"
+            if other != text:
+                sys.exit(f"{divided} derive other facts:\n{first_difference(text, other)}")
+            if their_digests != digests:
+                sys.exit(f"{divided} go another way:\n{first_difference(digests, their_digests)}")
+            for key in SAME:
+                if told[key] != summary[key]:
+                    sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
+        # What the program derives does not change because its cells are told.
+        plain, _, _ = self.run(self.program, world, 1, 1, options)
+        untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("where-cell("))
+        if plain != untold:
+            sys.exit(f"without cells other facts are derived:\n{first_difference(untold, plain)}")
+        return Outcome(text, summary)
+
+
+def first_difference(one, other):
+    for a, b in zip(one.splitlines(), other.splitlines()):
+        if a != b:
+            return f"  {a}\n  {b}"
+    return f"  {len(one.splitlines())} and {len(other.splitlines())} lines"
