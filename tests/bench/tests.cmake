@@ -1,0 +1,7 @@
+# Benchmarks are built and run once on small worlds, so that they never rot; figures come from tests/bench/run.
+foreach(bench gradient shape)
+  add_executable(bench_${bench} ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_${bench}.cpp)
+  target_link_libraries(bench_${bench} PRIVATE runtime_driver)
+endforeach()
+add_test(NAME bench_gradient_small COMMAND bench_gradient ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 12)
+add_test(NAME bench_shape_small COMMAND bench_shape ${CMAKE_SOURCE_DIR}/examples/meld/shape_change.meld 0)
