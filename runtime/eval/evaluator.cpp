@@ -14,6 +14,9 @@ namespace {
 // Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
 constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
+// Expired memories are forgotten in the same ticks on every part, however many it has: ranks that grow by more than one a
+// tick can make one matter again, and then all parts must agree on whether it is still there.
+constexpr i64 kSweepTicks = 64;
 
 struct PendingRows {
     u32 catom;
@@ -48,8 +51,10 @@ struct Evaluator::Thread : Eval {
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;
     std::vector<u8> bytes;
+    // Arguments are offsets into `values` until gather() makes pointers of them.
     std::vector<Message> messages;
     std::vector<Action> actions;
+    std::vector<Value> values;
     std::vector<Loss> losses;
     std::vector<Wake> wakes;
     u32 sequence = 0;
@@ -61,6 +66,22 @@ struct Evaluator::Thread : Eval {
         if (count > 0) bytes.insert(bytes.end(), static_cast<const u8*>(from), static_cast<const u8*>(from) + count);
         return at;
     }
+    // Adds what the group has lost earlier in this evaluation of the catom; linear rules have views settled several times.
+    bool lost_now(u16 predicate, u64 key, bool remembered, Tombstone& memory) const {
+        bool any = false;
+        for (std::size_t i = losses.size(); i-- > 0 && losses[i].catom == catom;) {
+            if (losses[i].predicate != predicate || losses[i].key != key) continue;
+            memory = {remembered || any ? std::min(memory.least_rank, losses[i].rank) : losses[i].rank, part->now};
+            any = true;
+        }
+        return any;
+    }
+    const Value* keep_values(const Value* from, u32 count) {
+        const std::size_t at = values.size();
+        values.insert(values.end(), from, from + count);
+        return reinterpret_cast<const Value*>(at * sizeof(Value));
+    }
+    const Value* kept_values(const Value* offset) const { return values.data() + reinterpret_cast<std::uintptr_t>(offset) / sizeof(Value); }
     void new_chunk(std::size_t size) {
         chunks.push_back(std::make_unique_for_overwrite<u8[]>(size));
         arena = arena_start = chunks.back().get();
@@ -96,22 +117,24 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
         const u32 arity = t.owner->module_.predicates[predicate].arity;
-        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, std::vector<Value>(arguments, arguments + arity)});
+        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, t.keep_values(arguments, arity)});
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         const u32 arity = t.owner->module_.predicates[predicate].arity;
-        t.actions.push_back({e->catom, predicate, std::vector<Value>(arguments, arguments + arity)});
+        t.actions.push_back({e->catom, predicate, t.keep_values(arguments, arity)});
     };
     host_.wake = [](Eval* e, i64 tick, u64 dirty) { of(e).wakes.push_back({tick, e->catom, dirty}); };
     host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
-        const Tombstones::Entry* found = of(e).owner->tombstones_.find(e->catom, predicate, key);
-        if (found == nullptr || Tombstones::expired(*found, e->part->now, e->part->greatest_rank, e->part->latency)) return false;
-        *out = {found->least_rank, found->time};
-        return true;
+        const Thread& t = of(e);
+        const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
+        const bool before = found != nullptr && !Tombstones::expired(*found, e->part->now, e->part->greatest_rank, e->part->latency);
+        if (before) *out = {found->least_rank, found->time};
+        return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
+    for (u32 p = 0; p < module.predicate_count; ++p) linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
     for (int i = 0; i < workers.threads(); ++i) {
         threads_.push_back(std::make_unique<Thread>());
         Thread& t = *threads_.back();
@@ -134,7 +157,7 @@ void Evaluator::mark_readers(const Geometry& g, u32 catom, u64 bits) {
 
 Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
     agenda_.take(awake_, dirty_, [&](u32 catom) { return part.geometry.catom_state[catom] == kCatomOwned; });
-    part.tombstones = !tombstones_.empty();
+    part.tombstones = !tombstones_.empty() || linear_;
     for (auto& t : threads_) {
         t->part = &part;
         t->trap = Trap::None;
@@ -143,6 +166,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->dropped = 0;
         t->greatest_rank = 0;
         t->sequence_of = kNone32;
+        t->values.clear();
     }
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
@@ -202,8 +226,10 @@ void Evaluator::gather(const Part& part) {
         statistics_.changes += t->records.size() + t->rows.size();
         statistics_.messages += t->messages.size();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
-        std::move(t->messages.begin(), t->messages.end(), std::back_inserter(messages_));
-        std::move(t->actions.begin(), t->actions.end(), std::back_inserter(actions_));
+        for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
+        for (Action& a : t->actions) a.arguments = t->kept_values(a.arguments);
+        messages_.insert(messages_.end(), t->messages.begin(), t->messages.end());
+        actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(w.tick, w.catom, w.dirty);
         t->messages.clear();
@@ -217,10 +243,7 @@ void Evaluator::gather(const Part& part) {
     const u64* id = part.geometry.catom_id;
     std::sort(messages_.begin(), messages_.end(), [](const Message& a, const Message& b) { return std::tie(a.to, a.from, a.sequence) < std::tie(b.to, b.from, b.sequence); });
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return id[a.catom] < id[b.catom]; });
-    if (tombstones_.count() > sweep_at_) {
-        tombstones_.sweep(part.now, part.greatest_rank, part.latency);
-        sweep_at_ = std::max<std::size_t>(1024, 2 * tombstones_.count());
-    }
+    if (part.now % kSweepTicks == 0) tombstones_.sweep(part.now, part.greatest_rank, part.latency);
 }
 
 std::string describe(const ModuleInfo& module, const Failure& f) {

@@ -21,13 +21,13 @@ struct Message {
     u16 predicate = 0;
     u64 from = 0;          // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
     u32 sequence = 0;
-    std::vector<Value> arguments = {};
+    const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
 
 struct Action {
     u32 catom = 0;
     u16 predicate = 0;
-    std::vector<Value> arguments = {};
+    const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
 
 // What went wrong inside the program; the message names rule, catom, tick, operands.
@@ -92,7 +92,7 @@ class Evaluator {
     Agenda agenda_;
     Tombstones tombstones_;
     Timers timers_;
-    std::size_t sweep_at_ = 1024;
+    bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<u32> awake_;
     std::vector<u64> dirty_;

@@ -53,7 +53,7 @@ void Recorder::colour(sim::PartState& part) {
     for (const eval::Action& a : part.actions()) {
         if (a.predicate != *set_color_) continue;
         std::uint32_t rgb = 0;
-        for (const Value& v : a.arguments) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(v.integer, 0, 255));
+        for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(a.arguments[i].integer, 0, 255));
         colours_[part.ensemble.id(a.catom)] = rgb;
     }
 }

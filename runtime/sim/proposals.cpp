@@ -1,8 +1,9 @@
 // Lattice motion, first half: from actions to proposals, and which of them are granted.
 #include <algorithm>
+#include <bit>
 #include <map>
-#include <unordered_map>
 
+#include "runtime/base/hash.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/lattice_motion.h"
 
@@ -17,6 +18,31 @@ constexpr CellKey kBody = CellKey{1} << 63;
 constexpr CellKey kActor = CellKey{3} << 62;
 
 void claim(Proposal& p, CellKey key) { p.claims[p.claim_count++] = key; }
+
+// The best proposal by claim: open addressing in one array, for this is asked several times a mover and tick.
+class Claims {
+  public:
+    explicit Claims(const std::vector<Proposal>& all) {
+        std::size_t claims = 16;
+        for (const Proposal& p : all) claims += p.claim_count;
+        slots_.resize(std::bit_ceil(claims * 2));
+    }
+    const Proposal*& at(CellKey key) {
+        // No claim is the key ~0: the highest brick is never reached by that cell.
+        for (std::size_t i = mix64(key) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
+            if (slots_[i].key == kEmpty) slots_[i].key = key;
+            if (slots_[i].key == key) return slots_[i].best;
+        }
+    }
+
+  private:
+    static constexpr CellKey kEmpty = ~CellKey{0};
+    struct Slot {
+        CellKey key = kEmpty;
+        const Proposal* best = nullptr;
+    };
+    std::vector<Slot> slots_;
+};
 
 }  // namespace
 
@@ -194,20 +220,19 @@ std::vector<Proposal> LatticeMotion::veto_teleports(PartState& part, std::vector
 
 // A proposal is granted if it is the smallest on each of its claims.
 std::vector<bool> LatticeMotion::decide(const std::vector<Proposal>& mine, const std::vector<Proposal>& all) {
-    std::unordered_map<CellKey, const Proposal*> best;
-    best.reserve(all.size() * 3);
+    Claims best(all);
     for (const Proposal& p : all)
         for (std::uint8_t i = 0; i < p.claim_count; ++i) {
-            const Proposal*& first = best[p.claims[i]];
+            const Proposal*& first = best.at(p.claims[i]);
             if (first == nullptr || p.order() < first->order()) first = &p;
         }
     std::vector<bool> granted;
     for (const Proposal& p : mine) {
         bool wins = true;
         for (std::uint8_t i = 0; i < p.claim_count && wins; ++i) {
-            const auto found = best.find(p.claims[i]);
             // A vetoed teleport is nobody's best.
-            wins = found != best.end() && found->second->order() == p.order();
+            const Proposal* first = best.at(p.claims[i]);
+            wins = first != nullptr && first->order() == p.order();
         }
         granted.push_back(wins);
     }

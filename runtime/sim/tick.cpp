@@ -34,7 +34,7 @@ const Totals& PartState::end_tick() {
 }
 
 // A fact arrives at a catom of this part; it is seen in the next tick.
-void PartState::deliver(const eval::Message& m) { give(m.predicate, m.to, m.arguments.data()); }
+void PartState::deliver(const eval::Message& m) { give(m.predicate, m.to, m.arguments); }
 
 void PartState::note_export(int thread, Catom catom, u16 column) {
     if (alone()) return;
@@ -65,7 +65,7 @@ void PartState::exchange() {
         put(out, Record::Message);
         put(out, lattice.key(ensemble.cell(m.to)));
         put(out, m.predicate);
-        for (const Value& v : m.arguments) put(out, v);
+        for (u32 i = 0; i < module.predicates[m.predicate].arity; ++i) put(out, m.arguments[i]);
     }
     std::vector<comm::Packet> packets;
     for (std::size_t other = 0; other < packets_.size(); ++other) {
@@ -90,11 +90,9 @@ void PartState::receive(const comm::Packet& packet) {
             at = columns.unpack_column(number, *catom, at, 0);
             mark_around(cell, module.columns[number].reader_dirty);
         } else {
-            eval::Message m;
-            m.to = *catom;
-            m.predicate = number;
-            for (u32 i = 0; i < module.predicates[number].arity; ++i) m.arguments.push_back(take_value<Value>(at));
-            deliver(m);
+            std::vector<Value> arguments(module.predicates[number].arity);
+            for (Value& v : arguments) v = take_value<Value>(at);
+            give(number, *catom, arguments.data());
         }
     }
 }
