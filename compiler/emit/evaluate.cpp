@@ -83,7 +83,7 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
-    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {});", c.rules[0].rule.index());
+    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<double>(s.e->part->max_derivations));", c.rules[0].rule.index());
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();
@@ -170,7 +170,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("if (!s.active[r]) continue;");
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
-        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<double>(fired));");
+        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<double>(e.part->max_derivations));");
         w.raw("break;");
         w.close();
         w.raw("s.active[r] = false;");

@@ -101,7 +101,7 @@ struct Part {
     u64 seed = 0;
     u32 latency = 1;         // The bound on link latency in ticks.
     u32 greatest_rank = 0;   // Of all facts that ever lived, anywhere, as of the last tick.
-    bool tombstones = false; // Whether this part remembers any loss.
+    bool tombstones = false; // Whether this part may remember a loss.
     u64 max_derivations = 0;
     u64 max_facts = 0;
 };

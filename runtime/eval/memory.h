@@ -48,7 +48,7 @@ class Tombstones {
     static bool expired(const Entry& e, i64 now, u32 greatest_rank, u32 latency) {
         return now > e.time + (i64{greatest_rank} - i64{e.least_rank} + 2) * latency;
     }
-    // Forgets what has expired. Cost: all that is remembered; called when the number has doubled.
+    // Forgets what has expired. Cost: all that is remembered.
     void sweep(i64 now, u32 greatest_rank, u32 latency) {
         for (auto it = by_catom_.begin(); it != by_catom_.end();) {
             std::erase_if(it->second, [&](const Entry& e) { return expired(e, now, greatest_rank, latency); });

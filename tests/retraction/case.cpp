@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 
 #include "runtime/world/world_file.h"
@@ -120,23 +121,19 @@ bool Mirror::apply(const Change& c) {
     return c.kind == Change::Kind::Give ? rows.insert(row).second : rows.erase(row) > 0;
 }
 
-Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
-    Random random(seed);
-    Case c{.seed = seed, .lattice = static_cast<LatticeKind>(below(random, 4)), .cells = {}, .bursts = {}};
-    const std::vector<Cell> space = choose_space(random, c.lattice);
-    c.cells = choose_cells(random, space);
-    world::sort_cells(c.cells, world::Lattice(c.lattice));
+namespace {
+
+// What is given at first, and changes at random ticks, each of which makes sense.
+void add_bursts(Random& random, Case& c, const std::vector<Given>& given, const std::vector<Cell>& space, std::int64_t bursts, const std::function<std::pair<std::int64_t, std::int64_t>()>& size) {
     Mirror mirror(c, given);
-    const std::int64_t bursts = 1 + below(random, 4);
     for (std::int64_t b = 0; b < bursts; ++b) {
         std::vector<Change>& burst = c.bursts.emplace_back();
         if (b == 0)
             for (const Cell& cell : c.cells)
                 for (std::size_t g = 0; g < given.size(); ++g)
-                    if (below(random, 100) < given[g].chance) burst.push_back(give_to(random, given, g, cell));
+                    if (below(random, 1000) < given[g].per_mille) burst.push_back(give_to(random, given, g, cell));
         for (const Change& change : burst) mirror.apply(change);
-        // Mostly a few changes, now and then a storm.
-        const std::int64_t changes = 1 + below(random, below(random, 5) == 0 ? 60 : 14), span = 1 + below(random, 30);
+        const auto [changes, span] = size();
         std::vector<int> ticks;
         for (std::int64_t n = 0; n < changes; ++n) ticks.push_back(static_cast<int>(below(random, span)));
         std::sort(ticks.begin(), ticks.end());
@@ -147,6 +144,33 @@ Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
             burst.push_back(*change);
         }
     }
+}
+
+}  // namespace
+
+Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
+    Random random(seed);
+    Case c{.seed = seed, .lattice = static_cast<LatticeKind>(below(random, 4)), .cells = {}, .bursts = {}};
+    const std::vector<Cell> space = choose_space(random, c.lattice);
+    c.cells = choose_cells(random, space);
+    world::sort_cells(c.cells, world::Lattice(c.lattice));
+    const std::int64_t bursts = 1 + below(random, 4);
+    add_bursts(random, c, given, space, bursts, [&] {
+        // Mostly a few changes, now and then a storm.
+        const std::int64_t changes = 1 + below(random, below(random, 5) == 0 ? 60 : 14);
+        return std::pair(changes, 1 + below(random, 30));
+    });
+    return c;
+}
+
+Case make_large_case(std::uint64_t seed, const std::vector<Given>& given) {
+    Random random(seed);
+    Case c{.seed = seed, .lattice = LatticeKind::Square, .cells = {}, .bursts = {}};
+    const std::vector<Cell> space = box({-24, -24, 0}, {48, 48, 1});
+    for (const Cell& cell : space)
+        if (below(random, 100) < 64) c.cells.push_back(cell);
+    world::sort_cells(c.cells, world::Lattice(c.lattice));
+    add_bursts(random, c, given, space, 3, [] { return std::pair<std::int64_t, std::int64_t>(150, 250); });
     return c;
 }
 

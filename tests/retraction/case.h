@@ -22,7 +22,7 @@ using Facts = std::map<std::string, std::set<Row>>;
 struct Given {
     std::string predicate;
     std::vector<std::pair<std::int64_t, std::int64_t>> arguments = {};
-    int chance = 10;         // Of a catom to have one at first, in percent.
+    int per_mille = 100;     // Of the catoms have one at first.
     bool linear = false;     // Turns into a persistent fact `becomes`, which nothing takes away.
     std::string becomes = {};
 };
@@ -30,7 +30,7 @@ struct Given {
 struct Change {
     enum class Kind { Give, Take, Remove, Add, Move } kind = Kind::Give;
     int tick = 0;                     // After the start of its burst.
-    Cell cell;
+    Cell cell = {};
     Cell to = {};                     // Move
     std::size_t given = 0;            // Give, Take: which predicate,
     Row arguments = {};               // and its arguments after the catom.
@@ -59,6 +59,8 @@ using Random = std::mt19937_64;
 inline std::int64_t below(Random& random, std::int64_t n) { return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(n)); }
 
 Case make_case(std::uint64_t seed, const std::vector<Given>& given);
+// A labyrinth of more than a thousand catoms with long ways round, and more and longer bursts.
+Case make_large_case(std::uint64_t seed, const std::vector<Given>& given);
 std::string print(const Case& c, const std::vector<Given>& given);
 
 }  // namespace meld::retraction

@@ -5,12 +5,14 @@
 // CLAYMELD_RETRACTION_SEEDS says how many cases each program gets, CLAYMELD_RETRACTION_FIRST where they begin.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 
 #include "compiled.h"
 #include "run.h"
+#include "runtime/world/world_file.h"
 
 namespace meld::retraction {
 namespace {
@@ -101,6 +103,58 @@ TEST_P(Quarantine, IsNeeded) {
     EXPECT_GE(noticed, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0], programs()[3]}), name_of);
+
+// More losses than a part remembers without looking through them.
+class Large : public Retraction {};
+TEST_P(Large, AgreesOnAnyNumberOfParts) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        std::vector<Given> given = GetParam().given;
+        given[0].per_mille = 2;
+        const Case c = make_large_case(seed, given);
+        const Program& program = GetParam();
+        const std::vector<Facts> expected = expectations(c, program);
+        const Outcome alone = run(c, program, module(), expected, {}), parts = run(c, program, module(), expected, {4, 1});
+        ASSERT_EQ(alone.trouble, "") << print(c, given);
+        EXPECT_GT(alone.tombstones, 1024u);
+        std::size_t same = 0;
+        while (same < alone.states.size() && same < parts.states.size() && alone.states[same] == parts.states[same]) ++same;
+        EXPECT_TRUE(alone.states == parts.states) << "seed " << seed << ": the states part after tick " << same;
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Programs, Large, testing::ValuesIn({programs()[0]}), name_of);
+
+// Where ranks grow by more than one a tick, a memory of a loss that could have been forgotten may come to matter again, so
+// when it is forgotten must not depend on how many others this part remembers. An island loses its source; once that is
+// past, a crowd loses theirs in one tick; meanwhile values of great rank run along a line, and a bridge leads them to the island.
+TEST(Memory, IsKeptEquallyLongOnAnyNumberOfParts) {
+    const Program& program = *std::find_if(programs().begin(), programs().end(), [](const Program& p) { return p.name == "mutual"; });
+    const Result<Module> module = compiled(program.name);
+    ASSERT_TRUE(module) << module.error().message();
+    Case c{.seed = 0, .lattice = world::LatticeKind::Square, .cells = {}, .bursts = {{}}};
+    std::vector<Change>& changes = c.bursts[0];
+    const auto give = [&](int tick, Cell cell, std::size_t given, Row arguments) { changes.push_back({.kind = Change::Kind::Give, .tick = tick, .cell = cell, .given = given, .arguments = std::move(arguments)}); };
+    std::vector<Cell> crowd;
+    for (std::int32_t y = 10; y < 40; ++y)
+        for (std::int32_t x = 0; x < 40; ++x) crowd.push_back({x, y, 0});
+    std::vector<Cell> walked = {{20, 2, 0}, {21, 2, 0}, {20, 3, 0}, {21, 3, 0}};
+    for (std::int32_t x = 0; x < 100; ++x) walked.push_back({x, 0, 0});
+    for (const Cell& cell : crowd) give(0, cell, 0, {});
+    for (const Cell& cell : walked) give(0, cell, 1, {3});
+    give(0, {20, 2, 0}, 0, {});
+    changes.push_back({.kind = Change::Kind::Take, .tick = 20, .cell = {20, 2, 0}});
+    for (const Cell& cell : crowd) changes.push_back({.kind = Change::Kind::Take, .tick = 31, .cell = cell});
+    give(31, {0, 0, 0}, 0, {});
+    changes.push_back({.kind = Change::Kind::Add, .tick = 53, .cell = {20, 1, 0}});
+    give(53, {20, 1, 0}, 1, {3});
+    c.cells = crowd;
+    c.cells.insert(c.cells.end(), walked.begin(), walked.end());
+    world::sort_cells(c.cells, world::Lattice(c.lattice));
+    const std::vector<Facts> expected = expectations(c, program);
+    const Outcome alone = run(c, program, info_of(*module), expected, {}), parts = run(c, program, info_of(*module), expected, {4, 1});
+    EXPECT_EQ(alone.trouble, "");
+    EXPECT_EQ(parts.trouble, "");
+    EXPECT_TRUE(alone.states == parts.states);
+}
 
 }  // namespace
 }  // namespace meld::retraction

@@ -1,0 +1,15 @@
+// A program of this folder, compiled by meldc.
+#pragma once
+
+#include <string>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/module/module.h"
+
+namespace meld::retraction {
+
+// Errors: meldc says no, or the module is refused.
+Result<Module> compiled(const std::string& name);
+inline const ModuleInfo& info_of(const Module& module) { return *static_cast<const ModuleInfo*>(module.table()); }
+
+}  // namespace meld::retraction

@@ -1,0 +1,49 @@
+// Losses and linear rules in one tick.
+#include <gtest/gtest.h>
+
+#include "compiled.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/sim/part_state.h"
+#include "runtime/tuple/facts.h"
+#include "runtime/world/target.h"
+
+namespace meld::retraction {
+namespace {
+
+bool holds(const sim::PartState& part, const char* predicate, sim::Catom catom) {
+    bool any = false;
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, *tuple::find_predicate(part.module, predicate, 0), catom, [&](const Value*) { any = true; });
+    return any;
+}
+
+// In a ring of four the catoms around a lost source still vouch for it for a while; a linear rule that fires in the tick of
+// the loss, and has the rules for `reach` looked at once more, must not make it believe them.
+TEST(LinearRules, DoNotEndAQuarantine) {
+    const Result<Module> module = compiled("linear");
+    ASSERT_TRUE(module) << module.error().message();
+    world::World world;
+    world.lattice = world::LatticeKind::Square;
+    world.cells = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+    world::sort_cells(world.cells, world::Lattice(world.lattice));
+    const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
+    ASSERT_TRUE(target) << target.error().message();
+    const auto comm = comm::make_single();
+    sim::PartState part(info_of(*module), world, *target, *comm, 1);
+    ASSERT_TRUE(part.populate());
+    const auto base = [&](const char* name) { return part.module.predicates[*tuple::find_predicate(part.module, name, 0)].base; };
+    const auto tick = [&] {
+        part.begin_tick();
+        part.end_tick();
+    };
+    part.give(base("source"), 0, nullptr);
+    for (int i = 0; i < 5; ++i) tick();
+    ASSERT_TRUE(holds(part, "reach", 0) && holds(part, "reach", 3));
+    part.take(base("source"), 0, nullptr);
+    part.give(base("token"), 0, nullptr);
+    tick();
+    EXPECT_TRUE(holds(part, "mark", 0));
+    EXPECT_FALSE(holds(part, "reach", 0));
+}
+
+}  // namespace
+}  // namespace meld::retraction
