@@ -57,10 +57,21 @@ class Bindings {
                 fmt::format("use it in a fact of the body, or set it with `{} = ...`", rule_.variables[t.variable].name);
         });
     }
+    // In Y = Z + 1 without a value for Z, that Y has none either goes without saying.
+    void need_of_test(const Term& test, const Bound& bound) {
+        if (test.op == Op::Equal)
+            for (const std::size_t side : {0u, 1u}) {
+                const Term &target = test.operands[side], &value = test.operands[1 - side];
+                if (!target.is_variable() || bound.contains(target.variable) || value.is_variable()) continue;
+                need(value, bound, "in this condition");
+                reported_.insert(target.variable);
+            }
+        need(test, bound, "in this condition");
+    }
     void body(const std::vector<Clause>& clauses, const Bound& bound) {
         for (const Clause& c : clauses) {
             for (const Term& a : c.atom.arguments) need(a, bound, "here");
-            if (c.kind == Clause::Kind::Test) need(c.test, bound, "in this condition");
+            if (c.kind == Clause::Kind::Test) need_of_test(c.test, bound);
             if (c.kind == Clause::Kind::Not) {
                 Bound inner = bound;
                 bind(c.inner, inner);

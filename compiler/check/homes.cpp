@@ -158,8 +158,12 @@ class Homes {
                     "send a linear fact there, and let it act by a rule of its own";
                 continue;
             }
+            if (!refused_.insert(at).second) continue;
             const auto near = graph.find(rule_.home);
-            if (near != graph.end() && near->second.contains(at)) continue;
+            if (near != graph.end() && near->second.contains(at)) {
+                refused_.erase(at);
+                continue;
+            }
             if (reached(graph, rule_.home).contains(at))
                 report_.add(Kind::NotSupportedYet, h.atom.span, fmt::format("{} is more than one link away from {}; sending that far is not compiled by this version", shown(at), shown(rule_.home)))
                     .help = "pass the fact on from neighbour to neighbour by a rule of its own";

@@ -102,7 +102,7 @@ class Strata {
                 c.tree = c.tree || folds;
                 if (e.negated)
                     refuse(Kind::NegativeRecursion,
-                           p == e.to ? fmt::format("`{}` holds where it does not hold", head.name)
+                           p == e.to ? fmt::format("`{}` needs `not {}`: it would decide about itself", head.name, head.name)
                                      : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
                            p, e, c);
             }
@@ -123,7 +123,7 @@ class Strata {
         const PredicateId p = c.predicates[0];
         report_.add(Kind::TreeRecursion, program_.predicates[p].span,
                     fmt::format("`{}` sums over links in recursion: it ends only where those links form a tree", program_.predicates[p].name))
-            .help = "lead it along a spanning tree (see examples/meld/census.meld)";
+            .help = "lead it along a spanning tree, as examples/meld/census.meld does";
     }
     template <class Inside>
     bool local_cycle(PredicateId goal, PredicateId from, const Inside& inside) {

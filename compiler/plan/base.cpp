@@ -46,11 +46,19 @@ std::vector<bool> read_elsewhere(const Program& program) {
 }  // namespace
 
 void separate_base(Program& program) {
-    std::vector<bool> given(program.predicates.count(), false), derived(program.predicates.count(), false);
+    std::vector<bool> given(program.predicates.count(), false), derived(program.predicates.count(), false), by_rules(program.predicates.count(), false);
     for (const Rule& rule : program.rules) {
-        if (rule.linear) collect_given(rule.heads, program, given);
-        else derived[rule.heads[0].atom.predicate.index()] = true;
+        if (rule.linear) {
+            collect_given(rule.heads, program, given);
+            continue;
+        }
+        const std::size_t head = rule.heads[0].atom.predicate.index();
+        derived[head] = true;
+        each_atom(rule.body, [&](const Atom&, bool) { by_rules[head] = true; });
     }
+    // What the program gives by axioms alone, the world may add to.
+    for (const PredicateId p : program.predicates.ids())
+        if (derived[p.index()] && !by_rules[p.index()]) given[p.index()] = true;
     const std::vector<bool> elsewhere = read_elsewhere(program);
     for (const PredicateId p : program.predicates.ids()) {
         const PredicateKind kind = program.predicates[p].kind;

@@ -1,0 +1,155 @@
+// Pass 6: warnings. Rules that can never fire, predicates that nothing starts, declarations without a use. Facts may come
+// from the world file and results may only be written out, so it speaks only where that does not explain it.
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "compiler/check/check.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+using Values = std::map<VariableId, double>;
+
+class Useless {
+  public:
+    Useless(const Program& program, std::uint32_t main_file, diagnostics::Reporter& report) : program_(program), main_file_(main_file), report_(report) {}
+
+    void run() {
+        for (const Rule& rule : program_.rules) never_fires(rule);
+        count_uses();
+        for (const Component& c : program_.components) nothing_starts(c);
+        for (const PredicateId p : program_.predicates.ids()) {
+            other_name(p);
+            unused(p);
+        }
+    }
+
+  private:
+    // ---- rules
+
+    void never_fires(const Rule& rule) {
+        Values values;
+        for (const Clause& c : rule.body)
+            if (c.kind == Clause::Kind::Test && c.test.op == Op::Equal)
+                for (const std::size_t side : {0u, 1u})
+                    if (const auto value = literal(c.test.operands[1 - side]); value && c.test.operands[side].is_variable()) values.emplace(c.test.operands[side].variable, *value);
+        for (const Clause& c : rule.body) {
+            if (c.kind == Clause::Kind::Test && is_false(c.test, values)) {
+                report_.add(Kind::NeverFires, c.test.span, "this is never true, so the rule never fires");
+                return;
+            }
+            if (c.kind == Clause::Kind::Atom && links_itself(c.atom)) {
+                report_.add(Kind::NeverFires, c.atom.span, "no catom is its own neighbour, so the rule never fires");
+                return;
+            }
+        }
+    }
+    bool links_itself(const Atom& a) const {
+        const WorldSource w = program_.predicates[a.predicate].world;
+        return (w == WorldSource::Neighbor || w == WorldSource::NeighborPort) && a.arguments[1].is_variable() && a.arguments[0].variable == a.arguments[1].variable;
+    }
+    // Constants are none: --set gives them other values.
+    static std::optional<double> literal(const Term& t) {
+        if (t.op == Op::Int) return static_cast<double>(t.integer);
+        if (t.op == Op::Float) return t.real;
+        if (t.op == Op::Negate || t.op == Op::ToFloat) {
+            const auto inner = literal(t.operands[0]);
+            return inner ? std::optional(t.op == Op::Negate ? -*inner : *inner) : std::nullopt;
+        }
+        return std::nullopt;
+    }
+    static bool is_false(const Term& t, const Values& values) {
+        if (t.op == Op::Bool) return t.integer == 0;
+        if (t.op == Op::And) return is_false(t.operands[0], values) || is_false(t.operands[1], values);
+        if (t.op == Op::Or) return is_false(t.operands[0], values) && is_false(t.operands[1], values);
+        if (t.op < Op::Equal || t.op > Op::GreaterEqual) return false;
+        const Term &l = t.operands[0], &r = t.operands[1];
+        if (l.is_variable() && r.is_variable() && l.variable == r.variable) return t.op == Op::NotEqual || t.op == Op::Less || t.op == Op::Greater;
+        const auto value = [&](const Term& side) {
+            const auto known = side.is_variable() ? values.find(side.variable) : values.end();
+            return known != values.end() ? std::optional(known->second) : literal(side);
+        };
+        const auto a = value(l), b = value(r);
+        if (!a || !b) return false;
+        switch (t.op) {
+            case Op::Equal: return *a != *b;
+            case Op::NotEqual: return *a == *b;
+            case Op::Less: return *a >= *b;
+            case Op::LessEqual: return *a > *b;
+            case Op::Greater: return *a <= *b;
+            default: return *a < *b;
+        }
+    }
+
+    // ---- predicates
+
+    void count_uses() {
+        read_.assign(program_.predicates.count(), false);
+        made_ = given_ = read_;
+        for (const Rule& rule : program_.rules) {
+            const auto read = [&](const Atom& a, bool) { read_[a.predicate.index()] = true; };
+            each_atom(rule.body, read);
+            const auto heads = [&](const auto& self, const std::vector<Head>& all) -> void {
+                for (const Head& h : all) {
+                    each_atom(h.body, read);
+                    if (h.kind == Head::Kind::Fact) (rule.linear ? given_ : made_)[h.atom.predicate.index()] = true;
+                    self(self, h.heads);
+                }
+            };
+            heads(heads, rule.heads);
+        }
+    }
+    bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == main_file_; }
+
+    // Every rule of the component needs the component first.
+    void nothing_starts(const Component& c) {
+        if (!c.recursive || !ours(c.predicates[0])) return;
+        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
+        for (const PredicateId p : c.predicates)
+            if (given_[p.index()]) return;
+        for (const RuleId id : c.rules) {
+            bool needs = false;
+            each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) { needs = needs || (!negated && inside(a.predicate)); });
+            if (!needs) return;
+        }
+        const Predicate& p = program_.predicates[c.predicates[0]];
+        report_.add(Kind::NeverDerived, p.span, fmt::format("every rule for `{}` needs {} first: nothing starts it", p.name, c.predicates.size() > 1 ? "what it leads to" : "`" + p.name + "`")).help =
+            "add a rule or a fact that does, or give one in the world file";
+    }
+
+    // Two names for one thing: the one is only read, the other only derived.
+    void other_name(PredicateId id) {
+        const Predicate& p = program_.predicates[id];
+        if (!ours(id) || p.sensed || made_[id.index()] || given_[id.index()] || !read_[id.index()]) return;
+        std::vector<std::string> lonely;
+        for (const PredicateId other : program_.predicates.ids())
+            if (ours(other) && (made_[other.index()] || given_[other.index()]) && !read_[other.index()] && program_.predicates[other].kind != PredicateKind::Action)
+                lonely.push_back(program_.predicates[other].name);
+        const std::string near = diagnostics::nearest_name(p.name, lonely);
+        if (near.empty()) return;
+        auto& d = report_.add(Kind::NeverDerived, p.span, fmt::format("`{}` is read and never derived, while `{}` is derived and never read", p.name, near));
+        for (const Predicate& other : program_.predicates)
+            if (other.name == near) d.labels.push_back({other.span, "declared here"});
+        d.help = "did you mean one predicate?";
+    }
+
+    void unused(PredicateId id) {
+        if (!ours(id) || read_[id.index()] || made_[id.index()] || given_[id.index()]) return;
+        report_.add(Kind::NeverRead, program_.predicates[id].span, fmt::format("`{}` is declared and never used", program_.predicates[id].name)).help = "leave out the declaration";
+    }
+
+    const Program& program_;
+    std::uint32_t main_file_;
+    diagnostics::Reporter& report_;
+    std::vector<bool> read_, made_, given_;  // By predicate: in a body; the head of a view; the head of a linear rule.
+};
+
+}  // namespace
+
+void warn_of_useless(const Program& program, std::uint32_t prelude_files, diagnostics::Reporter& report) { Useless(program, prelude_files, report).run(); }
+
+}  // namespace meld::check

@@ -1,0 +1,11 @@
+# File tests: programs with their expected output in the same file. One entry a folder; MELD_AUTOUPDATE=1 rewrites them.
+file(GLOB folders CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*)
+foreach(folder ${folders})
+  get_filename_component(name ${folder} NAME)
+  if(IS_DIRECTORY ${folder} AND NOT name STREQUAL "__pycache__")
+    add_test(NAME meld_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
+      --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${folder})
+  endif()
+endforeach()
+add_test(NAME meld_every_kind_is_shown COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
+  --kinds ${CMAKE_SOURCE_DIR}/compiler/diagnostics/kinds.def ${CMAKE_CURRENT_LIST_DIR})
