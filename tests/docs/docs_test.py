@@ -1,0 +1,240 @@
+"""Runs every fenced block of README.md and docs/*.md.
+
+    docs_test.py --bin build/bin [--update] [FILE.md ...]
+
+Each page has a scratch folder with a copy of examples/, in which its blocks run one after another:
+
+    meld                    checked by meldc; `fail E0301`: must be refused with that code; `warn W0604`: must have that warning
+    toml                    a world, checked by meldsim; `part`: lines of one, given a body and a lattice; `fail`: must be refused
+    console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends
+    sh                      run as a whole; must end well
+    python                  run by Debian's Python
+    cpp                     its syntax is checked, with the repository's headers
+    text, none              not run
+
+`file=NAME` on a block also saves it in the scratch folder. `norun` exempts a block. A comment `<!-- with ... -->` right before
+a meld block holds declarations that it needs and the page does not show. In expected output, `...` on a line stands for any text,
+and alone on a line for any lines. --update writes docs/errors.md anew.
+"""
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PYTHON = "/usr/bin/python3"
+LANGUAGES = {"meld", "toml", "console", "sh", "python", "cpp", "text", ""}
+SECONDS = 60  # For one command.
+
+
+class Block:
+    def __init__(self, page, line, info, text, preamble):
+        words = info.split()
+        self.place = f"{page.relative_to(ROOT)}:{line}"
+        self.language = words[0] if words else ""
+        self.flags = words[1:]
+        self.text = text
+        self.preamble = preamble
+
+    def value(self, name):
+        for flag in self.flags:
+            if flag.startswith(name + "="):
+                return flag[len(name) + 1:]
+        return None
+
+    def after(self, name):
+        """The word after a flag: `fail E0301`."""
+        if name not in self.flags:
+            return None
+        at = self.flags.index(name) + 1
+        return self.flags[at] if at < len(self.flags) else ""
+
+
+def blocks_of(page):
+    found, preamble, lines = [], "", page.read_text().splitlines()
+    at = 0
+    while at < len(lines):
+        line = lines[at]
+        if line.startswith("<!-- with"):
+            start = at
+            while "-->" not in lines[at]:
+                at += 1
+            preamble = "\n".join(lines[start:at + 1]).removeprefix("<!-- with").removesuffix("-->").strip() + "\n"
+        elif line.startswith("```"):
+            start, info = at, line[3:].strip()
+            at += 1
+            while lines[at] != "```":
+                at += 1
+            found.append(Block(page, start + 1, info, "\n".join(lines[start + 1:at]) + "\n", preamble))
+            preamble = ""
+        at += 1
+    return found
+
+
+def matches(expected, real):
+    """Whether real output is the expected one, with its wildcards."""
+    pattern = ""
+    for line in expected.splitlines():
+        if line.strip() == "...":
+            pattern += r"(?:.*\n)*?"
+        else:
+            pattern += ".*?".join(re.escape(piece) for piece in line.rstrip().split("...")) + r"[ \t]*\n"
+    return re.fullmatch(pattern, real if real.endswith("\n") or not real else real + "\n") is not None
+
+
+class Page:
+    def __init__(self, page, bin_folder, scratch):
+        self.page, self.scratch = page, scratch
+        self.failures, self.count = [], 0
+        tools = scratch.with_name(scratch.name + "-tools")
+        tools.mkdir()
+        (tools / "python3").symlink_to(PYTHON)
+        shutil.copytree(ROOT / "examples", scratch / "examples")
+        (scratch / "docs").symlink_to(ROOT / "docs")
+        self.environment = dict(os.environ, PATH=f"{tools}:{bin_folder}:{os.environ['PATH']}", XDG_CACHE_HOME=str(scratch.parent / "cache"),
+                                COLUMNS="100", LC_ALL="C.UTF-8", OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+                                OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+
+    def call(self, command):
+        done = subprocess.run(command, cwd=self.scratch, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=SECONDS, shell=isinstance(command, str), executable="/bin/bash" if isinstance(command, str) else None)
+        return done.returncode, done.stdout.decode(errors="replace")
+
+    def wrong(self, block, what, output=""):
+        self.failures.append(f"{block.place}: {what}\n" + "".join(f"    {line}\n" for line in output.splitlines()))
+
+    def run(self):
+        for block in blocks_of(self.page):
+            if block.language not in LANGUAGES:
+                self.wrong(block, f"a block of an unknown language, {block.language}")
+            if block.value("file"):
+                (self.scratch / block.value("file")).write_text(block.preamble + block.text)
+            if "norun" in block.flags or block.language in ("text", ""):
+                continue
+            self.count += 1
+            try:
+                getattr(self, block.language)(block)
+            except subprocess.TimeoutExpired:
+                self.wrong(block, f"took longer than {SECONDS} s")
+        return self
+
+    def meld(self, block):
+        path = self.scratch / "block.meld"
+        path.write_text(block.preamble + block.text)
+        code, output = self.call(["meldc", "check", "block.meld"])
+        refused, warned = block.after("fail"), block.after("warn")
+        if refused is not None:
+            if code != 1 or f"error[{refused}]" not in output:
+                self.wrong(block, f"is not refused with {refused} (exit code {code})", output)
+        elif code != 0:
+            self.wrong(block, f"does not compile (exit code {code})", output)
+        elif warned is not None and f"[{warned}]" not in output:
+            self.wrong(block, f"has no message {warned}", output)
+
+    def toml(self, block):
+        text = block.text
+        if "part" in block.flags:
+            if "lattice" not in text:
+                text = 'lattice = "cubic"\n' + text
+            if "[[body]]" not in text:
+                text += '\n[[body]]\nshape = "box(10, 10, 10)"\n'
+        (self.scratch / "block.toml").write_text(text)
+        code, output = self.call(["meldsim", "world", "block.toml"])
+        wanted = 2 if "fail" in block.flags else 0
+        if code != wanted:
+            self.wrong(block, f"meldsim world ends with {code}, not {wanted}", output)
+
+    def sh(self, block):
+        code, output = self.call("set -e\n" + block.text)
+        if code != 0:
+            self.wrong(block, f"ends with exit code {code}", output)
+
+    def console(self, block):
+        commands = []
+        for line in block.text.splitlines():
+            if line.startswith("$ "):
+                commands.append([line[2:], ""])
+            elif commands and commands[-1][0].endswith("\\"):
+                commands[-1][0] += "\n" + line
+            elif commands:
+                commands[-1][1] += line + "\n"
+            else:
+                self.wrong(block, "begins with no command")
+        for i, (command, expected) in enumerate(commands):
+            wanted = int(block.value("exit") or 0) if i + 1 == len(commands) else 0
+            code, output = self.call(command)
+            if code != wanted:
+                self.wrong(block, f"`{command}` ends with exit code {code}, not {wanted}", output)
+            elif not matches(expected, output):
+                self.wrong(block, f"`{command}` prints something else:", output)
+
+    def python(self, block):
+        (self.scratch / "block.py").write_text(block.text)
+        code, output = self.call([PYTHON, "block.py"])
+        if code != 0:
+            self.wrong(block, f"ends with exit code {code}", output)
+
+    def cpp(self, block):
+        path = self.scratch / "block.cpp"
+        path.write_text(block.preamble + block.text)
+        code, output = self.call(["g++", "-std=c++20", "-fsyntax-only", "-I", str(ROOT), "block.cpp"])
+        if code != 0:
+            self.wrong(block, "is no C++ that the compiler takes", output)
+
+
+SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
+
+
+def errors_page(bin_folder):
+    """docs/errors.md, from the table of kinds and `meldc explain`."""
+    table = (ROOT / "compiler/diagnostics/kinds.def").read_text()
+    codes = re.findall(r'^MELD_KIND\(\w+, "(\w+)"', table, re.MULTILINE)
+    out = ["# Messages", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
+           "All messages of `meldc`. `meldc explain CODE` prints a page on each, with an example and its cure.",
+           "Codes that begin with E are errors, with W warnings, with N notes; only errors stop the compilation.", "",
+           "| code | title | what it means |", "|---|---|---|"]
+    for code in codes:
+        text = subprocess.run([bin_folder / "meldc", "explain", code], capture_output=True, text=True, check=True).stdout
+        head, body = text.split("\n", 1)
+        title = head.removeprefix(f"{code}: ").rsplit(" (", 1)[0]
+        paragraph = " ".join(body.strip().split("\n\n")[0].split())
+        sentence = re.split(r"(?<=[.])\s+(?=[A-Z])", paragraph)[0].replace("|", "\\|").replace("*", "\\*")
+        out.append(f"| {code} | {title} | {sentence} |")
+    return "\n".join(out) + "\n"
+
+
+def main():
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--bin", required=True, type=pathlib.Path)
+    arguments.add_argument("--update", action="store_true")
+    arguments.add_argument("pages", nargs="*", type=pathlib.Path)
+    options = arguments.parse_args()
+    bin_folder = options.bin.resolve()
+    if options.update:
+        (ROOT / "docs/errors.md").write_text(errors_page(bin_folder))
+    pages = [page.resolve() for page in options.pages] or [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    failures = []
+    if not options.pages and (ROOT / "docs/errors.md").read_text() != errors_page(bin_folder):
+        failures.append("docs/errors.md is not what the table of messages says; write it anew with tests/docs/docs_test.py --update\n")
+    with tempfile.TemporaryDirectory() as folder:
+        jobs = []
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            for page in pages:
+                scratch = pathlib.Path(folder) / page.stem
+                scratch.mkdir()
+                jobs.append(pool.submit(Page(page, bin_folder, scratch).run))
+        for job in jobs:
+            failures += job.result().failures
+        count = sum(job.result().count for job in jobs)
+    print("\n".join(failures), end="")
+    print(f"{count} blocks on {len(pages)} pages: {len(failures) or 'no'} failures")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
