@@ -62,7 +62,7 @@ Result<void> LatticeMotion::step(PartState& part) {
     std::vector<Proposal> granted;
     for (std::size_t i = 0; i < mine.size(); ++i) {
         if (wins[i]) granted.push_back(mine[i]);
-        else refuse(part, *part.ensemble.at(part.lattice.cell_at(mine[i].from)), mine[i].kind);
+        else refuse(part, mine[i].mover, mine[i].kind);
     }
     grant(part, granted);
     apply(part, exchange(part));
@@ -75,7 +75,7 @@ Result<void> LatticeMotion::step(PartState& part) {
 std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::vector<Proposal>& granted) const {
     std::vector<CellKey> births;
     for (const Proposal& p : granted)
-        if (p.kind == Kind::Create) births.push_back(p.to);
+        if (p.kind == Kind::Create) births.push_back(part.ensemble.key(p.to));
     if (!part.alone() && part.totals.births_wanted > 0) {
         std::vector<std::byte> bytes;
         for (const CellKey key : births) put(bytes, key);
@@ -92,10 +92,10 @@ std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::ve
 void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted) {
     const std::vector<CellKey> births = number_births(part, granted);
     for (const Proposal& p : granted) {
-        const Catom mover = *part.ensemble.at(part.lattice.cell_at(p.from));
+        const Catom mover = p.mover;
         switch (p.kind) {
             case Kind::Create: {
-                const std::uint64_t id = part.next_id + static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), p.to) - births.begin());
+                const std::uint64_t id = part.next_id + static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
                 tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
                 tell(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
                 if (known_.created) {
@@ -124,8 +124,8 @@ void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted)
 // A catom goes to another cell: its new owner gets all of it, parts that see it get what it exports, its old part and
 // those that saw it forget it. Within one part it keeps its index.
 void LatticeMotion::relocate(PartState& part, const Proposal& p) {
-    const Cell from = part.lattice.cell_at(p.from), to = part.lattice.cell_at(p.to);
-    const Catom mover = *part.ensemble.at(from);
+    const Cell from = p.from, to = p.to;
+    const Catom mover = p.mover;
     const int me = part.comm.part(), owner = part.halo->owner(to);
     const std::vector<int> old_parts = part.halo->listeners(from);
     for (const int other : old_parts) {
@@ -180,7 +180,7 @@ void LatticeMotion::tell(PartState& part, const Change& change) {
         }
     };
     if (part.alone()) return send(0);
-    for (const int other : part.halo->listeners(part.lattice.cell_at(change.cell))) send(other);
+    for (const int other : part.halo->listeners(change.cell)) send(other);
 }
 
 std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
@@ -197,7 +197,7 @@ std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
         while (at != packet.bytes.data() + packet.bytes.size()) {
             Change c;
             c.kind = take_value<Change::Kind>(at);
-            c.cell = take_value<CellKey>(at);
+            c.cell = take_value<Cell>(at);
             if (c.kind == Change::Kind::Add) {
                 c.newborn = take_value<bool>(at);
                 c.held = take_value<std::int32_t>(at);
@@ -221,7 +221,7 @@ void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
             apply_add(part, c);
             continue;
         }
-        const Cell cell = part.lattice.cell_at(c.cell);
+        const Cell cell = c.cell;
         const std::optional<Catom> catom = part.ensemble.at(cell);
         MELD_CHECK(catom.has_value(), "a change for ({}, {}, {}), where no catom is known", cell.x, cell.y, cell.z);
         account(part, *catom, -1);
@@ -230,7 +230,7 @@ void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
             continue;
         }
         if (c.kind == Change::Kind::Move) {
-            const Cell to = part.lattice.cell_at(c.to);
+            const Cell to = c.to;
             part.ensemble.move(*catom, to);
             part.ensemble.surround(*part.ensemble.find_slot(part.lattice.brick_of(to)));
             part.mark_around(cell, kDirtyLinks);
@@ -245,7 +245,7 @@ void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
 }
 
 void LatticeMotion::apply_add(PartState& part, const Change& c) {
-    const Cell cell = part.lattice.cell_at(c.cell);
+    const Cell cell = c.cell;
     const bool ours = part.halo->owner(cell) == part.comm.part();
     const Catom catom = part.add_catom(c.id, cell, ours ? kCatomOwned : kCatomGhost);
     held_.resize(part.ensemble.index_count());

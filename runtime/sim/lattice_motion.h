@@ -31,7 +31,8 @@ class LatticeMotion : public SimModule {
         std::uint8_t claim_count = 0;
         std::int32_t direction = 0;
         std::uint64_t id = 0;        // Of the mover.
-        CellKey from = 0, to = 0;    // Its cell; the cell of the new place, the new catom, or the receiver.
+        Catom mover = 0;             // Its index on its own part.
+        Cell from = {}, to = {};     // Its cell; the cell of the new place, the new catom, or the receiver.
         CellKey claims[10] = {};
         auto order() const { return std::tuple(kind, id, direction); }
     };
@@ -45,8 +46,8 @@ class LatticeMotion : public SimModule {
         enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
         bool newborn = false;        // Add
         std::int32_t held = 0;       // Add: units it comes with; Hold: the change.
-        CellKey cell = 0;            // Move: the old place.
-        CellKey to = 0;              // Move: the new one; only for the part that owns both.
+        Cell cell = {};              // Move: the old place.
+        Cell to = {};                // Move: the new one; only for the part that owns both.
         std::uint64_t id = 0;        // Add
         std::vector<std::byte> state = {};  // Add: everything for the new owner, the exports for the others.
     };

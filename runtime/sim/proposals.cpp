@@ -58,8 +58,9 @@ std::vector<Proposal> LatticeMotion::collect(PartState& part) {
         p.kind = kind;
         p.id = part.ensemble.id(action.catom);
         const Cell cell = part.ensemble.cell(action.catom);
-        p.from = part.lattice.key(cell);
-        claim(p, kActor | p.from);
+        p.mover = action.catom;
+        p.from = cell;
+        claim(p, kActor | part.ensemble.key(cell));
         const bool fits = kind == Kind::Slide || kind == Kind::Turn ? propose_move(part, action, kind, p) : propose(part, action, p);
         if (fits) out.push_back(p);
         else refuse(part, action.catom, kind);
@@ -76,8 +77,8 @@ bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposa
         const Cell to = part.lattice.neighbour(cell, static_cast<int>(port));
         if (full(part, to)) return false;
         p.direction = static_cast<std::int32_t>(port);
-        p.to = part.lattice.key(to);
-        claim(p, p.to);
+        p.to = to;
+        claim(p, part.ensemble.key(to));
         return true;
     }
     if (p.kind == Kind::MoveTo) {
@@ -90,23 +91,23 @@ bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposa
         }
         if (part.lattice.flat() && to.z != 0) return false;
         if (full(part, to)) return false;
-        p.to = part.lattice.key(to);
-        claim(p, kBody | p.from);
-        claim(p, p.to);
+        p.to = to;
+        claim(p, kBody | part.ensemble.key(p.from));
+        claim(p, part.ensemble.key(to));
         return true;
     }
     // give and destroy name a neighbour by its id.
     const std::int32_t amount = p.kind == Kind::Give ? 1 : 1 + units;
     if (p.kind == Kind::Give && units < 1) return false;
     for (int port = 0; port < part.lattice.ports(); ++port) {
+        const std::int32_t other = catom_towards(part.abi.geometry, part.abi.geometry.catom_site[action.catom], port);
+        if (other < 0 || part.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
+        if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return false;
         const Cell to = part.lattice.neighbour(cell, port);
-        const std::optional<Catom> other = part.ensemble.at(to);
-        if (!other || part.ensemble.id(*other) != action.arguments[0].catom) continue;
-        if (held_[*other] + amount > world_.motion.capacity) return false;
         p.direction = port;
-        p.to = part.lattice.key(to);
-        if (p.kind == Kind::Destroy) claim(p, kBody | p.from);
-        claim(p, kBody | p.to);
+        p.to = to;
+        if (p.kind == Kind::Destroy) claim(p, kBody | part.ensemble.key(p.from));
+        claim(p, kBody | part.ensemble.key(to));
         return true;
     }
     return false;
@@ -123,9 +124,9 @@ bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Ki
     const Cell P = part.lattice.neighbour(here, static_cast<int>(pivot)) - here;
     const Cell D = part.lattice.neighbour(here, static_cast<int>(towards)) - here;
     p.direction = static_cast<std::int32_t>(pivot * ports + towards);
-    const auto key = [&](Cell offset) { return part.lattice.key(here + offset); };
+    const auto key = [&](Cell offset) { return part.ensemble.key(here + offset); };
     if (!full(part, here + P)) return false;
-    claim(p, kBody | p.from);
+    claim(p, kBody | key({}));
     claim(p, kBody | key(P));
     Cell to;
     if (kind == Kind::Slide) {
@@ -141,7 +142,7 @@ bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Ki
             claim(p, key(empty));
         }
     }
-    p.to = part.lattice.key(to);
+    p.to = to;
     return !world_.motion.keep_connected || stays_connected(part, here, to);
 }
 
@@ -189,7 +190,7 @@ std::vector<Proposal> LatticeMotion::share(PartState& part, const std::vector<Pr
     }
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
     for (const Proposal& p : mine)
-        for (const int other : part.halo->around(part.lattice.cell_at(p.from))) put(out[static_cast<std::size_t>(other)], p);
+        for (const int other : part.halo->around(p.from)) put(out[static_cast<std::size_t>(other)], p);
     std::vector<comm::Packet> packets;
     for (std::size_t other = 0; other < out.size(); ++other)
         if (!out[other].empty()) packets.push_back({static_cast<int>(other), std::move(out[other])});
@@ -205,8 +206,7 @@ std::vector<Proposal> LatticeMotion::share(PartState& part, const std::vector<Pr
 std::vector<Proposal> LatticeMotion::veto_teleports(PartState& part, std::vector<Proposal> all) const {
     std::vector<std::byte> bytes;
     for (const Proposal& p : all) {
-        const Cell to = part.lattice.cell_at(p.to);
-        if (p.kind == Kind::MoveTo && part.halo->owner(to) == part.comm.part() && full(part, to)) put(bytes, p.id);
+        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) put(bytes, p.id);
     }
     for (const auto& from : part.comm.allgather_any(bytes)) {
         const std::byte* at = from.data();

@@ -44,7 +44,7 @@ void PartState::note_export(int thread, Catom catom, u16 column) {
 
 void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column) const {
     put(out, Record::Export);
-    put(out, lattice.key(ensemble.cell(catom)));
+    put(out, ensemble.cell(catom));
     put(out, column);
     columns.pack_column(column, catom, out);
 }
@@ -63,7 +63,7 @@ void PartState::exchange() {
         }
         std::vector<std::byte>& out = packets_[static_cast<std::size_t>(halo->owner(ensemble.cell(m.to)))];
         put(out, Record::Message);
-        put(out, lattice.key(ensemble.cell(m.to)));
+        put(out, ensemble.cell(m.to));
         put(out, m.predicate);
         for (u32 i = 0; i < module.predicates[m.predicate].arity; ++i) put(out, m.arguments[i]);
     }
@@ -82,7 +82,7 @@ void PartState::receive(const comm::Packet& packet) {
     const std::byte* end = at + packet.bytes.size();
     while (at != end) {
         const auto record = take_value<Record>(at);
-        const Cell cell = lattice.cell_at(take_value<CellKey>(at));
+        const auto cell = take_value<Cell>(at);
         const std::optional<Catom> catom = ensemble.at(cell);
         const auto number = take_value<u16>(at);
         MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", packet.part, cell.x, cell.y, cell.z);

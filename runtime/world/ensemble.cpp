@@ -33,7 +33,8 @@ Ensemble::Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t s
       neighbours_(sentinels * kBrickNeighbours, 0),
       cell_catom_(sentinels * kBrickCells, kNobody),
       target_(sentinels * kBrickCells / 64, 0),
-      origin_(sentinels * 3, 0) {}
+      origin_(sentinels * 3, 0),
+      key_(sentinels, 0) {}
 
 Geometry Ensemble::geometry() const {
     Geometry g;
@@ -95,6 +96,7 @@ Slot Ensemble::make_slot(Cell brick) {
     target_.resize((made + 1) * kBrickCells / 64, 0);
     const Cell origin = lattice_.brick_origin(brick);
     origin_.insert(origin_.end(), {origin.x, origin.y, origin.z});
+    key_.push_back(lattice_.brick_key(brick));
     slots_.insert(packed(brick), slot);
     for (u32 n = 0; n < kBrickNeighbours; ++n) {
         const std::optional<Slot> other = find_slot(brick + Lattice::brick_offset(n));
@@ -163,6 +165,11 @@ void Ensemble::set_state(Catom catom, CatomState state) {
 // `by` is 1 or, wrapped around, -1.
 void Ensemble::count(std::uint8_t state, std::size_t by) { (state == kCatomOwned ? owned_count_ : ghost_count_) += by; }
 
+CellKey Ensemble::key(Cell cell) const {
+    const std::optional<Slot> slot = find_slot(lattice_.brick_of(cell));
+    return slot ? key_[*slot] << kBrickCellBits | lattice_.number_in_brick(cell) : lattice_.key(cell);
+}
+
 std::optional<Catom> Ensemble::at(Cell cell) const {
     const std::optional<Slot> slot = find_slot(lattice_.brick_of(cell));
     if (!slot) return std::nullopt;
@@ -204,12 +211,13 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
     cell_catom_.reserve((bricks + 1) * kBrickCells);
     target_.reserve((bricks + 1) * kBrickCells / 64);
     origin_.reserve((bricks + 1) * 3);
+    key_.reserve(bricks + 1);
     slots_.reserve(bricks);
 }
 
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
+    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) + size(key_) +
            slots_.bytes() + ids_.bytes();
 }
 

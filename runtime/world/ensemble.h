@@ -47,6 +47,8 @@ class Ensemble {
     void set_state(Catom catom, CatomState state);
 
     std::optional<Catom> at(Cell cell) const;
+    // As Lattice::key, without the curve for bricks that are present.
+    CellKey key(Cell cell) const;
     Cell cell(Catom catom) const;
     std::uint64_t id(Catom catom) const { return id_[catom]; }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }
@@ -79,6 +81,7 @@ class Ensemble {
     std::vector<std::int32_t> cell_catom_;
     std::vector<std::uint64_t> target_;
     std::vector<std::int32_t> origin_;
+    std::vector<BrickKey> key_;
     BrickTable slots_;
     // The brick that was asked for last.
     std::uint64_t last_key_ = 0;
