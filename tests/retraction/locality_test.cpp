@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <random>
 
@@ -83,7 +84,7 @@ TEST_F(Locality, SettlingTouchesEachCatomAFewTimes) {
 }
 
 TEST_F(Locality, LosingAndGainingACatomIsALocalMatter) {
-    constexpr int kTimes = 200;
+    constexpr int kTimes = 5000;
     std::mt19937_64 random(1);
     Cost removal, return_;
     std::uint64_t worst = 0;
@@ -110,6 +111,8 @@ TEST_F(Locality, LosingAndGainingACatomIsALocalMatter) {
     std::printf("the worst: %llu evaluations\n", static_cast<unsigned long long>(worst));
     EXPECT_LE(removal.evaluations, 100u * kTimes);
     EXPECT_LE(return_.evaluations, 100u * kTimes);
+    // Ranks do not drift upwards while the ensemble changes.
+    EXPECT_LE(part_->totals.greatest_rank, 2u * kSide);
 }
 
 TEST_F(Locality, FallingBackToAnotherSourceTouchesOnlyWhatHungOnTheFirst) {

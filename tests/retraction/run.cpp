@@ -120,6 +120,7 @@ bool settle(sim::PartState& part, Changes& changes, Shared& s, std::size_t burst
         const Digest state = record::state_digest(part);
         if (speaks) {
             s.outcome.states.push_back(state);
+            s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, part.evaluator.tombstones().count());
             s.outcome.exchanges += totals.sent_bytes > 0;
             s.outcome.quarantines += totals.waiting && !totals.awake;
             if (totals.failure.trap != Trap::None) s.outcome.trouble = eval::describe(part.module, totals.failure);
@@ -150,7 +151,6 @@ void run_part(comm::Communicator& comm, Shared& s) {
         comm.barrier();
         if (!s.outcome.trouble.empty()) break;
     }
-    if (speaks) s.outcome.tombstones = part.evaluator.tombstones().count();
 }
 
 const Change* last_change(const Case& c, const Program& program) {

@@ -24,7 +24,7 @@ struct Outcome {
     std::string trouble;            // Empty: all is as it should be.
     std::vector<Digest> states = {}; // After every tick.
     std::uint64_t retractions = 0;  // Facts that held at the end of a burst and not at the end of the next.
-    std::uint64_t tombstones = 0;   // Groups that remember a loss at the end.
+    std::uint64_t tombstones = 0;   // The most catoms that remembered losses at a time.
     std::uint64_t quarantines = 0;  // Ticks that ended with nothing left but waiting.
     std::uint64_t exchanges = 0;    // Ticks in which parts told each other something.
     std::uint64_t compared = 0;     // Facts.
