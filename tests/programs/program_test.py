@@ -1,7 +1,7 @@
 """Runs an example program in several worlds and compares what it derives: program_test.py MELDSIM EXAMPLES PROGRAM.
 
-In each world the digests of all ticks and the facts at the end must be the same bytes on 1 to 4 processes with 1 and 2
-threads, and the facts those that expected.py computes by other means.
+In each world the digests of all ticks and the facts at the end must be the same bytes on 1 to 4 processes of 1 or 2 threads,
+and the facts those that expected.py computes by other means.
 """
 
 import collections
@@ -37,7 +37,7 @@ class Case:
         else:
             path = runner.folder / "world.toml"
             path.write_text(self.world.text(self.facts))
-        self.outcome = runner.run_all_sizes(path, self.options)
+        self.outcome = runner.run_sizes(path, self.options)
         cell_of = self.outcome.cell_of
         self.lattice = self.lattice if isinstance(self.world, str) else self.world.lattice
         self.places = {catom: position(self.lattice, cell) for catom, cell in cell_of.items()}

@@ -4,3 +4,8 @@ foreach(program gradient spanning_tree leader census temperature flood height_co
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/program_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   set_tests_properties(program_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
 endforeach()
+
+# The invariants of shape change, watched from inside.
+meld_test(test_shape_change SOURCES ${CMAKE_CURRENT_LIST_DIR}/shape_change_test.cpp DEPENDS runtime/driver)
+target_compile_definitions(test_shape_change PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld")
+add_dependencies(test_shape_change meldc)
