@@ -8,6 +8,7 @@
 
 #include "compiler/diagnostics/explain.h"
 #include "compiler/driver/compile.h"
+#include "runtime/base/nearest.h"
 
 namespace {
 
@@ -117,6 +118,11 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
+            static constexpr std::string_view known[] = {"check", "compile", "explain"};
+            std::cerr << "meldc: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
+            return static_cast<int>(ExitCode::UsageOrWorld);
+        }
         const int code = app.exit(error);
         return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
     }

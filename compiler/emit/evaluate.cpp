@@ -47,10 +47,12 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
         w.line("s.{0}.rows = nullptr;", name);
         w.line("s.{0}.count = 0;", name);
     }
+    w.raw("const u64 derivations = s.e->derivations;");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.line("grew = gather(*s.e, {}) || grew;", view(plan, p));
+    w.line("if (s.e->derivations - derivations > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<double>(s.e->part->max_derivations));", c.rules.back().rule.index());
     w.close();
     for (const PredicateId p : c.predicates) {
         const std::string name = predicate_name(plan.program, p);

@@ -109,7 +109,8 @@ std::string constant_value(const Constant& c) {
 
 void emit_parameter_table(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr ParameterInfo kParameters[] = {");
-    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}}},", quoted(c.name), value_type(c.type), constant_value(c));
+    // Those of the prelude have no name: they cannot be set.
+    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}}},", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c));
     if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}},");
     w.close("};");
 }

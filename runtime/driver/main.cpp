@@ -1,8 +1,11 @@
 // meldsim: run Meld programs on ensembles of catoms.
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <iostream>
+#include <limits>
 
 #include "runtime/base/error.h"
+#include "runtime/base/nearest.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
 
@@ -21,11 +24,11 @@ int main(int argc, char** argv) {
     CLI::App* r = app.add_subcommand("run", "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
     r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")->type_name("FILE");
-    r->add_option("--ticks", run.ticks, "Stop after this many ticks")->check(CLI::NonNegativeNumber);
+    r->add_option("--ticks", run.ticks, "Stop after this many ticks")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
     r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")->check(CLI::Range(1, 100000))->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")->check(CLI::Range(1, 1024))->capture_default_str();
     r->add_option("--set", run.set, "Give a constant of the program another value: name=value")->type_name("NAME=VALUE")->take_all()->allow_extra_args(false);
-    r->add_option("--seed", run.seed, "The seed of everything random")->check(CLI::NonNegativeNumber);
+    r->add_option("--seed", run.seed, "The seed of everything random")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
@@ -39,6 +42,11 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
+            static constexpr std::string_view known[] = {"run", "world"};
+            std::cerr << "meldsim: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
+            return static_cast<int>(ExitCode::UsageOrWorld);
+        }
         const int code = app.exit(error);
         return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
     }

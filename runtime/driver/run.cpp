@@ -124,7 +124,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (const auto fits = check_memory(*world, info, comm.parts(), parts_on_this_machine(comm)); !fits) return tl::unexpected<Error>(fits.error());
     const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
-    for (const std::string& path : {options.facts_out, options.record})
+    for (const std::string& path : {options.facts_out, options.record, options.digest == "-" ? "" : options.digest})
         if (!path.empty() && comm.part() == 0)
             if (const auto writable = record::check_writable(path); !writable) {
                 tell(writable.error());

@@ -248,7 +248,9 @@ void Evaluator::gather(const Part& part) {
 
 std::string describe(const ModuleInfo& module, const Failure& f) {
     const RuleInfo& rule = module.rules[f.rule];
-    const std::string where = fmt::format("in rule {} at catom @{} in tick {}: {}", rule.name, f.catom, f.tick, rule.text);
+    std::string_view text = rule.text;
+    if (text.ends_with('.')) text.remove_suffix(1);
+    const std::string where = fmt::format("in rule {} at catom @{} in tick {}: {}", rule.name, f.catom, f.tick, text);
     switch (f.trap) {
         case Trap::None: return "";
         case Trap::Overflow: return fmt::format("a number became too large ({:.17g} and {:.17g}) {}", f.left, f.right, where);

@@ -93,6 +93,7 @@ Result<void> PartState::set_parameters() {
         std::vector<std::string_view> known;
         bool found = false;
         for (u32 i = 0; i < module.parameter_count; ++i) {
+            if (*module.parameters[i].name == '\0') continue;
             known.emplace_back(module.parameters[i].name);
             if (known.back() != name) continue;
             const Result<Value> value = tuple::parse_value(module.parameters[i].type, text);

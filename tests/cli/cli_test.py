@@ -1,0 +1,358 @@
+"""The commands as a user meets them: usage, bad worlds, files that cannot be written, programs that never end, hostile
+texts. Each must end with its documented exit code and a message, printed once, that names what is wrong.
+
+    cli_test.py --meldc PATH --meldsim PATH [unittest options]
+"""
+import argparse
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TOOLS = argparse.Namespace()
+SQUARE = 'lattice = "square"\n[[body]]\nshape = "box(2, 2, 1)"\n'
+COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
+FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+OUTPUTS = ("--facts-out", "--record", "--digest")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld cli "))  # With a space: paths may have one.
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.write("w.toml", SQUARE)
+        self.write("p.meld", COUNT)
+
+    def write(self, name, text):
+        data = text if isinstance(text, bytes) else text.encode()
+        (self.folder / name).write_bytes(data)
+
+    def call(self, tool, *arguments, code=0, seconds=60):
+        """Runs it; checks the exit code; returns standard output and standard error."""
+        command = [getattr(TOOLS, tool), *map(str, arguments)]
+        done = subprocess.run(command, cwd=self.folder, stdin=subprocess.DEVNULL, capture_output=True, timeout=seconds)
+        out, err = done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
+        self.assertEqual(done.returncode, code, f"{command}\n{out}{err}")
+        return out, err
+
+    def refused(self, tool, *arguments, code, says):
+        """It ends with this code and one message that holds all the texts; nothing goes to standard output."""
+        out, err = self.call(tool, *arguments, code=code)
+        self.assertEqual(out, "")
+        for text in [says] if isinstance(says, str) else says:
+            self.assertEqual(err.count(text), 1, f"{text!r} should be said once:\n{err}")
+        return err
+
+    def files(self):
+        return {str(p.relative_to(self.folder)) for p in self.folder.rglob("*")}
+
+
+class Usage(Case):
+    def test_help_shows_an_example_and_the_exit_codes(self):
+        for arguments in (["meldc", "--help"], ["meldsim", "--help"]):
+            out, err = self.call(*arguments)
+            self.assertIn("Example: ", out)
+            self.assertIn("Exit codes: 0 fine, 1 program wrong, 2 usage", out)
+            self.assertEqual(err, "")
+        for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldsim", "run"), ("meldsim", "world")):
+            self.assertIn(f"Example: {tool} {command} ", self.call(tool, command, "--help")[0])
+
+    def test_version(self):
+        self.assertRegex(self.call("meldc", "--version")[0], r"^meldc \d+\.\d+\.\d+\n$")
+        self.assertRegex(self.call("meldsim", "--version")[0], r"^meldsim \d+\.\d+\.\d+\n$")
+
+    def test_unknown_commands_and_options_are_named(self):
+        self.refused("meldc", "chek", "p.meld", code=2, says=["there is no command 'chek'", "did you mean 'check'?"])
+        self.refused("meldsim", "rum", "p.meld", code=2, says=["there is no command 'rum'", "did you mean 'run'?"])
+        self.refused("meldc", "check", "--frob", "p.meld", code=2, says="--frob")
+        self.refused("meldsim", "run", "p.meld", "--frob", code=2, says="--frob")
+        self.refused("meldc", code=2, says="subcommand")
+        self.refused("meldsim", "run", code=2, says="PROGRAM")
+
+    def test_values_out_of_range(self):
+        for option, value in (("-n", "0"), ("-n", "x"), ("--threads", "0"), ("--ticks", "-1"), ("--ticks", "99999999999999999999"), ("--seed", "-2")):
+            self.refused("meldsim", "run", "p.meld", option, value, code=2, says=f"Value {value} not in range")
+        self.refused("meldc", "compile", "p.meld", "-O", "9", code=2, says="not in range 0 to 3")
+
+    def test_unknown_stage_and_code(self):
+        self.refused("meldc", "compile", "p.meld", "--emit=plam", code=2, says=["'plam'", "tokens, ast, program, plan, cpp and module"])
+        self.refused("meldc", "explain", "E9999", code=2, says="E9999")
+        self.assertIn("E0501", self.call("meldc", "explain", "E0501")[0])
+
+    def test_settings(self):
+        self.write("c.meld", "const size = 3.\ntype p(node, int).\np(A, size).\n")
+        self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "sise=4", code=2, says=["no constant 'sise'", "did you mean 'size'?"])
+        self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "size", code=2, says="--set size")
+        self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "size=big", code=2, says="size")
+        self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--set", "failed-turn=1", code=2, says="no constant 'failed-turn'")
+
+    def test_closed_standard_output_is_an_error_not_a_crash(self):
+        command = [TOOLS.meldc, "compile", "p.meld", "--emit=cpp"]
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run(command, cwd=self.folder, stdout=full, stderr=subprocess.PIPE, timeout=60)
+        self.assertEqual(done.returncode, 2)
+
+
+class Programs(Case):
+    def test_missing_program(self):
+        for more in ([], ["-n", "2"]):
+            self.refused("meldsim", "run", "missing.meld", *more, code=2, says="missing.meld")
+        self.refused("meldc", "check", "missing.meld", code=2, says="missing.meld")
+        self.refused("meldc", "check", ".", code=2, says="folder")
+
+    def test_wrong_program_is_told_once_on_any_number_of_processes(self):
+        self.write("wrong.meld", "type p(node).\np(A) :- q(A).\n")
+        for n in (1, 3):
+            self.refused("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, code=1, says="no predicate `q`")
+
+    def test_path_with_spaces_and_quotes(self):
+        self.write("my 'first' program.meld", COUNT)
+        for n in (1, 2):
+            out, err = self.call("meldsim", "run", "my 'first' program.meld", "--world", "w.toml", "-n", n, "--facts-out", "out of it")
+            self.assertEqual((self.folder / "out of it").read_text(), "".join(f"p(@{i}, 2).\n" for i in range(4)))
+            self.assertEqual(out.count("catoms"), 1)
+            self.assertEqual(err, "")
+
+    def test_compiled_module_runs_without_its_program(self):
+        self.call("meldc", "compile", "p.meld", "-o", "mine.so")
+        (self.folder / "p.meld").unlink()
+        for n in (1, 2):
+            self.call("meldsim", "run", "./mine.so", "--world", "w.toml", "--quiet", "-n", n, "--facts-out", "f")
+            self.assertIn("p(@3, 2).", (self.folder / "f").read_text())
+
+    def test_module_that_is_none_is_refused(self):
+        self.write("text.so", "no module")
+        self.refused("meldsim", "run", "./text.so", "--world", "w.toml", code=5, says="text.so")
+
+    def test_module_of_another_version_is_refused(self):
+        self.call("meldc", "compile", "p.meld", "-o", "mine.so")
+        data = bytearray((self.folder / "mine.so").read_bytes())
+        # The note's owner, then magic, then the version; any change of it must be noticed before the module is loaded.
+        section = subprocess.run(["readelf", "-SW", "mine.so"], cwd=self.folder, capture_output=True, text=True, check=True).stdout
+        line = next(line for line in section.splitlines() if ".note.meld" in line or ".note.clay" in line)
+        fields = line[line.index("]") + 1:].split()
+        at, size = int(fields[3], 16), int(fields[4], 16)
+        refusals = 0
+        for offset in range(at, at + size, 4):
+            changed = bytearray(data)
+            changed[offset] ^= 0x40
+            self.write("changed.so", bytes(changed))
+            done = subprocess.run([TOOLS.meldsim, "run", "./changed.so", "--world", "w.toml", "--quiet"], cwd=self.folder, capture_output=True, timeout=60)
+            self.assertIn(done.returncode, (0, 5), done.stderr)
+            refusals += done.returncode == 5
+        self.assertGreater(refusals, 3)
+
+
+class Worlds(Case):
+    def world(self, text, *, code=2, says):
+        self.write("bad.toml", text)
+        return self.refused("meldsim", "run", "p.meld", "--world", "bad.toml", code=code, says=says)
+
+    def test_missing_world(self):
+        for n in (1, 2):
+            self.refused("meldsim", "run", "p.meld", "--world", "missing.toml", "-n", n, code=2, says="missing.toml")
+
+    def test_sizes_that_are_none(self):
+        for size in ("0", "-3", "nan", "inf"):
+            self.world(f'[[body]]\nshape = "box({size}, 1, 1)"\n', says="bad.toml:2:")
+        self.world('[[body]]\nshape = "box(1e18, 2, 2)"\n', says="make it smaller")
+        self.world("[[body]]\ncells = []\n", says="no catom")
+        self.world("", says="no catom")
+
+    def test_slips_have_a_place_and_the_nearest_name(self):
+        self.world('lattise = "square"\n' + SQUARE[19:], says=["bad.toml:1:1: there is no key 'lattise'", "did you mean 'lattice'?"])
+        self.world('lattice = "sqare"\n' + SQUARE[19:], says=["bad.toml:1:11: there is no lattice 'sqare'", "did you mean 'square'?"])
+        self.world('[[body]]\nshape = "bxo(3, 1, 1)"\n', says=["bad.toml:2:10", "did you mean 'box'?"])
+        self.world('[[body]]\nshape = "box(3, 1"\n', says="bad.toml:2:18: expected ',' or ')'")
+        self.world("lattice = \n", says="bad.toml:1:11")
+        self.world("[[body]]\ncells = [[0, 0, 0], [0, 0, 0]]\n", says=["cell (0, 0, 0) is listed twice", "bad.toml:2:21"][:1])
+        self.world(SQUARE + "[limits]\nmax_ticks = -1\n", says="bad.toml:5:13")
+        self.world(SQUARE + '[facts]\nqq = ["all"]\n', says=["bad.toml:5:7", "no predicate qq"])
+        self.world(SQUARE + '[facts]\np = ["all"]\n', says="no predicate p with 0 arguments")
+        self.world(SQUARE + "[set]\nfoo = 1\n", says="no constant 'foo'")
+        self.world(SQUARE + '[motion]\nkind = "latice"\n', says="did you mean 'lattice'?")
+
+    def test_mistakes_are_told_once_on_more_processes(self):
+        self.write("bad.toml", '[[body]]\nshap = "box(2, 2, 1)"\n')
+        self.refused("meldsim", "run", "p.meld", "--world", "bad.toml", "-n", "3", code=2, says="there is no key 'shap'")
+
+    def test_what_does_not_fit_is_refused_with_the_estimate_before_it_is_made(self):
+        for n in (1, 2):
+            self.write("big.toml", '[[body]]\nshape = "box(20000, 20000, 20000)"\n')
+            err = self.refused("meldsim", "run", "p.meld", "--world", "big.toml", "-n", n, code=4, says="the world needs")
+            self.assertRegex(err, r"needs [\d.]+ TiB for 8 T catoms of \d+ bytes, and [\d.]+ [KMGT]iB are available")
+
+    def test_more_processes_than_catoms(self):
+        self.write("one.toml", '[[body]]\ncells = [[0, 0, 0]]\n')
+        out, err = self.call("meldsim", "run", "p.meld", "--world", "one.toml", "-n", "3", "--facts-out", "f")
+        self.assertEqual((self.folder / "f").read_text(), "p(@0, 0).\n")
+        self.assertEqual((out.count("catoms"), err), (1, ""))
+
+
+class Files(Case):
+    def test_files_that_cannot_be_written_are_found_before_the_run(self):
+        # A run that would never end shows that the files are tried first. /proc cannot be written to by anybody.
+        self.write("for ever.meld", FOREVER)
+        before = self.files()
+        for option in OUTPUTS:
+            for path in ("missing/x", "/proc/x", ".", "p.meld/x"):
+                self.refused("meldsim", "run", "for ever.meld", "--world", "w.toml", option, path, code=2, says=f"cannot write {path}")
+        self.assertEqual(self.files(), before)
+
+    def test_and_so_on_more_processes(self):
+        self.write("for ever.meld", FOREVER)
+        before = self.files()
+        for option in OUTPUTS:
+            self.refused("meldsim", "run", "for ever.meld", "--world", "w.toml", "-n", "2", option, "missing/x", code=2, says="cannot write missing/x")
+        self.assertEqual(self.files(), before)
+
+    def test_failed_run_leaves_no_facts(self):
+        self.write("zero.meld", "type p(node, int).\np(A, 1 / N) :- id(A, N).\n")
+        self.call("meldsim", "run", "zero.meld", "--world", "w.toml", "--facts-out", "f", code=1)
+        self.assertNotIn("f", self.files())
+        self.assertNotIn("f.tmp", self.files())
+
+    def test_module_that_cannot_be_written(self):
+        self.refused("meldc", "compile", "p.meld", "-o", "missing/x.so", code=2, says="missing/x.so")
+
+    def test_digest_is_the_same_for_any_number_of_processes(self):
+        digests = [self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "--digest", "-", "-n", n)[0] for n in (1, 2, 3)]
+        self.assertRegex(digests[0], r"^tick 1 [0-9a-f]+\n")
+        self.assertEqual(digests[0], digests[1])
+        self.assertEqual(digests[0], digests[2])
+
+
+class Endings(Case):
+    def ends(self, program, *, code, says, limits="", processes=(1, 3)):
+        """The same single message on any number of processes; returns it."""
+        self.write("d.meld", program)
+        self.write("limits.toml", SQUARE + limits)
+        for n in processes:
+            self.refused("meldsim", "run", "d.meld", "--world", "limits.toml", "--quiet", "-n", n, code=code, says=says)
+
+    def test_ping_pong_of_linear_facts(self):
+        self.ends("type linear a(node).\ntype linear b(node).\na(@1).\na(A) -o b(A).\nb(A) -o a(A).\n", code=4,
+                  says=["in one tick in rule", "at catom @1 in tick 1", "max_derivations_per_tick"])
+
+    def test_view_that_grows_at_one_catom(self):
+        self.ends("type d(node, int).\nd(@2, 0).\nd(A, N + 1) :- d(A, N).\n", code=4, says=["more than 100000 derivations", "rule d@3 at catom @2 in tick 1"])
+
+    def test_view_that_grows_over_links(self):
+        self.ends("type d(node, int).\nd(@0, 0).\nd(B, N + 1) :- neighbor(A, B), d(A, N).\n", limits="[limits]\nmax_facts_per_catom = 50\n", code=4,
+                  says=["more than 50 facts", "at catom @", "max_facts_per_catom"])
+
+    def test_token_that_never_rests(self):
+        self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks"])
+
+    def test_arithmetic_that_goes_wrong_names_operands_rule_catom_and_tick(self):
+        where = "at catom @1 in tick 1"
+        for body, says in (("1 / (N - 1)", "1 is divided by zero in rule p@2"), ("7 % (N - 1)", "7 is divided by zero in rule p@2"),
+                           ("9223372036854775807 + N", "too large"), ("-9223372036854775807 - 1 - N", "too large"), ("(N * 9223372036854775807) * 2", "too large"),
+                           ("(-9223372036854775807 - N) / -1", "too large"), ("truncate(1e30 * N)", "1e+30 has no such value as an int"), ("(N + 1) ^ (64 * N)", "too large")):
+            self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=[says, where], processes=(1,))
+        self.ends("type p(node, float).\np(A, sqrt(0.0 - N)) :- id(A, N), N = 1.\n", code=1, says=["not a number", where])
+        self.ends("type p(node, sum int).\np(A, 9223372036854775807) :- id(A, 1), neighbor(A, _).\n", code=1, says=["too large", where])
+
+    def interrupt(self, *more):
+        self.write("for ever.meld", FOREVER)
+        # Its own session, so that a signal to the group is what Ctrl-C sends: to the command and all it started.
+        run = subprocess.Popen([TOOLS.meldsim, "run", "for ever.meld", "--world", "w.toml", *more], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, start_new_session=True, text=True)
+        try:
+            # The digest file exists as soon as ticks are made.
+            for _ in range(600):
+                if (self.folder / "d").exists() and (self.folder / "d").stat().st_size > 0:
+                    break
+                time.sleep(0.05)
+            os.killpg(run.pid, signal.SIGINT)
+            out, err = run.communicate(timeout=60)
+        finally:
+            if run.poll() is None:
+                os.killpg(run.pid, signal.SIGKILL)
+                run.wait()
+        self.assertEqual(run.returncode, 130, out + err)
+        self.assertEqual(out.count("interrupted"), 1, out + err)
+        last = (self.folder / "d").read_text()
+        self.assertTrue(last.endswith("\n"))
+        ticks = int(last.splitlines()[-1].split()[1])
+        self.assertIn(f"{ticks:,}", out)
+
+    def test_interrupt_ends_at_a_tick_boundary_with_the_summary(self):
+        self.interrupt("--digest", "d")
+
+    def test_interrupt_with_two_processes(self):
+        self.interrupt("--digest", "d", "-n", "2")
+
+
+class Hostile(Case):
+    def check(self, text, code, says=""):
+        self.write("h.meld", text)
+        out, err = self.call("meldc", "check", "h.meld", code=code)
+        self.assertEqual(out, "")
+        self.assertIn(says, err)
+        return err
+
+    def run_facts(self, text):
+        self.write("h.meld", text)
+        self.call("meldsim", "run", "h.meld", "--world", "w.toml", "--quiet", "--facts-out", "f")
+        return (self.folder / "f").read_text()
+
+    def test_empty_program(self):
+        for text in ("", "\n\n", "// Nothing.", "/* Nothing. */"):
+            self.check(text, 0)
+            self.assertEqual(self.run_facts(text), "")
+
+    def test_text_that_is_none(self):
+        self.check(b"type p(node).\np(@0\0).\n", 1, "E0105")
+        self.check(b"type p(node).\n// \xff\xfe\np(@0).\n", 1, "E0105")
+        self.check(bytes(range(256)) * 40, 1, "error")
+
+    def test_deep_nesting(self):
+        for deep in ("(" * 100_000 + "1" + ")" * 100_000, "-" * 100_000 + "1", "1" + " + 1" * 100_000, "if true then " * 100_000 + "1", "abs(" * 100_000):
+            self.check(f"type p(node, int).\np(@0, {deep}).\n", 1, "error[E01")
+        self.check("/*" * 100_000, 1, "E0102")
+        self.check("type p(node).\np(A) :- " + "not (" * 100_000, 1, "error[E01")
+
+    def test_many_facts(self):
+        facts = "".join(f"p(@{i % 4}, {i}).\n" for i in range(20_000))
+        self.check("type p(node, int).\n" + facts, 0)
+
+    def test_one_long_line(self):
+        self.check("type p(node, int).\n" + "p(@0, 1). " * 5_000, 0)
+        err = self.check("type p(node, int).\n" + "p(@0, 1). " * 5_000 + "q(@0).\n", 1, "E0301")
+        self.assertLess(len(err), 2_000)
+
+    def test_text_that_would_break_the_emitted_comments(self):
+        rules = ["p(A, 1) :- neighborCount(A, _). // ends in a backslash \\",
+                 "p(A, 2) :- neighborCount(A, _). // trigraph ??/",
+                 "p(A, 3) :- neighborCount(A, _) /* a \\\n */ .",
+                 "p(A, 4) /* // */ :- neighborCount(A, _). // */ #error no"]
+        program = "type p(node, int).\n" + "\n".join(rules) + "\n"
+        self.assertEqual(self.run_facts(program), "".join(f"p(@{c}, {i}).\n" for c in range(4) for i in (1, 2, 3, 4)))
+
+    def test_program_that_looks_like_a_raw_string_or_format(self):
+        program = 'type p(node, int).\n// )__MELD__" R"x( {} {0} %s %n "quoted\\" \\0 \u2603 ??/\np(A, 1) :- neighborCount(A, _).\n'
+        self.assertEqual(self.run_facts(program), "".join(f"p(@{c}, 1).\n" for c in range(4)))
+
+    def test_windows_line_ends(self):
+        self.assertEqual(self.run_facts(COUNT.replace("\n", "\r\n")), "".join(f"p(@{c}, 2).\n" for c in range(4)))
+
+    def test_file_name_that_is_no_name(self):
+        for name in ("1 + 1.meld", "class.meld", "a\"b.meld", "x;touch y.meld", "-p.meld"):
+            self.write(name, COUNT)
+            self.call("meldsim", "run", "./" + name, "--world", "w.toml", "--quiet")
+        self.assertNotIn("y", self.files())
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldc", required=True)
+    parser.add_argument("--meldsim", required=True)
+    TOOLS, rest = parser.parse_known_args()
+    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
+    unittest.main(argv=[sys.argv[0], *rest])

@@ -1,0 +1,6 @@
+# The commands as a user meets them, a class of tests an entry.
+foreach(class Usage Programs Worlds Files Endings Hostile)
+  string(TOLOWER ${class} name)
+  add_test(NAME cli_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/cli_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+endforeach()
