@@ -44,7 +44,7 @@ Result<void> Recorder::start(sim::PartState& part) {
     const std::byte* at = all.data();
     if (!take_value<bool>(at)) return tl::unexpected<Error>(part.comm.part() == 0 ? error : Error{"cannot write " + path_, ""});
     part.refresh();
-    return step(part);
+    return write(part);
 }
 
 // The colours asked for in this tick.
@@ -61,12 +61,12 @@ void Recorder::colour(sim::PartState& part) {
 Result<void> Recorder::after(sim::PartState& part) {
     colour(part);
     if (part.abi.now % every_ != 0) return {};
-    return step(part);
+    return write(part);
 }
 
 void Recorder::finish(sim::PartState& part) {
     Result<void> done;
-    if (last_step_ != part.abi.now) done = step(part);
+    if (last_step_ != part.abi.now) done = write(part);
     if (!file_) return;
     const Result<void> closed = file_->close();
     if (!done || !closed) outcome_ = "the recording is incomplete: " + (!done ? done : closed).error().message();
@@ -74,7 +74,7 @@ void Recorder::finish(sim::PartState& part) {
 }
 
 // Part 0 gets every catom's position, colour and values, and writes them in the order of ids.
-Result<void> Recorder::step(sim::PartState& part) {
+Result<void> Recorder::write(sim::PartState& part) {
     last_step_ = part.abi.now;
     struct Row {
         u64 id;

@@ -28,7 +28,7 @@ class Recorder : public sim::SimModule {
         std::string name;
         bool real;
     };
-    Result<void> step(sim::PartState& part);
+    Result<void> write(sim::PartState& part);
     void colour(sim::PartState& part);
 
     std::string path_;
