@@ -8,7 +8,8 @@ Result<void> CodeModules::add(const Registry::MakeCode& make, const world::World
     world_ = &world;
     Result<std::unique_ptr<CodeModule>> module = make(world);
     if (!module) return tl::unexpected<Error>(module.error());
-    if ((*module)->runnable()) modules_.push_back({std::move(*module), make, {}});
+    CodeModule* shared = module->get();
+    if (shared->runnable()) modules_.push_back({shared, std::move(*module), make, {}});
     return {};
 }
 

@@ -13,6 +13,8 @@ namespace meld::sim {
 class CodeModules {
   public:
     Result<void> add(const Registry::MakeCode& make, const world::World& world);
+    // The catoms' side of a component, which stays with its owner.
+    void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
     // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
     // tick; the price of code that is not told what changed.
     void run(PartState& part);
@@ -20,7 +22,8 @@ class CodeModules {
 
   private:
     struct Entry {
-        std::unique_ptr<CodeModule> shared;
+        CodeModule* shared = nullptr;
+        std::unique_ptr<CodeModule> owned;                                   // The same, unless it is a component.
         Registry::MakeCode make;
         std::unordered_map<std::uint64_t, std::unique_ptr<CodeModule>> own;  // By id
     };

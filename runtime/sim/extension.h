@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -64,10 +65,12 @@ class CodeModule {
     virtual void load(const std::vector<std::byte>&) {}
 };
 
-// Both sides; the central step comes first in every tick.
+// Both sides in one object a part: in every tick step(), on every part at the same time, then run() at each catom, so the
+// catoms see what was decided centrally in the same tick.
 class Component : public SimModule, public CodeModule {
   public:
     bool runnable() const override { return true; }
+    Instances instances() const final { return Instances::Shared; }
 };
 
 // Implementations by interface and name: "motion" may be "none" or "lattice"; the world file chooses.
@@ -75,15 +78,15 @@ class Registry {
   public:
     using MakeSim = std::function<Result<std::unique_ptr<SimModule>>(const world::World&)>;
     using MakeCode = std::function<Result<std::unique_ptr<CodeModule>>(const world::World&)>;
+    using MakeComponent = std::function<Result<std::unique_ptr<Component>>(const world::World&)>;
     void add_sim(const std::string& interface, const std::string& name, MakeSim make) { sims_[interface][name] = std::move(make); }
     void add_code(const std::string& interface, const std::string& name, MakeCode make) { codes_[interface][name] = std::move(make); }
+    void add_component(const std::string& interface, const std::string& name, MakeComponent make) { components_[interface][name] = std::move(make); }
 
-    // The chosen implementation; an error names the nearest one that is known.
-    Result<std::unique_ptr<SimModule>> make_sim(const std::string& interface, const std::string& name, const world::World&) const;
-    bool has_sim(const std::string& interface) const { return sims_.contains(interface); }
-    bool has_code(const std::string& interface) const { return codes_.contains(interface); }
-    Result<MakeCode> code(const std::string& interface, const std::string& name) const;
-    std::vector<std::string> interfaces() const;
+    // What a world chose for an interface: one of the three kinds, whichever has an implementation of that name.
+    using Choice = std::variant<MakeSim, MakeCode, MakeComponent>;
+    // Errors name the nearest interface or implementation that is known.
+    Result<Choice> choose(const std::string& interface, const std::string& name) const;
 
     // Everything that comes with Claymeld.
     static Registry standard();
@@ -91,6 +94,7 @@ class Registry {
   private:
     std::map<std::string, std::map<std::string, MakeSim>> sims_;
     std::map<std::string, std::map<std::string, MakeCode>> codes_;
+    std::map<std::string, std::map<std::string, MakeComponent>> components_;
 };
 
 }  // namespace meld::sim

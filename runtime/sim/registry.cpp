@@ -1,6 +1,8 @@
 // The implementations that come with Claymeld, by interface and name.
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "runtime/base/nearest.h"
 #include "runtime/sim/extension.h"
 #include "runtime/sim/lattice_motion.h"
@@ -12,13 +14,6 @@ namespace meld::sim {
 
 namespace {
 
-template <class Map>
-Error unknown(const std::string& interface, const std::string& name, const Map& known) {
-    std::vector<std::string_view> names;
-    for (const auto& [key, make] : known) names.push_back(key);
-    return {fmt::format("there is no implementation '{}' of {}", name, interface), did_you_mean(name, names)};
-}
-
 // Catoms stand still. It is a module like any other, so that nothing asks whether there is one.
 class NoMotion : public SimModule {
   public:
@@ -27,28 +22,25 @@ class NoMotion : public SimModule {
 
 }  // namespace
 
-Result<std::unique_ptr<SimModule>> Registry::make_sim(const std::string& interface, const std::string& name, const world::World& world) const {
-    const auto found = sims_.find(interface);
-    if (found == sims_.end()) return tl::unexpected<Error>(Error{"there is no interface '" + interface + "'", {}});
-    const auto make = found->second.find(name);
-    if (make == found->second.end()) return tl::unexpected<Error>(unknown(interface, name, found->second));
-    return make->second(world);
-}
-
-Result<Registry::MakeCode> Registry::code(const std::string& interface, const std::string& name) const {
-    const auto found = codes_.find(interface);
-    if (found == codes_.end()) return tl::unexpected<Error>(Error{"there is no interface '" + interface + "'", {}});
-    const auto make = found->second.find(name);
-    if (make == found->second.end()) return tl::unexpected<Error>(unknown(interface, name, found->second));
-    return make->second;
-}
-
-std::vector<std::string> Registry::interfaces() const {
-    std::vector<std::string> names;
-    for (const auto& [name, all] : sims_)
-        if (name != "motion") names.push_back(name);
-    for (const auto& [name, all] : codes_) names.push_back(name);
-    return names;
+Result<Registry::Choice> Registry::choose(const std::string& interface, const std::string& name) const {
+    std::vector<std::string_view> interfaces, names;
+    std::optional<Choice> found;
+    const auto look = [&](const auto& all) {
+        for (const auto& [known, implementations] : all) {
+            interfaces.push_back(known);
+            if (known != interface) continue;
+            for (const auto& [implementation, make] : implementations) {
+                names.push_back(implementation);
+                if (implementation == name) found = make;
+            }
+        }
+    };
+    look(sims_);
+    look(codes_);
+    look(components_);
+    if (found) return *found;
+    if (names.empty()) return fail("there is no interface '" + interface + "'", did_you_mean(interface, interfaces));
+    return fail(fmt::format("there is no implementation '{}' of {}", name, interface), did_you_mean(name, names));
 }
 
 Registry Registry::standard() {
@@ -57,6 +49,7 @@ Registry Registry::standard() {
     r.add_sim("motion", "lattice", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
     r.add_code("thermometer", "plane", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
     r.add_code("thermometer", "drift", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<DriftingThermometer>(); });
+    r.add_component("thermometer", "weather", [](const world::World& w) -> Result<std::unique_ptr<Component>> { return std::make_unique<Weather>(w.seed); });
     return r;
 }
 

@@ -3,8 +3,6 @@
 #include <chrono>
 #include <ctime>
 
-#include "runtime/base/nearest.h"
-
 namespace meld::sim {
 
 namespace {
@@ -30,27 +28,30 @@ Result<void> Simulation::each_module(const Call& call) {
     return {};
 }
 
+// Makes what the world chose for an interface and puts it where it acts.
+Result<void> Simulation::make(const std::string& interface, const std::string& name, const Registry& registry) {
+    const auto choice = registry.choose(interface, name);
+    if (!choice) return tl::unexpected<Error>(choice.error());
+    if (const auto* code = std::get_if<Registry::MakeCode>(&*choice)) return codes_.add(*code, part_.world);
+    if (const auto* sim = std::get_if<Registry::MakeSim>(&*choice)) {
+        auto module = (*sim)(part_.world);
+        if (!module) return tl::unexpected<Error>(module.error());
+        modules_.push_back(std::move(*module));
+        return {};
+    }
+    auto component = std::get<Registry::MakeComponent>(*choice)(part_.world);
+    if (!component) return tl::unexpected<Error>(component.error());
+    codes_.add(**component);
+    modules_.push_back(std::move(*component));
+    return {};
+}
+
 Result<void> Simulation::start(const Registry& registry) {
     const double before = wall_seconds();
     const world::World& world = part_.world;
-    auto motion = registry.make_sim("motion", world.motion.kind, world);
-    if (!motion) return tl::unexpected<Error>(motion.error());
-    modules_.push_back(std::move(*motion));
-    for (const auto& [interface, name] : world.components) {
-        if (registry.has_code(interface)) {
-            const auto make = registry.code(interface, name);
-            if (!make) return tl::unexpected<Error>(make.error());
-            if (auto added = codes_.add(*make, world); !added) return added;
-        } else if (registry.has_sim(interface)) {
-            auto module = registry.make_sim(interface, name, world);
-            if (!module) return tl::unexpected<Error>(module.error());
-            modules_.push_back(std::move(*module));
-        } else {
-            const std::vector<std::string> known = registry.interfaces();
-            const std::vector<std::string_view> names(known.begin(), known.end());
-            return fail(world.path + ": [components] names the interface '" + interface + "', which does not exist", did_you_mean(interface, names));
-        }
-    }
+    if (auto made = make("motion", world.motion.kind, registry); !made) return made;
+    for (const auto& [interface, name] : world.components)
+        if (auto made = make(interface, name, registry); !made) return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
     if (auto done = part_.populate(); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(part_); }); !done) return done;
     part_.refresh();

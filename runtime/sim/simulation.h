@@ -57,6 +57,7 @@ class Simulation {
     std::string status() const;
 
   private:
+    Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     Result<void> tick();
     template <class Call>
     Result<void> each_module(const Call& call);

@@ -1,8 +1,10 @@
-// The example of a hand-written CodeModule: two thermometers behind one interface. A program that declares
-// `type sensed temperature(node, first float Degrees).` and a world with `[components] thermometer = "plane"` use it.
+// The example of hand-written modules: three thermometers behind one interface, two CodeModules and a Component. A program
+// that declares `type sensed temperature(node, first float Degrees).` and a world with `[components] thermometer =
+// "plane"`, "drift" or "weather" use it.
 #pragma once
 
 #include <cstring>
+#include <string>
 
 #include "runtime/sim/extension.h"
 
@@ -33,6 +35,20 @@ class DriftingThermometer : public CodeModule {
 
   private:
     int tenths_ = 150;
+};
+
+// The weather of the day is decided centrally, alike on every part because it depends on the seed and the tick alone; each
+// catom feels it, colder by half a degree a diameter of height.
+class Weather : public Component {
+  public:
+    explicit Weather(std::uint64_t seed) : seed_(seed) {}
+    Result<void> step(PartState& part) override;
+    void run(CatomView& catom) override { catom.sense("temperature", {today_ - 0.5 * catom.position()[2]}); }
+    std::string status() const override;
+
+  private:
+    std::uint64_t seed_;
+    double today_ = 15;
 };
 
 }  // namespace meld::sim

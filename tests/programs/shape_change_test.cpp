@@ -134,7 +134,7 @@ const ShapeCase kCases[] = {
     {"cubic", "box(8, 8, 8)", "move(trumpet(length=24, bell=12, wall=2), -14, 0, 0)", 1, 0},
     {"cubic", "box(6, 6, 6)", "box(3, 3, 40)", 1, 0},
     {"cubic", "box(6, 6, 6)", "box(3, 3, 60)", 1, 1},
-    {"cubic", "box(5, 5, 9)", "torus(8, 2)", 2, 0},
+    {"cubic", "box(5, 5, 9)", "union(torus(8, 2), box(16, 2, 2))", 2, 0},
     {"square", "box(14, 14, 1)", "box(60, 4, 1)", 1, 0},
     {"square", "box(14, 14, 1)", "union(box(50, 3, 1), box(3, 50, 1))", 3, 0},
     {"hex", "box(12, 10, 1)", "box(50, 4, 1)", 1, 0},
