@@ -120,10 +120,37 @@ class Strata {
                     refuse(Kind::AggregateRecursion, fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_.predicates[p].aggregate), program_.predicates[p].name), p, e, c);
                     return;
                 }
-        const PredicateId p = c.predicates[0];
+        const auto folding = std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) {
+            return program_.predicates[q].aggregate == Aggregate::Sum || program_.predicates[q].aggregate == Aggregate::Count;
+        });
+        const PredicateId p = *folding;
+        if (led_by_routes(c, inside)) return;
         report_.add(Kind::TreeRecursion, program_.predicates[p].span,
-                    fmt::format("`{}` sums over links in recursion: it ends only where those links form a tree", program_.predicates[p].name))
+                    fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree", aggregate_name(program_.predicates[p].aggregate), program_.predicates[p].name))
             .help = "lead it along a spanning tree, as examples/meld/census.meld does";
+    }
+    // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
+    // shape is the program's business.
+    template <class Inside>
+    bool led_by_routes(const Component& c, const Inside& inside) const {
+        const auto led = [&](const Rule& rule, VariableId at) {
+            return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
+                if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable()) return false;
+                const Predicate& p = program_.predicates[clause.atom.predicate];
+                const VariableId from = clause.atom.arguments[0].variable, to = clause.atom.arguments[1].variable;
+                return p.world == WorldSource::None && p.kind == PredicateKind::Persistent && ((from == rule.home && to == at) || (from == at && to == rule.home));
+            });
+        };
+        for (const RuleId id : c.rules) {
+            const Rule& rule = program_.rules[id];
+            bool all = true;
+            each_atom(rule.body, [&](const Atom& a, bool) {
+                const VariableId at = a.arguments[0].variable;
+                all = all && (!inside(a.predicate) || at == rule.home || led(rule, at));
+            });
+            if (!all) return false;
+        }
+        return true;
     }
     template <class Inside>
     bool local_cycle(PredicateId goal, PredicateId from, const Inside& inside) {
