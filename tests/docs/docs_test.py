@@ -1,4 +1,4 @@
-"""Runs every fenced block of README.md and docs/*.md.
+"""Runs every fenced block of README.md and docs/*.md, and follows the links between them.
 
     docs_test.py --bin build/bin [--update] [FILE.md ...]
 
@@ -79,12 +79,13 @@ def blocks_of(page):
 def matches(expected, real):
     """Whether real output is the expected one, with its wildcards."""
     pattern = ""
-    for line in expected.splitlines():
+    for line in expected.rstrip("\n").splitlines():
         if line.strip() == "...":
             pattern += r"(?:.*\n)*?"
         else:
             pattern += ".*?".join(re.escape(piece) for piece in line.rstrip().split("...")) + r"[ \t]*\n"
-    return re.fullmatch(pattern, real if real.endswith("\n") or not real else real + "\n") is not None
+    real = real.rstrip("\n")
+    return re.fullmatch(pattern, real + "\n" if real else "") is not None
 
 
 class Page:
@@ -187,7 +188,23 @@ class Page:
             self.wrong(block, "is no C++ that the compiler takes", output)
 
 
-SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
+def anchors(page):
+    """The anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def dead_links(page):
+    text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        path, _, anchor = link.partition("#")
+        target = (page.parent / path).resolve() if path else page
+        if "://" in link:
+            continue
+        if not target.exists():
+            yield f"{page.relative_to(ROOT)}: a link to {path}, which does not exist\n"
+        elif anchor and anchor not in anchors(target):
+            yield f"{page.relative_to(ROOT)}: a link to {link}, where no such heading is\n"
 
 
 def errors_page(bin_folder):
@@ -221,6 +238,8 @@ def main():
     failures = []
     if not options.pages and (ROOT / "docs/errors.md").read_text() != errors_page(bin_folder):
         failures.append("docs/errors.md is not what the table of messages says; write it anew with tests/docs/docs_test.py --update\n")
+    for page in pages:
+        failures += dead_links(page)
     with tempfile.TemporaryDirectory() as folder:
         jobs = []
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
