@@ -29,7 +29,7 @@ int Partition::owner(BrickKey key) const {
 Halo::Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach)
     : ensemble_(ensemble), partition_(partition), part_(part), reach_(reach) {}
 
-std::vector<Halo::Side> Halo::sides(Cell brick, int except) const {
+std::vector<Halo::Side> Halo::sides(Cell brick) const {
     std::vector<Side> out;
     const bool flat = lattice().flat();
     const auto& bits = lattice().brick_bits();
@@ -40,7 +40,7 @@ std::vector<Halo::Side> Halo::sides(Cell brick, int except) const {
                 const Cell other = brick + Cell{dx, dy, dz};
                 if (other.x < -limit(0) || other.x >= limit(0) || other.y < -limit(1) || other.y >= limit(1) || other.z < -limit(2) || other.z >= limit(2)) continue;
                 const int owner = partition_.owner(lattice().brick_key(other));
-                if (owner != except) out.push_back({static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz), owner});
+                out.push_back({static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz), owner});
             }
     return out;
 }
@@ -59,39 +59,60 @@ bool Halo::near(const Side& side, std::uint32_t cell) const {
 void Halo::prepare() {
     if (partition_.parts() == 1) return;
     for (std::size_t slot = border_.size(); slot <= ensemble_.brick_count(); ++slot) {
-        std::vector<Side> others;
-        if (slot > 0) others = sides(ensemble_.brick(static_cast<world::Slot>(slot)), part_);
-        border_.push_back(others.empty() ? -1 : static_cast<std::int32_t>(sides_.size()));
-        if (!others.empty()) sides_.push_back(std::move(others));
+        std::vector<Side> all;
+        if (slot > 0) all = sides(ensemble_.brick(static_cast<world::Slot>(slot)));
+        const bool ours = std::all_of(all.begin(), all.end(), [&](const Side& side) { return side.part == part_; });
+        border_.push_back(ours ? -1 : static_cast<std::int32_t>(sides_.size()));
+        if (!ours) sides_.push_back(std::move(all));
     }
 }
 
-std::vector<int> Halo::around(Cell cell) const {
-    std::vector<int> parts;
-    for (const Side& side : sides(lattice().brick_of(cell), part_)) parts.push_back(side.part);
+namespace {
+
+std::vector<int> distinct(std::vector<int> parts) {
     std::sort(parts.begin(), parts.end());
     parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
     return parts;
 }
 
-bool Halo::borders(int part, Cell brick) const {
-    const std::vector<Side> all = sides(brick, -1);
-    return std::any_of(all.begin(), all.end(), [&](const Side& side) { return side.part == part; });
+}  // namespace
+
+std::vector<int> Halo::around(Cell cell) const {
+    std::vector<int> parts;
+    each_side(lattice().brick_of(cell), [&](const Side& side) {
+        if (side.part != part_) parts.push_back(side.part);
+    });
+    return distinct(std::move(parts));
+}
+
+int Halo::owner(Cell cell) const {
+    int owner = part_;
+    each_side(lattice().brick_of(cell), [&](const Side& side) {
+        if (side.dx == 0 && side.dy == 0 && side.dz == 0) owner = side.part;
+    });
+    return owner;
 }
 
 std::vector<int> Halo::listeners(Cell cell) const {
     std::vector<int> parts;
-    for (const Side& side : sides(lattice().brick_of(cell), -1))
-        if (near(side, lattice().number_in_brick(cell))) parts.push_back(side.part);
-    std::sort(parts.begin(), parts.end());
-    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
-    return parts;
+    const std::uint32_t number = lattice().number_in_brick(cell);
+    each_side(lattice().brick_of(cell), [&](const Side& side) {
+        if (near(side, number)) parts.push_back(side.part);
+    });
+    return distinct(std::move(parts));
+}
+
+bool Halo::borders(int part, Cell brick) const {
+    bool any = false;
+    each_side(brick, [&](const Side& side) { any = any || side.part == part; });
+    return any;
 }
 
 bool Halo::subscribes(int part, Cell cell) const {
-    for (const Side& side : sides(lattice().brick_of(cell), -1))
-        if (side.part == part && near(side, lattice().number_in_brick(cell))) return true;
-    return false;
+    bool any = false;
+    const std::uint32_t number = lattice().number_in_brick(cell);
+    each_side(lattice().brick_of(cell), [&](const Side& side) { any = any || (side.part == part && near(side, number)); });
+    return any;
 }
 
 }  // namespace meld::partition

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -42,9 +43,10 @@ class Halo {
     }
     // Looks at bricks that were made since the last call.
     void prepare();
-    // The parts, without this one, that own a brick next to the brick of this cell.
+    // Below, bricks that are present cost one hash lookup, others 27 walks along the curve.
+    // The parts, without this one, that own a brick next to the brick of this cell. Ascending.
     std::vector<int> around(Cell cell) const;
-    int owner(Cell cell) const { return partition_.owner(lattice().brick_key(lattice().brick_of(cell))); }
+    int owner(Cell cell) const;
     bool subscribes(int part, Cell cell) const;
     // All parts that know the cell: its owner and those that hear of it. Ascending.
     std::vector<int> listeners(Cell cell) const;
@@ -57,7 +59,19 @@ class Halo {
         std::int32_t part;
     };
     const world::Lattice& lattice() const { return ensemble_.lattice(); }
-    std::vector<Side> sides(Cell brick, int except) const;
+    // The brick itself and those around it, with their owners.
+    std::vector<Side> sides(Cell brick) const;
+    // Calls visit(side) for each of them; for a brick in our midst only for itself.
+    template <class Visit>
+    void each_side(Cell brick, const Visit& visit) const {
+        const std::optional<world::Slot> slot = ensemble_.find_slot(brick);
+        if (slot && *slot < border_.size()) {
+            if (border_[*slot] < 0) return visit(Side{0, 0, 0, part_});
+            for (const Side& side : sides_[static_cast<std::size_t>(border_[*slot])]) visit(side);
+            return;
+        }
+        for (const Side& side : sides(brick)) visit(side);
+    }
     bool near(const Side& side, std::uint32_t cell) const;
 
     template <class Visit>
@@ -65,7 +79,7 @@ class Halo {
         std::uint64_t told = 0;  // Parts beyond 64 are told by a search: rare, and sides are few.
         std::vector<int> more;
         for (const Side& side : sides_[border]) {
-            if (!near(side, cell)) continue;
+            if (side.part == part_ || !near(side, cell)) continue;
             if (side.part < 64) {
                 if (told >> side.part & 1) continue;
                 told |= std::uint64_t{1} << side.part;
@@ -83,7 +97,7 @@ class Halo {
     const Partition& partition_;
     int part_;
     int reach_;
-    std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 where all bricks around are ours.
+    std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 where it and all bricks around are ours.
     std::vector<std::vector<Side>> sides_;
 };
 
