@@ -113,6 +113,7 @@ class Page:
         for block in blocks_of(self.page):
             if block.language not in LANGUAGES:
                 self.wrong(block, f"a block of an unknown language, {block.language}")
+                continue
             if block.value("file"):
                 (self.scratch / block.value("file")).write_text(block.preamble + block.text)
             if "norun" in block.flags or block.language in ("text", ""):
