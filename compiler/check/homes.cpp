@@ -103,6 +103,20 @@ class Homes {
             return;
         }
         check_body(rule_.body, {});
+        warn_of_far_route(head, graph, seen);
+    }
+
+    // Facts travel over links that touch: a route over two of them can be kept, but nothing is heard along it.
+    void warn_of_far_route(const Head& head, const Graph& graph, const std::set<VariableId>& seen) {
+        const Predicate& p = program_.predicates[head.atom.predicate];
+        if (!p.route || head.atom.arguments.size() < 2 || !head.atom.arguments[1].is_variable()) return;
+        const VariableId to = head.atom.arguments[1].variable;
+        const auto near = graph.find(rule_.home);
+        if (to == rule_.home || !seen.contains(to) || (near != graph.end() && near->second.contains(to))) return;
+        auto& d = report_.add(Kind::FarRoute, head.atom.span,
+                              fmt::format("{} may be more than one link away from {}: rules that follow `{}` see its facts only while the two touch", shown(to), shown(rule_.home), p.name));
+        d.labels.push_back({p.span, fmt::format("`{}` is declared as a route", p.name)});
+        d.help = "leave out `route`, and join through the catom in between where its facts are needed";
     }
 
     void linear() {

@@ -14,6 +14,7 @@
 #include "runtime/base/error.h"
 #include "runtime/comm/mpi_exchange.h"
 #include "runtime/comm/mpi_options.h"
+#include "runtime/comm/mpi_wait.h"
 #include "runtime/comm/packets.h"
 
 namespace meld::comm {
@@ -40,7 +41,9 @@ long number_in_environment(const char* name) {
 // waits for (an allreduce then takes 40 milliseconds). Open MPI reads this only from the environment, before MPI_Init.
 void yield_if_oversubscribed() {
     const long processes_here = number_in_environment("OMPI_COMM_WORLD_LOCAL_SIZE");
-    if (processes_here > sysconf(_SC_NPROCESSORS_ONLN)) setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);
+    if (processes_here <= sysconf(_SC_NPROCESSORS_ONLN)) return;
+    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);
+    Backoff::expect_crowd();
 }
 
 // Packets are allocated anew in every round. By default the C library gives large blocks back to the system at once, and the
@@ -107,11 +110,11 @@ class Mpi final : public Communicator {
         std::vector<std::byte> all(bytes.size() * static_cast<std::size_t>(parts_));
         for_each_chunk(bytes.size(), [&](std::size_t begin, int size) {
             if (size == static_cast<int>(bytes.size())) {
-                MPI_Allgather(bytes.data(), size, MPI_BYTE, all.data(), size, MPI_BYTE, communicator_);
+                allgather_now(bytes.data(), size, all.data());
                 return;
             }
             std::vector<std::byte> gathered(static_cast<std::size_t>(size) * static_cast<std::size_t>(parts_));
-            MPI_Allgather(bytes.data() + begin, size, MPI_BYTE, gathered.data(), size, MPI_BYTE, communicator_);
+            allgather_now(bytes.data() + begin, size, gathered.data());
             for (std::size_t part = 0; part < static_cast<std::size_t>(parts_); ++part)
                 std::memcpy(all.data() + part * bytes.size() + begin, gathered.data() + part * static_cast<std::size_t>(size),
                             static_cast<std::size_t>(size));
@@ -122,13 +125,17 @@ class Mpi final : public Communicator {
     std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) override {
         const std::uint64_t own_size = bytes.size();
         std::vector<std::uint64_t> sizes(static_cast<std::size_t>(parts_));
-        MPI_Allgather(&own_size, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, communicator_);
+        allgather_now(&own_size, sizeof own_size, sizes.data());
         std::uint64_t total = 0;
         for (const std::uint64_t size : sizes) total += size;
         return total <= chunk_bytes_ ? gather_at_once(bytes, sizes, total) : gather_by_broadcasts(bytes, sizes);
     }
 
-    void barrier() override { MPI_Barrier(communicator_); }
+    void barrier() override {
+        MPI_Request request = MPI_REQUEST_NULL;
+        MPI_Ibarrier(communicator_, &request);
+        wait_patiently(request);
+    }
 
     [[noreturn]] void abort(int exit_code) override {
         std::fflush(nullptr);
@@ -137,6 +144,12 @@ class Mpi final : public Communicator {
     }
 
   private:
+    void allgather_now(const void* from, int size, void* to) const {
+        MPI_Request request = MPI_REQUEST_NULL;
+        MPI_Iallgather(from, size, MPI_BYTE, to, size, MPI_BYTE, communicator_, &request);
+        wait_patiently(request);
+    }
+
     template <class Action>
     void for_each_chunk(std::size_t size_bytes, const Action& action) const {
         for (std::size_t begin = 0; begin < size_bytes; begin += chunk_bytes_)
@@ -153,8 +166,10 @@ class Mpi final : public Communicator {
             begin += counts.back();
         }
         std::vector<std::byte> all(total);
-        MPI_Allgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), counts.data(), begins.data(), MPI_BYTE,
-                       communicator_);
+        MPI_Request request = MPI_REQUEST_NULL;
+        MPI_Iallgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), counts.data(), begins.data(), MPI_BYTE,
+                        communicator_, &request);
+        wait_patiently(request);
         std::vector<std::vector<std::byte>> result;
         for (std::size_t part = 0; part < sizes.size(); ++part)
             result.emplace_back(all.begin() + begins[part], all.begin() + begins[part] + counts[part]);

@@ -1,11 +1,10 @@
 #include "runtime/comm/mpi_exchange.h"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
-#include <thread>
 
 #include "runtime/base/assert.h"
+#include "runtime/comm/mpi_wait.h"
 
 namespace meld::comm {
 
@@ -18,20 +17,6 @@ constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 constexpr int kConsensusTags[2] = {1, 2};
 // Here the receiver knows how many messages come from whom, and messages of one pair do not overtake each other.
 constexpr int kCountsTag = 3;
-
-// Polls hard while an answer is near, then gives the core away: there may be more processes than cores.
-class Backoff {
-  public:
-    void reset() { idle_polls_ = 0; }
-    void wait() {
-        if (++idle_polls_ > kHardPolls) std::this_thread::sleep_for(kNap);
-    }
-
-  private:
-    static constexpr int kHardPolls = 4000;  // About a millisecond.
-    static constexpr auto kNap = std::chrono::microseconds(50);
-    int idle_polls_ = 0;
-};
 
 }  // namespace
 
@@ -118,7 +103,9 @@ std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
     // A word says size + 1, and 0 that there is no packet: a packet may be empty.
     std::ranges::fill(send_counts_, 0);
     for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.part)] = packet.bytes.size() + 1;
-    MPI_Alltoall(send_counts_.data(), 1, MPI_UINT64_T, receive_counts_.data(), 1, MPI_UINT64_T, communicator_);
+    MPI_Request counts = MPI_REQUEST_NULL;
+    MPI_Ialltoall(send_counts_.data(), 1, MPI_UINT64_T, receive_counts_.data(), 1, MPI_UINT64_T, communicator_, &counts);
+    wait_patiently(counts);
 
     std::vector<Packet> received;
     for (int from = 0; from < parts_; ++from) {
@@ -139,8 +126,8 @@ std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
                       &sends_.emplace_back());
         }
     }
-    MPI_Waitall(static_cast<int>(receives_.size()), receives_.data(), MPI_STATUSES_IGNORE);
-    MPI_Waitall(static_cast<int>(sends_.size()), sends_.data(), MPI_STATUSES_IGNORE);
+    wait_patiently(receives_);
+    wait_patiently(sends_);
     receives_.clear();
     sends_.clear();
     return received;

@@ -23,7 +23,7 @@ int world_command(const std::string& path) {
     // Counting is exact and quick up to some hundred million.
     if (size->cells_estimate < 2e8) fmt::print("{} catoms", world::count_catoms(*world, lattice));
     else fmt::print("about {} catoms", format_count(size->cells_estimate));
-    fmt::print(" in cells ({}, {}, {}) to ({}, {}, {})\n", size->first.x, size->first.y, size->first.z, size->last.x, size->last.y, size->last.z);
+    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size->first.x, size->first.y, size->first.z, size->last.x, size->last.y, size->last.z);
     if (!world->target) return 0;
     const Result<world::Target> target = world::Target::make(*world, lattice);
     if (!target) return tell(target.error());

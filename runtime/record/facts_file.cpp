@@ -77,9 +77,10 @@ Error cannot_write(const std::string& path, int error) {
 // Writes beside the path and renames at the end, so that a file is either whole or not there.
 class WholeFile {
   public:
-    explicit WholeFile(std::string path) : path_(std::move(path)), part_(path_ + ".tmp"), file_(std::fopen(part_.c_str(), "wb")), error_(file_ ? 0 : errno) {}
+    explicit WholeFile(std::string path)
+        : path_(std::move(path)), part_(path_ + ".tmp"), file_(path_ == "-" ? stdout : std::fopen(part_.c_str(), "wb")), error_(file_ ? 0 : errno) {}
     ~WholeFile() {
-        if (file_ == nullptr) return;
+        if (file_ == nullptr || file_ == stdout) return;
         std::fclose(file_);
         std::remove(part_.c_str());
     }
@@ -90,6 +91,7 @@ class WholeFile {
     }
     int finish() {
         if (file_ == nullptr) return error_;
+        if (file_ == stdout) return std::fflush(file_) == 0 ? error_ : errno;
         if (std::fclose(file_) != 0 && error_ == 0) error_ = errno;
         file_ = nullptr;
         if (error_ == 0 && std::rename(part_.c_str(), path_.c_str()) != 0) error_ = errno;
@@ -182,6 +184,7 @@ Digest state_digest(sim::PartState& part) {
 }
 
 Result<void> check_writable(const std::string& path) {
+    if (path == "-") return {};
     const std::string probe = path + ".tmp";
     std::FILE* file = std::filesystem::is_directory(path) ? nullptr : std::fopen(probe.c_str(), "ab");
     if (file == nullptr) return tl::unexpected<Error>(cannot_write(path, std::filesystem::is_directory(path) ? EISDIR : errno));

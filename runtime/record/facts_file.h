@@ -10,7 +10,8 @@
 namespace meld::record {
 
 // Writes all facts at the end, one a line in Meld syntax, sorted by predicate, then catom id, then arguments; part 0
-// writes, all parts call. Auxiliary predicates and actions are left out. The file appears when it is complete.
+// writes, all parts call. Auxiliary predicates and actions are left out. The file appears when it is complete;
+// "-" is standard output.
 // Errors: the file cannot be written. Cost: the facts of one predicate at a time pass through part 0.
 Result<void> write_facts(sim::PartState& part, const std::string& path);
 

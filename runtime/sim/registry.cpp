@@ -1,9 +1,11 @@
 // The implementations that come with Claymeld, by interface and name.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "runtime/base/nearest.h"
+#include "runtime/sim/bytes.h"
 #include "runtime/sim/extension.h"
 #include "runtime/sim/lattice_motion.h"
 #include "runtime/sim/part_state.h"
@@ -14,10 +16,28 @@ namespace meld::sim {
 
 namespace {
 
-// Catoms stand still. It is a module like any other, so that nothing asks whether there is one.
+// Catoms stand still. It says so where a program wanted them to move.
 class NoMotion : public SimModule {
   public:
-    bool runnable() const override { return false; }
+    Result<void> after(PartState& part) override {
+        static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn"};
+        for (const eval::Action& a : part.actions()) refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
+        return {};
+    }
+    void finish(PartState& part) override {
+        std::vector<std::byte> bytes;
+        put(bytes, refused_);
+        const std::vector<std::byte> all = part.comm.allgather(bytes);
+        const std::byte* at = all.data();
+        refused_ = 0;
+        for (int p = 0; p < part.comm.parts(); ++p) refused_ += take_value<std::uint64_t>(at);
+    }
+    std::string outcome() const override {
+        return refused_ == 0 ? "" : fmt::format("warning: {} actions asked for a move, and nothing moves in this world: give it [motion] kind = \"lattice\"", refused_);
+    }
+
+  private:
+    std::uint64_t refused_ = 0;
 };
 
 }  // namespace

@@ -1,0 +1,47 @@
+// Waiting for others without burning the core they may need: there can be more processes than cores, or other work.
+#pragma once
+
+#include <mpi.h>
+
+#include <chrono>
+#include <thread>
+#include <vector>
+
+namespace meld::comm {
+
+// Polls hard while an answer is near, then gives the core away. With more processes than cores hardly any answer is near:
+// three processes on two cores took 14 milliseconds a tick of five exchanges when they polled, 0.6 when they nap at once.
+class Backoff {
+  public:
+    void reset() { idle_polls_ = 0; }
+    void wait() {
+        if (++idle_polls_ > hard_polls) std::this_thread::sleep_for(kNap);
+    }
+    // Set once, before the first exchange.
+    static void expect_crowd() { hard_polls = 20; }
+
+  private:
+    static inline int hard_polls = 4000;  // About a millisecond.
+    static constexpr auto kNap = std::chrono::microseconds(20);
+    int idle_polls_ = 0;
+};
+
+inline void wait_patiently(MPI_Request& request) {
+    Backoff backoff;
+    for (int complete = 0;;) {
+        MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
+        if (complete != 0) return;
+        backoff.wait();
+    }
+}
+
+inline void wait_patiently(std::vector<MPI_Request>& requests) {
+    Backoff backoff;
+    for (int complete = 0;;) {
+        MPI_Testall(static_cast<int>(requests.size()), requests.data(), &complete, MPI_STATUSES_IGNORE);
+        if (complete != 0) return;
+        backoff.wait();
+    }
+}
+
+}  // namespace meld::comm
