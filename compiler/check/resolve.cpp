@@ -37,7 +37,7 @@ class Resolver {
         for (const syntax::HeadItem& head : tree.head) type_comprehension(head);
         rule.body = body(tree.body);
         for (const syntax::HeadItem& item : tree.head) head(item, rule.heads);
-        if (!lower_case_noted_) note_lower_case(tree);
+        if (!lower_case_noted_) note_lower_case();
         finish(tree, rule);
     }
 
@@ -359,7 +359,7 @@ class Resolver {
         }
     }
 
-    void note_lower_case(const syntax::Rule& tree) {
+    void note_lower_case() {
         if (dialect_linear_) return;
         for (const Variable& v : rule_->variables)
             if (!v.name.empty() && std::islower(static_cast<unsigned char>(v.name[0]))) {
@@ -367,7 +367,6 @@ class Resolver {
                 lower_case_noted_ = true;
                 return;
             }
-        (void)tree;
     }
 
     const source::FileSet& files_;

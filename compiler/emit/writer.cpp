@@ -109,10 +109,9 @@ std::string arithmetic(const Scope& scope, const Term& t) {
     return fmt::format("{}(*s.e, {}, {}, {})", checked(t.op), scope.rule_index, a, b);
 }
 
-std::string parameter(const Scope& scope, const Term& t) {
+std::string parameter(const Term& t) {
     const char* field = t.type == Type::Float ? "real" : t.type == Type::Node ? "catom" : "integer";
     const std::string text = fmt::format("s.e->part->parameters[{}].{}", t.constant.index(), field);
-    (void)scope;
     return t.type == Type::Bool ? "(" + text + " != 0)" : text;
 }
 
@@ -135,7 +134,7 @@ std::string term(const Scope& scope, const Term& t) {
         case Op::Float: return real_literal(t.real);
         case Op::Bool: return t.integer ? "true" : "false";
         case Op::Node: return fmt::format("u64{{{}}}", static_cast<std::uint64_t>(t.integer));
-        case Op::Constant: return parameter(scope, t);
+        case Op::Constant: return parameter(t);
         case Op::Negate: return t.type == Type::Float ? "(-" + operand(0) + ")" : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.rule_index, operand(0));
         case Op::Not: return "(!" + operand(0) + ")";
         case Op::ToFloat: return fmt::format("static_cast<double>({})", operand(0));

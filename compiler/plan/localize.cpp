@@ -113,7 +113,7 @@ class Localizer {
                               (is_far(rule, c.atom, near) || (is_link(program_, c.atom) && region.contains(c.atom.arguments[1].variable)));
             (goes ? moved : kept).push_back(c);
         }
-        move_negations(rule, moved, kept, region, via, near);
+        move_negations(moved, kept, region, near);
         move_tests(moved, kept);
 
         // What the rest of the rule still needs to know of the moved part.
@@ -131,10 +131,8 @@ class Localizer {
         body = std::move(kept);
     }
 
-    // A negation about catoms beyond moves with them, if the neighbour in between knows all it speaks of.
-    void move_negations(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept, const Variables& region, VariableId via, const Variables& near) const {
-        Variables known{via};
-        for (const Clause& c : moved) each_variable(c, [&](VariableId v) { known.insert(v); });
+    // A negation about catoms beyond the neighbour in between moves with them.
+    static void move_negations(std::vector<Clause>& moved, std::vector<Clause>& kept, const Variables& region, const Variables& near) {
         for (std::size_t i = 0; i < kept.size();) {
             bool beyond_via = false;
             if (kept[i].kind == Clause::Kind::Not)
@@ -143,7 +141,6 @@ class Localizer {
                 ++i;
                 continue;
             }
-            (void)rule;
             moved.push_back(kept[i]);
             kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
         }

@@ -33,7 +33,7 @@ struct RecordOptions {
 };
 
 struct Limits {
-    std::uint64_t max_facts_per_catom = 65'536;
+    std::uint64_t max_facts_per_catom = 10'000;
     std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
     std::uint64_t memory_bytes = 0;  // 0: what the machine has.

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""From an edited program to its first tick, cold (nothing compiled) and warm (from the cache), in worlds of several sizes.
+
+Usage: bench_latency.py BIN_DIR EXAMPLES_DIR [CATOMS ...]      prints medians of wall milliseconds
+"""
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+
+def run(command, cache):
+    begin = time.perf_counter()
+    done = subprocess.run(command, env=dict(os.environ, CLAYMELD_CACHE=cache), stdout=subprocess.PIPE, check=True)
+    return (time.perf_counter() - begin) * 1000, done.stdout
+
+
+def main():
+    bin_dir, examples = sys.argv[1:3]
+    sizes = [int(float(n)) for n in sys.argv[3:]] or [1000, 1000**2, 10**7]
+    with tempfile.TemporaryDirectory() as folder:
+        for program in ("gradient", "shape_change"):
+            text = open(f"{examples}/{program}.meld").read()
+            cold, warm = [], []
+            for i in range(7):
+                edited = f"{folder}/{program}.meld"
+                open(edited, "w").write(text + f"\n// edit {i}\ntype edit{i}(node).\n")
+                for times in (cold, warm):
+                    times.append(run([f"{bin_dir}/meldc", "compile", edited], f"{folder}/cache")[0])
+            print(f"meldc compile {program}: cold {statistics.median(cold):.0f} ms, warm {statistics.median(warm):.1f} ms")
+        program = f"{examples}/gradient.meld"
+        for catoms in sizes:
+            side = round(catoms ** (1 / 3))
+            world = f"{folder}/world.toml"
+            open(world, "w").write(f'lattice = "cubic"\n[[body]]\nshape = "box({side}, {side}, {side})"\n[facts]\nsource = ["id == 0"]\n')
+            walls, setups = [], []
+            for i in range(5 if catoms <= 10**6 else 3):
+                wall, out = run([f"{bin_dir}/meldsim", "run", program, "--world", world, "--ticks", "1", "--json"], f"{folder}/cache")
+                if i > 0:
+                    walls.append(wall)
+                    setups.append(json.loads(out)["setup_seconds"] * 1000)
+            print(f"{side**3} catoms: command to first tick and end {statistics.median(walls):.0f} ms warm, world ready in {statistics.median(setups):.0f} ms")
+
+
+if __name__ == "__main__":
+    main()
