@@ -6,7 +6,8 @@ Each page has a scratch folder with a copy of examples/, in which its blocks run
 
     meld                    checked by meldc; `fail E0301`: must be refused with that code; `warn W0604`: must have that warning
     toml                    a world, checked by meldsim; `part`: lines of one, given a body and a lattice; `fail`: must be refused
-    console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends
+    console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends;
+                            `measured`: shown as really printed, but the summary's times and sizes may differ
     sh                      run as a whole; must end well
     python                  run by Debian's Python
     cpp                     its syntax is checked, with the repository's headers
@@ -86,6 +87,11 @@ def matches(expected, real):
             pattern += ".*?".join(re.escape(piece) for piece in line.rstrip().split("...")) + r"[ \t]*\n"
     real = real.rstrip("\n")
     return re.fullmatch(pattern, real + "\n" if real else "") is not None
+
+
+def unmeasured(expected):
+    """Printed measurements as wildcards: whatever follows the names below in a summary differs from run to run."""
+    return re.sub(r"^(  (?:memory|time) +).*$", r"\1...", expected, flags=re.MULTILINE)
 
 
 class Page:
@@ -172,7 +178,7 @@ class Page:
             code, output = self.call(command)
             if code != wanted:
                 self.wrong(block, f"`{command}` ends with exit code {code}, not {wanted}", output)
-            elif not matches(expected, output):
+            elif not matches(unmeasured(expected) if "measured" in block.flags else expected, output):
                 self.wrong(block, f"`{command}` prints something else:", output)
 
     def python(self, block):
