@@ -56,6 +56,12 @@ class Runner:
             sys.exit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout}{done.stderr}")
         return facts.read_text(), digest.read_text(), json.loads(done.stdout)
 
+    def run_plainly(self, world, processes, threads):
+        """The facts at the end and what came of the run, of the program as it is and without a digest a tick."""
+        command = [self.meldsim, "run", self.program, "--world", world, "--facts-out", self.folder / "out.facts", "--json", "-n", str(processes), "--threads", str(threads)]
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
+        return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
+
     def run_sizes(self, world, options=()):
         """The outcome in this world (a path), which must be the same for all numbers of processes and threads."""
         sizes = HALVES[self.worlds % 2] if self.worlds else SIZES

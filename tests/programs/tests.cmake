@@ -11,3 +11,5 @@ target_compile_definitions(test_shape_change PRIVATE CLAYMELD_EXAMPLES="${CMAKE_
 add_dependencies(test_shape_change meldc)
 add_test(NAME program_recording COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recording_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
+add_test(NAME program_shape_change COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
+set_tests_properties(program_shape_change PROPERTIES TIMEOUT 300 PROCESSORS 2)

@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""Shape change as users run it: a cube becomes a bar of exactly as many cells, the same on any number of processes and
+threads, checked against the bar's own cells and distances; and the example's own world ends alike on 1 to 4 processes."""
+import pathlib
+import sys
+import tempfile
+
+from runner import SIZES, Runner
+
+WORLD = """lattice = "cubic"
+[[body]]
+shape = "box(8, 8, 8)"
+[target]
+shape = "box(4, 4, 32)"
+cells = "mass"
+[facts]
+given-seed = ["cell == (0, 0, 0)"]
+[motion]
+kind = "lattice"
+capacity = 1
+"""
+BAR = {(x, y, z) for x in range(-2, 2) for y in range(-2, 2) for z in range(-16, 16)}
+
+
+def distances(cells, seed):
+    known, edge = {seed: 0}, [seed]
+    while edge:
+        x, y, z = edge.pop(0)
+        for step in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)):
+            there = (x + step[0], y + step[1], z + step[2])
+            if there in cells and there not in known:
+                known[there] = known[x, y, z] + 1
+                edge.append(there)
+    return known
+
+
+def check_bar(outcome):
+    cells = set(outcome.cell_of.values())
+    assert len(outcome.cell_of) == 512, f"{len(outcome.cell_of)} catoms"
+    assert cells == BAR, f"outside the bar: {sorted(cells - BAR)[:5]}, empty: {sorted(BAR - cells)[:5]}"
+    depth = {outcome.cell_of[catom]: hops for catom, hops, _ in outcome.facts["joined"]}
+    assert depth == distances(BAR, (0, 0, 0)), "joined is not the distance from the seed"
+    assert not outcome.facts["loaded"], "units are left"
+    assert outcome.summary["outcomes"][0].startswith("target reached in"), outcome.summary["outcomes"]
+
+
+def main():
+    meldsim, examples = sys.argv[1], pathlib.Path(sys.argv[2])
+    with tempfile.TemporaryDirectory() as folder:
+        runner = Runner(meldsim, examples / "shape_change.meld", folder)
+        world = pathlib.Path(folder) / "bar.toml"
+        world.write_text(WORLD)
+        outcome = runner.run_sizes(world)
+        check_bar(outcome)
+        print(f"cube to bar: {outcome.summary['outcomes'][0]} on {len(SIZES)} sizes")
+        own = None
+        for processes, threads in ((1, 1), (1, 2), (2, 1), (3, 1), (4, 2)):
+            ended = runner.run_plainly(examples / "shape_change.toml", processes, threads)
+            own = own or ended
+            assert ended == own, f"{processes} processes of {threads} threads end otherwise"
+        assert "target reached" in own[1], own[1]
+        print(f"cube to trumpet: {own[1]} on 5 sizes")
+
+
+if __name__ == "__main__":
+    main()
