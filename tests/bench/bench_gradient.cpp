@@ -1,4 +1,4 @@
-// The gradient on a million catoms, cubic and face-centred cubic, beside the same by hand in the same run: from loaded
+// The gradient on a million catoms, cubic and face-centred cubic, and on a gyroid's walls, beside the same by hand in the same run: from loaded
 // world to quiet; then the source is taken away and given back, and single catoms (their links) are cut.
 // Usage: bench_gradient GRADIENT.meld [SIDE]
 #include <cinttypes>
@@ -56,21 +56,23 @@ void check(Run& run, const HandGradient& hand, u32 dist) {
     }
 }
 
-void measure(const std::string& program, const std::string& lattice, int side) {
-    const double height = lattice == "fcc" ? side * 0.7071 : side;
-    const std::string world = "lattice = \"" + lattice + "\"\n[[body]]\nshape = \"box(" + std::to_string(side) + ", " + std::to_string(side) + ", " + std::to_string(height) + ")\"\n";
+// at: which catom is the source, as a share of all.
+void measure(const std::string& program, const std::string& lattice, const std::string& shape, double at) {
+    const std::string world = "lattice = \"" + lattice + "\"\n[[body]]\nshape = \"" + shape + "\"\n";
     std::vector<double> seconds, floors;
     std::unique_ptr<Run> run;
     std::unique_ptr<HandGradient> hand;
     Work first, first_hand;
     u32 source = 0, dist = 0;
+    sim::Catom origin = 0;
     for (int repeat = 0; repeat < 5; ++repeat) {
         run = std::make_unique<Run>(program, world);
         hand = std::make_unique<HandGradient>(run->part().ensemble);
         dist = *tuple::find_predicate(run->info(), "dist", 1);
         source = run->info().predicates[*tuple::find_predicate(run->info(), "source", 0)].base;
-        run->part().give(source, 0, nullptr);
-        hand->set_source(0, true);
+        origin = static_cast<sim::Catom>(at * static_cast<double>(run->part().ensemble.index_count()));
+        run->part().give(source, origin, nullptr);
+        hand->set_source(origin, true);
         first = settle(*run);
         first_hand = settle(*hand);
         seconds.push_back(first.seconds);
@@ -79,18 +81,18 @@ void measure(const std::string& program, const std::string& lattice, int side) {
     first.seconds = median(seconds);
     first_hand.seconds = median(floors);
     check(*run, *hand, dist);
-    std::printf("%s, %zu catoms: %.1f bytes a catom (by hand %.1f and the ensemble's %.1f)\n", lattice.c_str(), run->part().ensemble.owned_count(),
+    std::printf("%s, %s, %zu catoms: %.1f bytes a catom (by hand %.1f and the ensemble's %.1f)\n", lattice.c_str(), shape.c_str(), run->part().ensemble.owned_count(),
                 static_cast<double>(run->part().bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
                 static_cast<double>(hand->bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
                 static_cast<double>(run->part().ensemble.bytes()) / static_cast<double>(run->part().ensemble.owned_count()));
     row("settle", first, first_hand);
 
-    run->part().take(source, 0, nullptr);
-    hand->set_source(0, false);
+    run->part().take(source, origin, nullptr);
+    hand->set_source(origin, false);
     const Work gone = settle(*run), gone_hand = settle(*hand);
     row("source removed", gone, gone_hand);
-    run->part().give(source, 0, nullptr);
-    hand->set_source(0, true);
+    run->part().give(source, origin, nullptr);
+    hand->set_source(origin, true);
     const Work back = settle(*run), back_hand = settle(*hand);
     row("source restored", back, back_hand);
     check(*run, *hand, dist);
@@ -102,7 +104,7 @@ void measure(const std::string& program, const std::string& lattice, int side) {
     for (int i = 0; i < cuts; ++i) {
         state = state * 6364136223846793005u + 1442695040888963407u;
         const auto victim = static_cast<sim::Catom>((state >> 20) % run->part().ensemble.index_count());
-        if (run->part().ensemble.state(victim) != kCatomOwned || victim == 0) continue;
+        if (run->part().ensemble.state(victim) != kCatomOwned || victim == origin) continue;
         run->part().remove_catom(victim);
         const Work w = settle(*run);
         cut.seconds += w.seconds;
@@ -123,7 +125,10 @@ int main(int argc, char** argv) {
     }
     machine_line();
     const int side = argc > 2 ? std::atoi(argv[2]) : 100;
-    measure(argv[1], "cubic", side);
-    measure(argv[1], "fcc", side);
+    const std::string n = std::to_string(side);
+    measure(argv[1], "cubic", "box(" + n + ", " + n + ", " + n + ")", 0);
+    measure(argv[1], "fcc", "box(" + n + ", " + n + ", " + std::to_string(side * 0.7071) + ")", 0);
+    // Full of tunnels, so that a cut makes detours.
+    measure(argv[1], "cubic", "gyroid(" + std::to_string(side * 2) + ", 4)", 0.5);
     return 0;
 }
