@@ -98,7 +98,7 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
     for (const PredicateId p : c.predicates) names += " " + plan.program.predicates[p].name;
     w.raw("");
     w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);
-    w.open(fmt::format("static u64 settle_{}(Self& s) {{", number));
+    w.open(fmt::format("[[gnu::noinline]] static u64 settle_{}(Self& s) {{", number));
     w.raw("u64 changed = 0;");
     for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
     switch (c.recursion) {
@@ -118,7 +118,7 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
 // An action is carried out when it newly holds at the end of the tick; a repeating one in every tick in which it holds.
 void emit_actions(const plan::Plan& plan, Writer& w) {
     w.raw("");
-    w.open("static void act(Self& s) {");
+    w.open("[[gnu::noinline]] static void act(Self& s) {");
     w.raw("(void)s;");
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];

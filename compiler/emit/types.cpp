@@ -193,8 +193,7 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     const std::string name = predicate_name(plan.program, id);
     const std::string view = "s." + name;
     w.raw("");
-    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
-    w.line("if (s.loaded[{0}]) return;", id.index());
+    w.open(fmt::format("[[gnu::noinline]] static void open_{}(Self& s) {{", name));
     w.line("s.loaded[{}] = true;", id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
@@ -224,6 +223,9 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
             w.close();
         }
     }
+    w.close();
+    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
+    w.line("if (!s.loaded[{}]) open_{}(s);", id.index(), name);
     w.close();
 }
 
@@ -262,7 +264,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         if (has_view(plan, id)) emit_load(plan, id, w);
     w.raw("");
     w.raw("// Writes what has changed back: exported columns at the end of the tick, the others now.");
-    w.open("inline void save(Self& s) {");
+    w.open("[[gnu::noinline]] static void save(Self& s) {");
     for (const plan::ColumnId column : plan.columns.ids()) {
         const plan::Column& c = plan.columns[column];
         if (c.rows) {
