@@ -5,7 +5,7 @@
 namespace meld::retraction {
 
 Result<Module> compiled(const std::string& name) {
-    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld' 2>/dev/null";
+    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld'";
     std::FILE* pipe = popen(command.c_str(), "r");
     if (pipe == nullptr) return fail("cannot start " + command);
     std::string output;
