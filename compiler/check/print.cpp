@@ -5,14 +5,25 @@
 
 namespace meld::check {
 
-std::string type_name(Type type) {
-    switch (type) {
-        case Type::Error: return "unknown";
-        case Type::Int: return "int";
-        case Type::Float: return "float";
-        case Type::Bool: return "bool";
-        case Type::Node: return "node";
-        case Type::String: return "string";
+std::string type_name(const Type& type) {
+    const auto joined = [&] {
+        std::string text;
+        for (const Type& part : type.parts) text += (text.empty() ? "" : ", ") + type_name(part);
+        return text;
+    };
+    switch (type.kind) {
+        case Type::Kind::Error: return "unknown";
+        case Type::Kind::Int: return "int";
+        case Type::Kind::Float: return "float";
+        case Type::Kind::Bool: return "bool";
+        case Type::Kind::Node: return "node";
+        case Type::Kind::String: return "string";
+        case Type::Kind::List: return "list " + joined();
+        case Type::Kind::Set: return "set " + joined();
+        case Type::Kind::Array: return "array " + joined();
+        case Type::Kind::Struct: return ":(" + joined() + ")";
+        case Type::Kind::Tuple: return "(" + joined() + ")";
+        case Type::Kind::Vec3: return "vec3";
     }
     return "";
 }
@@ -25,6 +36,10 @@ std::string aggregate_name(Aggregate aggregate) {
         case Aggregate::Sum: return "sum";
         case Aggregate::Count: return "count";
         case Aggregate::First: return "first";
+        case Aggregate::SetUnion: return "set_union";
+        case Aggregate::Append: return "append";
+        case Aggregate::Collect: return "collect";
+        case Aggregate::Custom: return "custom";
     }
     return "";
 }

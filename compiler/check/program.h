@@ -13,13 +13,36 @@ namespace meld::check {
 
 using source::Span;
 
-// Error stands for "already reported": it fits everything, so one mistake gives one message.
-enum class Type { Error, Int, Float, Bool, Node, String };
-std::string type_name(Type type);
+// A type. Lists, sets and arrays have one part, structs and tuples one a field. Type::Int and its like are the simple ones.
+struct Type {
+    // Error stands for "already reported" or "not known yet": it fits everything, so one mistake gives one message.
+    enum class Kind { Error, Int, Float, Bool, Node, String, List, Set, Array, Struct, Tuple, Vec3 };
+    Kind kind = Kind::Error;
+    std::vector<Type> parts = {};
+
+    static const Type Error, Int, Float, Bool, Node, String, Vec3;
+    static Type list_of(Type element) { return {Kind::List, {std::move(element)}}; }
+
+    // Whether its values are more than one word: they live in lists (runtime/abi/module_abi.h).
+    bool compound() const { return kind >= Kind::String; }
+    // Whether it has an order and arithmetic of numbers.
+    bool numeric() const { return kind == Kind::Int || kind == Kind::Float; }
+    bool operator==(const Type&) const = default;
+};
+inline const Type Type::Error{Type::Kind::Error}, Type::Int{Type::Kind::Int}, Type::Float{Type::Kind::Float}, Type::Bool{Type::Kind::Bool},
+    Type::Node{Type::Kind::Node}, Type::String{Type::Kind::String}, Type::Vec3{Type::Kind::Vec3};
+// As a program writes it: `list int`, `:(int, float)`.
+std::string type_name(const Type& type);
 
 enum class PredicateKind { Persistent, Linear, Action, Sensed };
-enum class Aggregate { None, Min, Max, Sum, Count, First };
+// Collect is for rule aggregates alone: all values as a list. Custom folds with a function of the program.
+enum class Aggregate { None, Min, Max, Sum, Count, First, SetUnion, Append, Collect, Custom };
 std::string aggregate_name(Aggregate aggregate);
+// Whether every derivation counts, so that recursion through it is right along a tree only.
+inline bool folds(Aggregate a) { return a >= Aggregate::Sum && a != Aggregate::First; }
+
+struct Function;
+using FunctionId = Id<Function>;
 
 // Sensed predicates that are read from the ensemble and stored nowhere.
 enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, Id, Tick, Target, TargetPort };
@@ -42,6 +65,10 @@ struct Predicate {
     bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
+    FunctionId fold;                  // Aggregate::Custom
+    // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
+    Id<Predicate> complete_link;
+    bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
     WorldSource world = WorldSource::None;
     Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
 
@@ -57,7 +84,9 @@ struct Constant {
     Type type = Type::Error;
     std::int64_t integer = 0;         // Int, Bool, Node
     double real = 0;                  // Float
+    std::string text;                 // String
     bool prelude = false;
+    bool argument = false;            // @arg1: the run gives it, or is told which one is missing.
 };
 using ConstantId = Id<Constant>;
 
@@ -71,6 +100,17 @@ using VariableId = Id<Variable>;
 // An expression over variables. One shape for all operators keeps copying and rewriting short.
 enum class Op {
     Variable, Anonymous, Int, Float, Bool, Node, Constant, String,
+    WorldSize,                                 // @world
+    List, Cons, Struct, Tuple,                 // Operands: elements; head and tail; fields.
+    ListHead, ListTail, IsEmpty, Item,         // What patterns are taken apart with; Item: field number `integer`.
+    Let,                                       // `variable` = operands[0] in operands[1]
+    Call,                                      // `function` of the program.
+    Library,                                   // The function `text` of runtime/abi/module_library.h.
+    Append,                                    // L ++ M, also of strings.
+    Now,                                       // The tick. Made by delays, as are the next two.
+    Ticks,                                     // How many ticks operands[0] seconds are, at least 1.
+    Due,                                       // Bool: operands[0] is not after now; if it is, the catom is woken then.
+    Fresh,                                     // A value that nobody else has, of `exists`.
     Negate, Not, ToFloat,
     Add, Subtract, Multiply, Divide, Modulo, Power,
     Equal, NotEqual, Less, LessEqual, Greater, GreaterEqual, And, Or,
@@ -87,9 +127,22 @@ struct Term {
     std::string text;
     VariableId variable;
     ConstantId constant;
+    FunctionId function;
     std::vector<Term> operands = {};
 
     bool is_variable() const { return op == Op::Variable; }
+};
+
+// fun f(int X) : int = X + 1.  or  extern float f(int).
+struct Function {
+    std::string name;
+    Span span;
+    Table<Variable> variables;        // The parameters first, then those of `let`.
+    std::size_t parameter_count = 0;
+    Type result = Type::Error;
+    Term body = {};
+    bool external = false;            // A C function of this name, linked in.
+    bool refused = false;
 };
 
 struct Atom {
@@ -99,22 +152,56 @@ struct Atom {
     Span span;
 };
 
-// Part of a body. `forall p[q]` has become Not{p, Not{q}}.
+// Part of a body. `forall p[q]` has become Not{p, Not{q}}, `proved(N, p)` a count.
 struct Clause {
-    enum class Kind { Atom, Test, Not } kind = Kind::Atom;
+    enum class Kind {
+        Atom,
+        Test,       // Bool; an equality with one free variable binds it, one with a list or struct of free variables takes it apart.
+        Not,        // None of the ways to satisfy all of `inner` exists.
+        Element,    // `variable` is an element of the list or set `test`, once for each.
+        Aggregate,  // `variable` is the aggregate of `test` over all ways to satisfy `inner`; of none: 0, [] or no match (min, max).
+        Delta,      // `variable`, an argument of `atom`, has changed in this tick by an amount that compares so with `test`.
+    } kind = Kind::Atom;
     Atom atom = {};
-    Term test = {};                   // Bool; an equality with one free variable binds it.
-    std::vector<Clause> inner = {};   // Not: none of the ways to satisfy all of these exists.
+    Term test = {};
+    std::vector<Clause> inner = {};
+    VariableId variable = {};
+    Aggregate aggregate = Aggregate::None;
+    FunctionId fold = {};             // Aggregate::Custom
+    Op compare = Op::Greater;         // Delta
     Span span = {};
 };
 
+// [ sum => S, custom f 0 => V | X | body | head1 | head2 ]: one of the aggregates.
+struct Fold {
+    Aggregate aggregate = Aggregate::None;
+    FunctionId function = {};         // Custom
+    Term initial = {};                // Custom: what the fold starts from; else Anonymous.
+    VariableId each = {};             // The value of one match, in the body; invalid for a count.
+    VariableId result = {};           // In the last heads.
+};
+
 struct Head {
-    enum class Kind { Fact, Comprehension } kind = Kind::Fact;
+    enum class Kind {
+        Fact,
+        Comprehension,  // For every way to satisfy `body`, `heads`.
+        Aggregate,      // The same, and then `others` once with what `folds` made of all matches.
+        If,             // `heads` where `term` is true, else `others`.
+        Set,            // `variable` = `term` in `heads`.
+    } kind = Kind::Fact;
     Atom atom = {};
-    std::vector<Clause> body = {};    // Comprehension: for every way to satisfy it,
-    std::vector<Head> heads = {};     // these.
+    Term delay = {};                  // Fact: how many ticks it waits (Int); Anonymous: not at all.
+    std::vector<Clause> body = {};
+    std::vector<Head> heads = {};
+    std::vector<Head> others = {};
+    std::vector<Fold> folds = {};
+    Term term = {};
+    VariableId variable = {};
     Span span = {};
 };
+
+// [desc => X | body] -o head: of all matches the one with the greatest X; Random: any, drawn from the seed.
+enum class Select { None, Ascending, Descending, Random };
 
 struct Rule {
     std::string name;                 // "dist@12": the head and the line.
@@ -127,6 +214,8 @@ struct Rule {
     std::vector<Clause> body;
     std::vector<Head> heads;
     bool birth = false;               // Linear facts given once to every new catom (an axiom).
+    Select select = Select::None;
+    VariableId selected;
     bool refused = false;             // A mistake in it has been reported; later passes leave it alone.
     std::vector<VariableId> used_once;
 };
@@ -139,7 +228,7 @@ struct Component {
     bool recursive = false;
     bool local = false;               // Some rule reads the component at its own catom.
     bool links = false;               // Some rule reads the component at another catom.
-    bool tree = false;                // Recursive through sum or count over links.
+    bool tree = false;                // Recursive through an aggregate that folds() over links.
 };
 
 struct Program {
@@ -147,6 +236,7 @@ struct Program {
     std::string source_text;
     Table<Predicate> predicates;
     Table<Constant> constants;
+    Table<Function> functions;
     Table<Rule> rules;
     std::vector<Component> components;
 };
@@ -167,23 +257,51 @@ void each_subterm(const Term& term, const Visit& visit) {
 template <class Visit>
 void each_variable(const Term& term, const Visit& visit) {
     each_subterm(term, [&](const Term& t) {
-        if (t.is_variable()) visit(t.variable);
+        if (t.is_variable() || t.op == Op::Let) visit(t.variable);
     });
 }
-// Every variable of a clause, those inside negations too.
+// Every variable of a clause, those inside negations and aggregates too.
 template <class Visit>
 void each_variable(const Clause& clause, const Visit& visit) {
     for (const Term& argument : clause.atom.arguments) each_variable(argument, visit);
     each_variable(clause.test, visit);
     for (const Clause& inner : clause.inner) each_variable(inner, visit);
+    if (clause.variable.valid()) visit(clause.variable);
 }
-// Every atom of a body: visit(atom, negated).
+// Every atom of a body: visit(atom, negated). What an aggregate or a delta reads counts as negated: more facts there may
+// mean fewer here.
 template <class Visit>
 void each_atom(const std::vector<Clause>& body, const Visit& visit, bool negated = false) {
     for (const Clause& clause : body) {
         if (clause.kind == Clause::Kind::Atom) visit(clause.atom, negated);
-        if (clause.kind == Clause::Kind::Not) each_atom(clause.inner, visit, true);
+        if (clause.kind == Clause::Kind::Delta) visit(clause.atom, true);
+        each_atom(clause.inner, visit, true);
     }
+}
+// Every head, those inside others too.
+template <class Visit>
+void each_head(const std::vector<Head>& heads, const Visit& visit) {
+    for (const Head& h : heads) {
+        visit(h);
+        each_head(h.heads, visit);
+        each_head(h.others, visit);
+    }
+}
+// Every variable that a head mentions anywhere.
+template <class Visit>
+void each_variable(const Head& head, const Visit& visit) {
+    for (const Term& argument : head.atom.arguments) each_variable(argument, visit);
+    each_variable(head.delay, visit);
+    each_variable(head.term, visit);
+    if (head.variable.valid()) visit(head.variable);
+    for (const Clause& c : head.body) each_variable(c, visit);
+    for (const Fold& f : head.folds) {
+        each_variable(f.initial, visit);
+        if (f.each.valid()) visit(f.each);
+        visit(f.result);
+    }
+    for (const Head& h : head.heads) each_variable(h, visit);
+    for (const Head& h : head.others) each_variable(h, visit);
 }
 
 }  // namespace meld::check

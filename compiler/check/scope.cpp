@@ -37,7 +37,7 @@ std::string kind_of_value(const syntax::Expr& e) {
     return "this kind of value";
 }
 
-bool numeric(Type t) { return t == Type::Int || t == Type::Float || t == Type::Error; }
+bool numeric(const Type& t) { return t.numeric() || t == Type::Error; }
 
 }  // namespace
 
@@ -52,7 +52,7 @@ VariableId Scope::variable(const std::string& name, Span span) {
     return variables_[name] = rule_.variables.add({name, span, Type::Error});
 }
 
-VariableId Scope::fresh(const std::string& name, Type type, Span span) { return rule_.variables.add({name, span, type}); }
+VariableId Scope::fresh(const std::string& name, const Type& type, Span span) { return rule_.variables.add({name, span, type}); }
 
 const std::string* Scope::variable_name(const syntax::Expr& e) const {
     if (const auto* v = std::get_if<syntax::Variable>(&e.node)) return &v->name;
@@ -61,7 +61,7 @@ const std::string* Scope::variable_name(const syntax::Expr& e) const {
     return nullptr;
 }
 
-bool Scope::compatible(Type a, Type b) { return a == b || a == Type::Error || b == Type::Error || (numeric(a) && numeric(b)); }
+bool Scope::compatible(const Type& a, const Type& b) { return a == b || a == Type::Error || b == Type::Error || (numeric(a) && numeric(b)); }
 
 Type Scope::infer(const syntax::Expr& e) const {
     if (const std::string* name = variable_name(e)) {
@@ -98,7 +98,7 @@ Type Scope::infer(const syntax::Expr& e) const {
     return Type::Error;
 }
 
-Term Scope::convert(Term term, Type wanted, const std::string& where) {
+Term Scope::convert(Term term, const Type& wanted, const std::string& where) {
     if (wanted == Type::Error || term.type == Type::Error || term.type == wanted) return term;
     if (wanted == Type::Float && term.type == Type::Int) {
         Term wide;
@@ -115,7 +115,7 @@ Term Scope::convert(Term term, Type wanted, const std::string& where) {
     return term;
 }
 
-Term Scope::resolve(const syntax::Expr& e, Type wanted, const std::string& where, bool anonymous_fits) {
+Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits) {
     if (std::holds_alternative<syntax::Anonymous>(e.node)) {
         Term term;
         term.span = e.span;

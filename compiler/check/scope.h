@@ -24,15 +24,15 @@ class Scope {
 
     // The variable of this name, made on first use.
     VariableId variable(const std::string& name, Span span);
-    VariableId fresh(const std::string& name, Type type, Span span);
+    VariableId fresh(const std::string& name, const Type& type, Span span);
     // The name, if the expression is nothing but a variable; a lower-case name that is no constant counts in original Meld.
     const std::string* variable_name(const syntax::Expr& e) const;
     // The type of an expression as far as it is known by now, silently.
     Type infer(const syntax::Expr& e) const;
     // The typed term; `wanted` is what the place needs (Type::Error: anything). Reports what does not fit.
-    Term resolve(const syntax::Expr& e, Type wanted, const std::string& where, bool anonymous_fits = false);
+    Term resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits = false);
     // Converts int to float where that is wanted; reports other differences.
-    Term convert(Term term, Type wanted, const std::string& where);
+    Term convert(Term term, const Type& wanted, const std::string& where);
 
   private:
     Term untyped(const syntax::Expr& e);
@@ -41,7 +41,7 @@ class Scope {
     Term binary(const syntax::Binary& b, Span span);
     Term conditional(const syntax::Conditional& c, Span span);
     Term unsupported(Span span, const std::string& what);
-    static bool compatible(Type a, Type b);
+    static bool compatible(const Type& a, const Type& b);
 
     const Program& program_;
     const Names& names_;

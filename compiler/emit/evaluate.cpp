@@ -52,7 +52,7 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
     w.raw("grew = false;");
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.line("grew = gather(*s.e, {}) || grew;", view(plan, p));
-    w.line("if (s.e->derivations - derivations > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<double>(s.e->part->max_derivations));", c.rules.back().rule.index());
+    w.line("if (s.e->derivations - derivations > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", c.rules.back().rule.index());
     w.close();
     for (const PredicateId p : c.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -85,7 +85,7 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
-    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<double>(s.e->part->max_derivations));", c.rules[0].rule.index());
+    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", c.rules[0].rule.index());
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();
@@ -172,7 +172,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("if (!s.active[r]) continue;");
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
-        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<double>(e.part->max_derivations));");
+        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<i64>(e.part->max_derivations));");
         w.raw("break;");
         w.close();
         w.raw("s.active[r] = false;");

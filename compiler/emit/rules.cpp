@@ -167,7 +167,7 @@ class RuleEmitter {
             if (s.uses[i - 1] != ArgumentUse::Compare || !same_type(s.arguments[i - 1], p.arguments[i].type)) return false;
         return true;
     }
-    static bool same_type(const Term& t, Type type) { return t.type == type; }
+    static bool same_type(const Term& t, const Type& type) { return t.type == type; }
 
     // Emits the group row that is looked for; returns its name.
     std::string group_row(const Step& s) {

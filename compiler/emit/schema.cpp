@@ -2,6 +2,7 @@
 #include <xxhash.h>
 
 #include "compiler/emit/emit.h"
+#include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -10,14 +11,6 @@ using namespace check;
 
 namespace {
 
-const char* value_type(Type t) {
-    switch (t) {
-        case Type::Float: return "Float";
-        case Type::Bool: return "Bool";
-        case Type::Node: return "Node";
-        default: return "Int";
-    }
-}
 const char* kind_name(PredicateKind k) {
     switch (k) {
         case PredicateKind::Persistent: return "Persistent";
@@ -37,7 +30,7 @@ const char* abi_storage(Storage s) {
     }
 }
 
-void emit_fields(const plan::Plan& plan, Writer& w) {
+void emit_fields(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
@@ -45,7 +38,7 @@ void emit_fields(const plan::Plan& plan, Writer& w) {
         w.open(fmt::format("static constexpr FieldInfo kFields{}[] = {{", id.index()));
         for (std::size_t i = 1; i < p.arguments.size(); ++i) {
             const plan::Field field = s.fields.empty() ? plan::Field{} : s.fields[i - 1];
-            w.line("{{{}, ValueType::{}, {}, {}}},", quoted(p.arguments[i].name), value_type(p.arguments[i].type), field.bytes, field.offset);
+            w.line("{{{}, ValueType::{}, {}, {}, {}}},", quoted(p.arguments[i].name), value_type(p.arguments[i].type), field.bytes, field.offset, types.number(p.arguments[i].type));
         }
         w.close("};");
     }
@@ -88,16 +81,44 @@ bool has_initial(const plan::Plan& plan, plan::ColumnId id) {
     return false;
 }
 
-void emit_column_table(const plan::Plan& plan, Writer& w) {
-    for (const plan::ColumnId id : plan.columns.ids())
+// Where the words of a column are that point to lists.
+struct Lists {
+    std::string offsets, types;
+    std::size_t count = 0;
+};
+Lists lists_of(const plan::Plan& plan, plan::ColumnId id, const TypeTable& types) {
+    Lists out;
+    for (const PredicateId p : plan.columns[id].predicates) {
+        const Stored& s = plan.of(p);
+        for (const plan::Field& f : s.fields) {
+            if (!f.type.compound()) continue;
+            for (std::uint32_t port = 0; port < (s.storage == Storage::PerLink ? plan::kMaxPorts : 1); ++port) {
+                out.offsets += fmt::format("{}{}", out.count ? ", " : "", f.offset + port * f.bytes);
+                out.types += fmt::format("{}{}", out.count ? ", " : "", types.number(f.type));
+                ++out.count;
+            }
+        }
+    }
+    return out;
+}
+
+void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
+    for (const plan::ColumnId id : plan.columns.ids()) {
         if (has_initial(plan, id)) emit_initial(plan, id, w);
+        const Lists lists = lists_of(plan, id, types);
+        if (lists.count == 0) continue;
+        w.line("static constexpr u32 kLists{}[] = {{{}}};", id.index(), lists.offsets);
+        w.line("static constexpr u16 kListTypes{}[] = {{{}}};", id.index(), lists.types);
+    }
     w.open("static constexpr ColumnInfo kColumns[] = {");
     for (const plan::ColumnId id : plan.columns.ids()) {
         const plan::Column& c = plan.columns[id];
-        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
-               has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr");
+        const std::size_t lists = lists_of(plan, id, types).count;
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
+               has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
+               lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr");
     }
-    if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr},");
+    if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr},");
     w.close("};");
 }
 
@@ -107,11 +128,11 @@ std::string constant_value(const Constant& c) {
     return c.integer == INT64_MIN ? "{.integer = -__INT64_MAX__ - 1}" : fmt::format("{{.integer = {}ll}}", c.integer);
 }
 
-void emit_parameter_table(const plan::Plan& plan, Writer& w) {
+void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     w.open("static constexpr ParameterInfo kParameters[] = {");
     // Those of the prelude have no name: they cannot be set.
-    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}}},", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c));
-    if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}},");
+    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}, {}, {}}},", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c), types.number(c.type), c.argument);
+    if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}, 0, false},");
     w.close("};");
 }
 
@@ -126,24 +147,28 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
 
 std::uint64_t schema_hash(const plan::Plan& plan) {
     Writer w;
-    emit_fields(plan, w);
+    const TypeTable types(plan);
+    types.emit(w);
+    emit_fields(plan, types, w);
     emit_predicate_table(plan, w);
-    emit_column_table(plan, w);
+    emit_column_table(plan, types, w);
     return XXH3_64bits(w.text().data(), w.text().size());
 }
 
 void emit_schema(const plan::Plan& plan, Writer& w) {
     w.raw("");
-    emit_fields(plan, w);
+    const TypeTable types(plan);
+    types.emit(w);
+    emit_fields(plan, types, w);
     emit_predicate_table(plan, w);
-    emit_column_table(plan, w);
-    emit_parameter_table(plan, w);
+    emit_column_table(plan, types, w);
+    emit_parameter_table(plan, types, w);
     emit_rule_table(plan, w);
     const auto& p = plan.program;
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {},", hex(schema_hash(plan)), quoted(p.name), quoted(p.source_text));
-    w.line("{}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", p.predicates.count(), plan.columns.count(), p.constants.count(),
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(),
            p.rules.count(), plan.reads_tick);
     w.close("};");
 }

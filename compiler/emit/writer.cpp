@@ -26,13 +26,14 @@ std::string rule_function(const Program& program, plan::RuleId id) {
     return fmt::format("{}_at_line_{}_r{}", "rule_" + clean(head), rule.line, id.index());
 }
 
-std::string cpp_type(Type type) {
-    switch (type) {
-        case Type::Int: return "i64";
-        case Type::Float: return "double";
-        case Type::Bool: return "bool";
-        case Type::Node: return "u64";
-        default: break;
+std::string cpp_type(const Type& type) {
+    switch (type.kind) {
+        case Type::Kind::Int: return "i64";
+        case Type::Kind::Float: return "double";
+        case Type::Kind::Bool: return "bool";
+        case Type::Kind::Node: return "u64";
+        case Type::Kind::Error: break;
+        default: return "const List*";
     }
     MELD_CHECK(false, "a value of type {} reached emission", type_name(type));
 }
@@ -117,7 +118,7 @@ std::string parameter(const Term& t) {
 
 }  // namespace
 
-std::string term_as(const Scope& scope, const Term& t, Type type) {
+std::string term_as(const Scope& scope, const Term& t, const Type& type) {
     if (type == Type::Float && t.type == Type::Int) return fmt::format("static_cast<double>({})", term(scope, t));
     return term(scope, t);
 }

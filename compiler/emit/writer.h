@@ -48,7 +48,7 @@ std::string clean(const std::string& name);                                  // 
 std::string predicate_name(const check::Program& program, PredicateId id);   // dist_7
 std::string record_name(plan::ColumnId id);                                  // record_2
 std::string rule_function(const check::Program& program, plan::RuleId id);   // dist_at_line_12_r3
-std::string cpp_type(check::Type type);                                      // i64 double bool u64
+std::string cpp_type(const check::Type& type);                                      // i64 double bool u64
 std::string field_name(std::size_t argument);                                // a1: the first after the catom
 std::string hex(std::uint64_t bits);                                         // 0x20ull
 std::string quoted(const std::string& text);                                 // a C++ string literal
@@ -72,7 +72,7 @@ struct Scope {
 // A term as a C++ expression of its type.
 std::string term(const Scope& scope, const check::Term& t);
 // The same, converted where the place is a float and the term an int.
-std::string term_as(const Scope& scope, const check::Term& t, check::Type type);
+std::string term_as(const Scope& scope, const check::Term& t, const check::Type& type);
 
 // ---- the parts of a module, in order
 void emit_records(const plan::Plan& plan, Writer& w);

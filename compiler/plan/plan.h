@@ -64,6 +64,9 @@ struct Step {
         Test,        // if D > 3
         Set,         // D = X + 1
         Absent,      // unless { steps }
+        Each,        // for each E in L
+        Fold,        // S = sum X over { steps }
+        Delta,       // if delta X of p(A, X) > e     the fact has been matched; compares with what held before the tick
     } kind = Kind::Match;
     VariableId place = {};            // Neighbours, Locate: the catom found; Match: where.
     bool at_home = true;              // Match: at the rule's home.
@@ -75,9 +78,12 @@ struct Step {
     bool port_from_other_side = false;  // The port is the one at which B sees the home.
     bool read_only = false;           // Match of a linear fact that is left in place.
     bool ranks = false;               // Match: its rank counts for the head's.
-    Term term = {};                   // Test, Set
-    VariableId variable = {};         // Set
-    std::vector<Step> inner = {};     // Absent
+    Term term = {};                   // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
+    VariableId variable = {};         // Set, Each, Fold, Delta
+    std::vector<Step> inner = {};     // Absent, Fold
+    check::Aggregate aggregate = check::Aggregate::None;  // Fold
+    check::FunctionId fold = {};      // Fold, Custom
+    check::Op compare = check::Op::Greater;  // Delta
 };
 
 struct HeadPlan {
@@ -85,8 +91,12 @@ struct HeadPlan {
     PredicateId predicate;
     VariableId place;
     std::vector<Term> arguments = {};
-    std::vector<Step> steps = {};     // Comprehension
+    std::vector<Step> steps = {};     // Comprehension, Aggregate
     std::vector<HeadPlan> heads = {};
+    std::vector<HeadPlan> others = {};     // Aggregate: after all matches; If: else
+    std::vector<check::Fold> folds = {};   // Aggregate
+    Term term = {};                   // If: the condition; Set: the value
+    VariableId variable = {};         // Set
 };
 
 struct RulePlan {

@@ -6,19 +6,38 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 1;
+inline constexpr u32 kAbiVersion = 2;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
 inline constexpr u32 kAbsent = 0xffffffff;
 
-union Value {
-    i64 integer;  // Int, and Bool as 0 or 1
-    double real;  // Float
-    u64 catom;    // Node: a global id
+// A value of more than one word, never changed once made: a list, set, array, struct, tuple, vec3 or string. Null stands
+// for the empty list, set, array or string. Rules make them in scratch memory; the runtime copies what a fact keeps into
+// blocks of its own, with a count of the facts that share one (runtime/tuple/values.h). So a list that is handed on from
+// fact to fact is never copied, and nothing is compared by address alone.
+struct List {
+    const u64* items;  // Elements or fields, a word each as in Value; of a string its bytes.
+    u32 count;         // Elements, fields or bytes.
+    u32 stored;        // 1: the start of a block of the runtime; 0: in scratch memory, in the module, or inside a block.
 };
 
-enum class ValueType : u8 { Int, Float, Bool, Node };
+union Value {
+    i64 integer;       // Int, and Bool as 0 or 1
+    double real;       // Float
+    u64 catom;         // Node: a global id
+    const List* list;  // All others
+};
+
+enum class ValueType : u8 { Int, Float, Bool, Node, String, List, Set, Array, Struct, Tuple, Vec3 };
+
+// A type of values of more than one word. Sets are sorted and hold each element once.
+struct TypeInfo {
+    ValueType kind;
+    u16 part_count;    // List, Set, Array: 1; Struct, Tuple: the fields; String, Vec3: 0.
+    const u16* parts;  // Indices into ModuleInfo::types, whose first four are Int, Float, Bool and Node.
+};
+inline constexpr u16 kScalarTypes = 4;
 enum class Storage : u8 {
     Flag,     // a bit in a record
     Single,   // at most one row a catom, in a record
@@ -45,6 +64,7 @@ struct FieldInfo {
     ValueType type;
     u8 bytes;
     u32 offset;  // In the record (Single), in the row (Rows), of port 0 in the record (PerLink).
+    u16 deep;    // Index into ModuleInfo::types.
 };
 
 struct PredicateInfo {
@@ -71,6 +91,10 @@ struct ColumnInfo {
     u64 own_dirty;      // What to mark at the catom itself when the runtime changes this column.
     u64 reader_dirty;   // What to mark at its neighbours when the column has changed.
     const u8* initial;  // A new catom's record, stride bytes; null: zero.
+    // Where in the record or row the words are that point to lists, and their types; what the runtime must count.
+    u32 list_count;
+    const u32* list_offsets;
+    const u16* list_types;
 };
 
 // One entry of a rows column. Rows are sorted, each row_bytes long.
@@ -84,6 +108,8 @@ struct ParameterInfo {  // A constant of the program that `--set` can change.
     const char* name;
     ValueType type;
     Value value;
+    u16 deep;
+    bool required;  // @arg1: the run must give it.
 };
 
 struct RuleInfo {
@@ -99,6 +125,8 @@ struct Part {
     const Value* parameters = nullptr;
     i64 now = 0;             // The tick.
     u64 seed = 0;
+    i64 world_catoms = 0;    // How many catoms the ensemble had when it was made: @world.
+    double tick_seconds = 1e-3;
     u32 latency = 1;         // The bound on link latency in ticks.
     u32 greatest_rank = 0;   // Of all facts that ever lived, anywhere, as of the last tick.
     bool tombstones = false; // Whether this part may remember a loss.
@@ -119,7 +147,8 @@ enum class Trap : u32 {
     BadConversion,
     TooManyDerivations,
     TooManyFacts,
-    NoSuchNeighbour,
+    BadIndex,
+    TooDeep,
 };
 
 struct Host;
@@ -138,7 +167,10 @@ struct Eval {
     u32 greatest_rank = 0;
     Trap trap = Trap::None;   // The first failure; evaluation of the catom is abandoned at its next check.
     u32 trap_rule = 0;
-    double trap_left = 0, trap_right = 0;
+    Value trap_left = {}, trap_right = {};
+    bool trap_real = false;   // The operands are floats.
+    u32 draws = 0;            // Random numbers drawn for this catom in this tick.
+    u32 depth = 0;            // Calls of functions that are open.
 };
 
 // What the runtime does for a module. All calls concern the catom under evaluation.
@@ -158,6 +190,8 @@ struct Host {
     // What a group remembers of its losses; false: nothing, or nothing that still matters.
     bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
     void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);
+    // 64 random bits for (seed, catom, tick, draw); counts the draw.
+    u64 (*random)(Eval*);
     // The centre of the catom in diameters.
     void (*position)(Eval*, double out[3]);
 };
@@ -167,6 +201,8 @@ struct ModuleInfo {
     u64 schema_hash;
     const char* program_name;
     const char* program_text;
+    u32 type_count;
+    const TypeInfo* types;
     u32 predicate_count;
     const PredicateInfo* predicates;
     u32 column_count;

@@ -139,7 +139,7 @@ bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m
 
 template <class T>
 void check_fact_limit(Eval& e, u32 count, u32 rule) {
-    if (count > e.part->max_facts) trap(e, Trap::TooManyFacts, rule, count, static_cast<double>(e.part->max_facts));
+    if (count > e.part->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.part->max_facts));
 }
 
 // ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.

@@ -13,38 +13,47 @@ inline void* scratch(Eval& e, u64 bytes) {
     return result;
 }
 
-inline void trap(Eval& e, Trap kind, u32 rule, double left = 0, double right = 0) {
+inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
     if (e.trap != Trap::None) return;
     e.trap = kind;
     e.trap_rule = rule;
-    e.trap_left = left;
-    e.trap_right = right;
+    e.trap_left.integer = left;
+    e.trap_right.integer = right;
+    e.trap_real = false;
+}
+inline void trap(Eval& e, Trap kind, u32 rule, double left, double right = 0) {
+    if (e.trap != Trap::None) return;
+    e.trap = kind;
+    e.trap_rule = rule;
+    e.trap_left.real = left;
+    e.trap_right.real = right;
+    e.trap_real = true;
 }
 
 // ---- arithmetic that never goes wrong silently
 
 inline i64 checked_add(Eval& e, u32 rule, i64 a, i64 b) {
     i64 r;
-    if (__builtin_add_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    if (__builtin_add_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, a, b);
     return r;
 }
 inline i64 checked_subtract(Eval& e, u32 rule, i64 a, i64 b) {
     i64 r;
-    if (__builtin_sub_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    if (__builtin_sub_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, a, b);
     return r;
 }
 inline i64 checked_multiply(Eval& e, u32 rule, i64 a, i64 b) {
     i64 r;
-    if (__builtin_mul_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, static_cast<double>(a), static_cast<double>(b));
+    if (__builtin_mul_overflow(a, b, &r)) trap(e, Trap::Overflow, rule, a, b);
     return r;
 }
 inline bool divisible(Eval& e, u32 rule, i64 a, i64 b) {
     if (b == 0) {
-        trap(e, Trap::DivisionByZero, rule, static_cast<double>(a), 0);
+        trap(e, Trap::DivisionByZero, rule, a, i64{0});
         return false;
     }
     if (b == -1 && a == (-__INT64_MAX__ - 1)) {
-        trap(e, Trap::Overflow, rule, static_cast<double>(a), -1);
+        trap(e, Trap::Overflow, rule, a, i64{-1});
         return false;
     }
     return true;
@@ -61,7 +70,7 @@ inline double checked_modulo(Eval& e, u32 rule, double a, double b) {
     return b == 0 ? 0 : __builtin_fmod(a, b);
 }
 inline i64 checked_power(Eval& e, u32 rule, i64 a, i64 b) {
-    if (b < 0) trap(e, Trap::BadConversion, rule, static_cast<double>(a), static_cast<double>(b));
+    if (b < 0) trap(e, Trap::BadConversion, rule, a, b);
     i64 result = 1;
     for (i64 i = 0; i < b && e.trap == Trap::None; ++i) {
         if (a == 0 || a == 1) return a;

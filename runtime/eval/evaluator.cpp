@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/random.h"
 
 namespace meld::eval {
 
@@ -133,6 +134,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
+    host_.random = [](Eval* e) { return random_bits(e->part->seed, e->part->geometry.catom_id[e->catom], static_cast<u64>(e->part->now), e->draws++); };
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
     for (u32 p = 0; p < module.predicate_count; ++p) linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
     for (int i = 0; i < workers.threads(); ++i) {
@@ -176,7 +178,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        const Failure failure{t.trap, t.trap_rule, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right};
+        const Failure failure{t.trap, t.trap_rule, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real};
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
     });
@@ -251,15 +253,17 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
     std::string_view text = rule.text;
     if (text.ends_with('.')) text.remove_suffix(1);
     const std::string where = fmt::format("in rule {} at catom @{} in tick {}: {}", rule.name, f.catom, f.tick, text);
+    const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
     switch (f.trap) {
         case Trap::None: return "";
-        case Trap::Overflow: return fmt::format("a number became too large ({:.17g} and {:.17g}) {}", f.left, f.right, where);
-        case Trap::DivisionByZero: return fmt::format("{:.17g} is divided by zero {}", f.left, where);
+        case Trap::Overflow: return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
+        case Trap::DivisionByZero: return fmt::format("{} is divided by zero {}", operand(f.left), where);
         case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
-        case Trap::BadConversion: return fmt::format("{:.17g} has no such value as an int {}", f.left, where);
-        case Trap::TooManyDerivations: return fmt::format("a catom made more than {:.0f} derivations in one tick {}", f.left, where);
-        case Trap::TooManyFacts: return fmt::format("a catom holds more than {:.0f} facts of one predicate {}", f.right, where);
-        case Trap::NoSuchNeighbour: return fmt::format("no neighbour {:.0f} {}", f.left, where);
+        case Trap::BadConversion: return fmt::format("{} has no such value as an int {}", operand(f.left), where);
+        case Trap::TooManyDerivations: return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
+        case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
+        case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
+        case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
     }
     return "";
 }

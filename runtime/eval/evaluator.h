@@ -36,7 +36,8 @@ struct Failure {
     u32 rule = 0;
     u64 catom = 0;         // Id
     i64 tick = 0;
-    double left = 0, right = 0;
+    Value left = {}, right = {};  // The operands; of floats where `real`.
+    bool real = false;
 };
 std::string describe(const ModuleInfo& module, const Failure& failure);
 
