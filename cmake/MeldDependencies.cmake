@@ -23,6 +23,11 @@ pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi)
 add_library(meld_hdf5 INTERFACE)
 target_link_libraries(meld_hdf5 INTERFACE PkgConfig::HDF5)
 
+# Only physics sees ODE.
+pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)
+add_library(meld_ode INTERFACE)
+target_link_libraries(meld_ode INTERFACE PkgConfig::ODE)
+
 # Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
 # about. Their own CMake packages would ask for a dozen further packages that nobody here needs.
 set(CLAYMELD_LLVM_ROOT /usr/lib/llvm-19 CACHE PATH "Where LLVM 19 is installed")

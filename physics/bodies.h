@@ -1,0 +1,103 @@
+// The bodies as arrays, one entry a slot. Slots follow space (the block grid sorts them), so neighbours are near in memory;
+// the caller's ids stay. These arrays are the state of the world; ODE's objects are copies made of them when needed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/buffer.h"
+#include "physics/types.h"
+#include "runtime/base/parallel_for.h"
+
+namespace meld::physics {
+
+inline constexpr std::uint32_t kNoSlot = 0xffffffff;
+
+// What the contact solver reads and writes of a body, half a cache line. `rim` is radius times angular velocity: spheres that
+// touch then need no lever arms. `inverse_rim_mass` is radius^2 / moment of inertia. Both masses are 0 for fixed and sleeping bodies.
+struct alignas(32) Motion {
+    float velocity[3];
+    float inverse_mass;
+    float rim[3];
+    float inverse_rim_mass;
+};
+
+struct alignas(32) Place {
+    double x, y, z, radius;
+};
+
+struct alignas(16) Turn {
+    float w, x, y, z;
+};
+
+// What seldom changes.
+struct Nature {
+    std::uint32_t id;
+    float mass;
+    // Moment of inertia / (mass * radius^2).
+    float inertia_factor;
+    std::uint8_t material;
+    std::uint8_t flags;
+    std::uint16_t still_ticks;
+};
+
+enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4 };
+
+// A force and a torque, N and N m.
+struct Push {
+    float force[3];
+    float torque[3];
+};
+
+// Movement since the candidate list was made.
+struct Drift {
+    float x, y, z;
+};
+
+class Bodies {
+  public:
+    std::size_t count() const { return nature.size(); }
+    bool has(BodyId id) const { return id < slot_of_id_.size() && slot_of_id_[id] != kNoSlot; }
+    // The slot must exist.
+    std::uint32_t slot(BodyId id) const { return slot_of_id_[id]; }
+
+    // Appends a body in the last slot; the entries behind the bodies go.
+    void add(const Place& where, const Turn& turned, const Motion& moving, const Nature& what);
+    // Entry i of every array becomes what entry order[i] was; slots that `order` leaves out are dropped.
+    void permute(std::span<const std::uint32_t> order, Workers& workers);
+
+    // Inverse masses as the body's nature says, undoing what sleep has done to them.
+    void restore_masses(std::uint32_t slot);
+
+    // The optional arrays are empty until first used, then as long as the others.
+    void need_pushes() { pushes.resize(count()); }
+    void need_features() { features.resize(count()), energy.resize(count()); }
+
+    struct FeatureState {
+        std::uint32_t on = 0;
+        std::uint32_t reversed = 0;
+        std::uint16_t table = 0;
+        std::uint16_t unused = 0;
+    };
+
+    // These two may be longer than count(): behind the bodies stands one motionless entry a block, for lanes without a body.
+    Buffer<Motion> motion;
+    Buffer<Place> place;
+    Buffer<Turn> turn;
+    Buffer<Nature> nature;
+    Buffer<Drift> drift;
+    // Forces from outside, kept until changed.
+    std::vector<Push> pushes;
+    std::vector<FeatureState> features;
+    // Energy drawn since the beginning, J.
+    std::vector<double> energy;
+
+    std::size_t bytes() const;
+
+  private:
+    std::vector<std::uint32_t> slot_of_id_;
+};
+
+}  // namespace meld::physics
