@@ -116,6 +116,7 @@ class Declarer {
     }
 
     void unknown_type(const syntax::Type& type) {
+        if (tree_.is_lost(type.name)) return;
         std::vector<std::string> names;
         for (const auto& [name, t] : kTypes) names.push_back(name);
         const std::string near = diagnostics::nearest_name(type.name, names);
@@ -242,6 +243,7 @@ class Declarer {
             return Number{other.type, other.integer, other.real};
         }
         if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses) {
+            if (tree_.is_lost(call->name)) return std::nullopt;
             std::vector<std::string> known;
             for (const auto& [name, pending] : constants_) known.push_back(name);
             const std::string near = diagnostics::nearest_name(call->name, known);

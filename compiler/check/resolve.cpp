@@ -171,6 +171,10 @@ class Resolver {
             refused_ = true;
             return std::nullopt;
         }
+        if (names_.tree.is_lost(atom.name.text)) {
+            refused_ = true;
+            return std::nullopt;
+        }
         for (const auto& [key, id] : names_.predicates)
             if (key.first == atom.name.text) {
                 const std::size_t needs = program_.predicates[id].arguments.size();
@@ -389,7 +393,7 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
     std::set<std::uint32_t> linear_files;
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item); rule != nullptr && rule->arrow == syntax::Arrow::Linear) linear_files.insert(rule->span.file);
-    const Names names(program);
+    const Names names(program, tree);
     Resolver resolver(files, names, program, report, std::move(linear_files));
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);

@@ -41,7 +41,7 @@ bool numeric(const Type& t) { return t.numeric() || t == Type::Error; }
 
 }  // namespace
 
-Names::Names(const Program& program) {
+Names::Names(const Program& program, const syntax::Tree& source) : tree(source) {
     for (const PredicateId id : program.predicates.ids()) predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
     for (const ConstantId id : program.constants.ids()) constants.emplace(program.constants[id].name, id);
 }
@@ -56,7 +56,7 @@ VariableId Scope::fresh(const std::string& name, const Type& type, Span span) { 
 
 const std::string* Scope::variable_name(const syntax::Expr& e) const {
     if (const auto* v = std::get_if<syntax::Variable>(&e.node)) return &v->name;
-    if (const auto* c = std::get_if<syntax::Call>(&e.node); c != nullptr && !c->parentheses && lower_case_variables_ && !names_.constants.contains(c->name))
+    if (const auto* c = std::get_if<syntax::Call>(&e.node); c != nullptr && !c->parentheses && lower_case_variables_ && !names_.constants.contains(c->name) && !names_.tree.is_lost(c->name))
         return &c->name;
     return nullptr;
 }
@@ -187,6 +187,7 @@ Term Scope::name_or_call(const syntax::Call& call, Span span) {
             term.type = program_.constants[constant->second].type;
             return term;
         }
+        if (names_.tree.is_lost(call.name)) return term;
         std::vector<std::string> known;
         for (const auto& [name, id] : names_.constants) known.push_back(name);
         const std::string near = diagnostics::nearest_name(call.name, known);
@@ -204,6 +205,7 @@ Term Scope::name_or_call(const syntax::Call& call, Span span) {
                 "functions here are abs, float, max, min, node2int, sqrt and truncate";
             return term;
         }
+        if (names_.tree.is_lost(call.name)) return term;
         std::vector<std::string> known;
         for (const auto& [name, b] : kBuiltins) known.push_back(name);
         const std::string near = diagnostics::nearest_name(call.name, known);

@@ -14,7 +14,9 @@ namespace meld::check {
 struct Names {
     std::map<std::pair<std::string, std::size_t>, PredicateId> predicates;
     std::map<std::string, ConstantId> constants;
-    explicit Names(const Program& program);
+    // What the tree lost to syntax errors: not known, and not to be missed.
+    const syntax::Tree& tree;
+    Names(const Program& program, const syntax::Tree& tree);
 };
 
 class Scope {

@@ -51,8 +51,10 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         return {};
     }
     for (syntax::Item& item : program_tree.items) tree.items.push_back(std::move(item));
-    if (out.report.has_errors()) return {};
+    tree.lost = std::move(program_tree.lost);
+    tree.lost_file = program_tree.lost_file;
 
+    // Items that were read are checked even where others were not: all mistakes in one run.
     check::Program program = check::check(out.files, tree, prelude + 1, out.report);
     if (out.report.has_errors()) return {};
     program.name = std::filesystem::path(path).stem().string();

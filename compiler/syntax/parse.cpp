@@ -55,12 +55,20 @@ class FileParser {
                 stray_period();
                 continue;
             }
+            const std::size_t begin = at_, errors = report_.error_count();
             if (!nested_too_deep()) read_item(tree);
+            if (report_.error_count() > errors || is_damaged(begin, at_)) lose(begin, tree);
         }
+        tree.lost_file = tree.lost_file || error_count_ >= kMaxErrorsPerFile;
     }
 
   private:
     std::uint32_t column(std::size_t index) const { return files_.file(file_).place(tokens_[index].span.begin).column; }
+
+    void lose(std::size_t begin, Tree& tree) const {
+        for (std::size_t i = begin; i < at_; ++i)
+            if (!tokens_[i].text.empty()) tree.lost.insert(tokens_[i].text);
+    }
 
     std::size_t next_period(std::size_t index) const {
         while (tokens_[index].kind != TokenKind::Period && tokens_[index].kind != TokenKind::End) ++index;
@@ -75,9 +83,12 @@ class FileParser {
         const std::size_t path = with_text ? at_ + 1 : at_;
         at_ = path + 1;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
+        const std::size_t errors = report_.error_count();
         if (const auto included = includes_.open(files_, file_, tokens_[path].text, tokens_[path].span, report_)) {
             FileParser(files_, *included, report_, includes_).run(tree);
             includes_.close();
+        } else {
+            tree.lost_file = tree.lost_file || report_.error_count() > errors;
         }
         return true;
     }

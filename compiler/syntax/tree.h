@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -156,6 +157,12 @@ using Item = std::variant<Declaration, Constant, Function, Extern, Alias, NodeKi
 // A file with everything it includes, in order. Items of included files stand where the include stood.
 struct Tree {
     std::vector<Item> items;
+    // Names that stand in items with a syntax error: whether they are declared there cannot be known, so nobody should say
+    // that they are not. Where a whole file is missing that holds for every name.
+    std::set<std::string> lost = {};
+    bool lost_file = false;
+
+    bool is_lost(const std::string& name) const { return lost_file || lost.contains(name); }
 };
 
 }  // namespace meld::syntax
