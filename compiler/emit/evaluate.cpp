@@ -220,6 +220,7 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     w.raw("e->catom = s.catom = catoms[i];");
     w.raw("e->dirty = dirty[i];");
     w.raw("e->arena = e->arena_start;");
+    w.raw("e->draws = e->depth = 0;");
     w.raw("evaluate_catom(s, dirty[i]);");
     w.close();
     w.close();

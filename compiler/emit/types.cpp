@@ -257,6 +257,14 @@ void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.close();
 }
 
+// Whether the runtime must count what the column's records point to.
+bool has_lists(const plan::Plan& plan, plan::ColumnId column) {
+    for (const PredicateId id : plan.columns[column].predicates)
+        for (const plan::Field& f : plan.of(id).fields)
+            if (f.type.compound()) return true;
+    return false;
+}
+
 }  // namespace
 
 void emit_load_and_save(const plan::Plan& plan, Writer& w) {
@@ -280,7 +288,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         w.line("{0} r = record<{0}>(s, {1}, s.catom);", record_name(column), column.index());
         w.raw("bool changed = false;");
         for (const PredicateId id : c.predicates) emit_store(plan, id, w);
-        if (c.exported) w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
+        if (c.exported || has_lists(plan, column)) w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
         else w.line("if (changed) reinterpret_cast<{}*>(s.e->part->columns[{}])[s.catom] = r;", record_name(column), column.index());
         w.close();
     }

@@ -132,6 +132,7 @@ struct Part {
     bool tombstones = false; // Whether this part may remember a loss.
     u64 max_derivations = 0;
     u64 max_facts = 0;
+    u64 max_list = 0;        // The most elements of a list, or bytes of a string.
 };
 
 struct Tombstone {
@@ -149,6 +150,7 @@ enum class Trap : u32 {
     TooManyFacts,
     BadIndex,
     TooDeep,
+    TooLong,  // A list; of how many items, and how many are the most (Part::max_list).
 };
 
 struct Host;
@@ -177,7 +179,9 @@ struct Eval {
 struct Host {
     // A new chunk of at least this many bytes becomes the arena; older chunks live until the block of catoms ends.
     void (*more_arena)(Eval*, u64 bytes);
-    // The catom's exported record of a column is to become *record at the end of the tick.
+    // The catom's record of a column is to become *record: at once for a private column, at the end of the tick for an
+    // exported one. A private record without lists may also be written where it stands. From this call on, and those below,
+    // the runtime owns what lists are in what it is given: it copies them from scratch memory, and counts its own.
     void (*export_record)(Eval*, u16 column, const void* record);
     // The catom's rows of a column become these: at once for a private column, at the end of the tick for an exported one.
     void (*assign_rows)(Eval*, u16 column, const void* rows, u32 count);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "runtime/abi/module_values.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
 
@@ -56,6 +57,9 @@ struct Evaluator::Thread : Eval {
     std::vector<Message> messages;
     std::vector<Action> actions;
     std::vector<Value> values;
+    // The lists among them, which messages and actions own until the next evaluation.
+    std::vector<const List*> owned;
+    u32 dropped_of = kNone32;
     std::vector<Loss> losses;
     std::vector<Wake> wakes;
     u32 sequence = 0;
@@ -77,10 +81,33 @@ struct Evaluator::Thread : Eval {
         }
         return any;
     }
-    const Value* keep_values(const Value* from, u32 count) {
+    const Value* keep_values(const Value* from, const PredicateInfo& predicate) {
         const std::size_t at = values.size();
-        values.insert(values.end(), from, from + count);
+        values.insert(values.end(), from, from + predicate.arity);
+        for (u32 i = 0; i < predicate.arity; ++i) {
+            if (predicate.fields[i].type < ValueType::String) continue;
+            const List* kept = owner->columns_.lists().keep(tuple::type_of(owner->module_, predicate.fields[i]), from[i].list, number);
+            values[at + i].list = kept;
+            if (kept != nullptr) owned.push_back(kept);
+            check_length();
+        }
         return reinterpret_cast<const Value*>(at * sizeof(Value));
+    }
+    void release_owned() {
+        for (const List* list : owned) owner->columns_.lists().release(list, number);
+        owned.clear();
+    }
+    // After lists were kept.
+    void check_length() {
+        if (const std::size_t items = owner->columns_.lists().too_long(number))
+            meld::trap(*this, Trap::TooLong, kNone32, static_cast<i64>(items), static_cast<i64>(part->max_list));
+    }
+    // Before a private column is written: lists that rows of the catom have lost stay alive until it has written all its
+    // columns, for it may hand them from one to the next.
+    void begin_write(const ColumnInfo& column) {
+        if (column.list_count == 0 || dropped_of == catom) return;
+        owner->columns_.release_dropped(number);
+        dropped_of = catom;
     }
     const Value* kept_values(const Value* offset) const { return values.data() + reinterpret_cast<std::uintptr_t>(offset) / sizeof(Value); }
     void new_chunk(std::size_t size) {
@@ -105,25 +132,39 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     };
     host_.export_record = [](Eval* e, u16 column, const void* record) {
         Thread& t = of(e);
-        t.records.push_back({e->catom, column, t.keep(record, t.owner->module_.columns[column].stride)});
+        tuple::Columns& all = t.owner->columns_;
+        const ColumnInfo& c = t.owner->module_.columns[column];
+        if (c.exported) {
+            t.records.push_back({e->catom, column, t.keep(record, c.stride)});
+            all.keep_lists(column, t.bytes.data() + t.records.back().offset, 1, t.number);
+        } else {
+            t.begin_write(c);
+            all.set_record(column, e->catom, record, t.number);
+        }
+        if (c.list_count > 0) t.check_length();
     };
     host_.assign_rows = [](Eval* e, u16 column, const void* rows, u32 count) {
         Thread& t = of(e);
+        tuple::Columns& all = t.owner->columns_;
         const ColumnInfo& c = t.owner->module_.columns[column];
-        if (c.exported) t.rows.push_back({e->catom, column, count, t.keep(rows, std::size_t{count} * c.row_bytes)});
-        else t.owner->columns_.set_rows(column, e->catom, rows, count, t.number);
+        if (c.exported) {
+            t.rows.push_back({e->catom, column, count, t.keep(rows, std::size_t{count} * c.row_bytes)});
+            all.keep_lists(column, t.bytes.data() + t.rows.back().offset, count, t.number);
+        } else {
+            t.begin_write(c);
+            all.set_rows(column, e->catom, rows, count, t.number);
+        }
+        if (c.list_count > 0) t.check_length();
     };
     host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
-        const u32 arity = t.owner->module_.predicates[predicate].arity;
-        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, t.keep_values(arguments, arity)});
+        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
-        const u32 arity = t.owner->module_.predicates[predicate].arity;
-        t.actions.push_back({e->catom, predicate, t.keep_values(arguments, arity)});
+        t.actions.push_back({e->catom, predicate, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.wake = [](Eval* e, i64 tick, u64 dirty) { of(e).wakes.push_back({tick, e->catom, dirty}); };
     host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
@@ -147,7 +188,10 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     }
 }
 
-Evaluator::~Evaluator() = default;
+// What was put aside and never delivered is dropped. The columns outlive the evaluator.
+Evaluator::~Evaluator() {
+    for (auto& t : threads_) t->release_owned();
+}
 
 void Evaluator::mark_readers(const Geometry& g, u32 catom, u64 bits) {
     const u32 site = g.catom_site[catom];
@@ -168,6 +212,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->dropped = 0;
         t->greatest_rank = 0;
         t->sequence_of = kNone32;
+        t->release_owned();
         t->values.clear();
     }
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
@@ -207,14 +252,17 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
         }
         on_export(thread, catom, column);
     };
+    using Lists = tuple::Columns::Lists;
+    t.dropped_of = kNone32;
     for (const PendingRecord& r : t.records) {
-        std::memcpy(columns_.entry(r.column, r.catom), t.bytes.data() + r.offset, module_.columns[r.column].stride);
+        columns_.set_record(r.column, r.catom, t.bytes.data() + r.offset, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
     for (const PendingRows& r : t.rows) {
-        columns_.set_rows(r.column, r.catom, t.bytes.data() + r.offset, r.count, thread);
+        columns_.set_rows(r.column, r.catom, t.bytes.data() + r.offset, r.count, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
+    columns_.release_dropped(thread);
 }
 
 void Evaluator::gather(const Part& part) {
@@ -249,10 +297,13 @@ void Evaluator::gather(const Part& part) {
 }
 
 std::string describe(const ModuleInfo& module, const Failure& f) {
-    const RuleInfo& rule = module.rules[f.rule];
-    std::string_view text = rule.text;
-    if (text.ends_with('.')) text.remove_suffix(1);
-    const std::string where = fmt::format("in rule {} at catom @{} in tick {}: {}", rule.name, f.catom, f.tick, text);
+    std::string where = fmt::format("at catom @{} in tick {}", f.catom, f.tick);
+    if (f.rule != kNone32) {
+        const RuleInfo& rule = module.rules[f.rule];
+        std::string_view text = rule.text;
+        if (text.ends_with('.')) text.remove_suffix(1);
+        where = fmt::format("in rule {} {}: {}", rule.name, where, text);
+    }
     const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
     switch (f.trap) {
         case Trap::None: return "";
@@ -263,6 +314,7 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
         case Trap::TooManyDerivations: return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
         case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
         case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
+        case Trap::TooLong: return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
         case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
     }
     return "";

@@ -33,7 +33,7 @@ struct Action {
 // What went wrong inside the program; the message names rule, catom, tick, operands.
 struct Failure {
     Trap trap = Trap::None;
-    u32 rule = 0;
+    u32 rule = 0;          // kNone32: of none in particular.
     u64 catom = 0;         // Id
     i64 tick = 0;
     Value left = {}, right = {};  // The operands; of floats where `real`.

@@ -40,9 +40,9 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
         facts.clear();
         tuple::each_fact(part.module, part.columns, part.abi.geometry, predicate, catom, [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
         if (facts.empty()) continue;
-        std::sort(facts.begin(), facts.end(), [&](const auto& a, const auto& b) { return tuple::compare_arguments(p, a.data(), b.data()) < 0; });
+        std::sort(facts.begin(), facts.end(), [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
         text.clear();
-        for (const auto& fact : facts) text += tuple::print_fact(p, id, fact.data()) + ".\n";
+        for (const auto& fact : facts) text += tuple::print_fact(part.module, p, id, fact.data()) + ".\n";
         put(out, id);
         put(out, static_cast<u32>(text.size()));
         const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
@@ -167,11 +167,8 @@ Digest state_digest(sim::PartState& part) {
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
             const u64 start = hash_combine(name, part.ensemble.id(c));
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, i, c, [&](const Value* v) {
-                u64 hash = start;
-                for (u32 k = 0; k < p.arity; ++k) hash = hash_combine(hash, v[k].catom);
-                digest.add(hash);
-            });
+            tuple::each_fact(part.module, part.columns, part.abi.geometry, i, c,
+                             [&](const Value* v) { digest.add(tuple::hash_arguments(part.module, p, start, v)); });
         }
     }
     std::vector<std::byte> bytes;

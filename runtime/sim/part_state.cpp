@@ -22,6 +22,10 @@ PartState::PartState(const ModuleInfo& module_info, const world::World& the_worl
       outgoing_(static_cast<std::size_t>(threads), std::vector<std::vector<Export>>(static_cast<std::size_t>(communicator.parts()))),
       packets_(static_cast<std::size_t>(communicator.parts())) {}
 
+PartState::~PartState() {
+    for (u32 i = 0; i < parameters.size(); ++i) columns.lists().release({module.types, module.parameters[i].deep}, parameters[i], 0);
+}
+
 void PartState::refresh() {
     abi.geometry = ensemble.geometry();
     abi.columns = columns.pointers();

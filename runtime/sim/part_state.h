@@ -42,6 +42,7 @@ struct Totals {
 class PartState {
   public:
     PartState(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
+    ~PartState();
 
     // ---- set-up (setup.cpp)
     // Places the catoms of this part and its ghosts, gives them their ids and the world's facts. Every part calls it.

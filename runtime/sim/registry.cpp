@@ -88,6 +88,7 @@ std::optional<u32> sensed(const ModuleInfo& module, std::string_view name, const
     const PredicateInfo& p = module.predicates[*found];
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         Value v{};
+        if (p.fields[i].type >= ValueType::String) return std::nullopt;
         if (p.fields[i].type == ValueType::Float) v.real = arguments[i];
         else if (p.fields[i].type == ValueType::Node) v.catom = static_cast<u64>(arguments[i]);
         else v.integer = static_cast<i64>(arguments[i]);

@@ -5,6 +5,7 @@
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/tuple/facts.h"
+#include "runtime/tuple/value_text.h"
 #include "runtime/world/populate.h"
 
 namespace meld::sim {
@@ -88,7 +89,9 @@ Result<void> PartState::populate() {
 }
 
 Result<void> PartState::set_parameters() {
-    for (u32 i = 0; i < module.parameter_count; ++i) parameters.push_back(module.parameters[i].value);
+    tuple::Arena lists;
+    std::vector<Value> values;
+    for (u32 i = 0; i < module.parameter_count; ++i) values.push_back(module.parameters[i].value);
     for (const auto& [name, text] : world.set) {
         std::vector<std::string_view> known;
         bool found = false;
@@ -96,9 +99,9 @@ Result<void> PartState::set_parameters() {
             if (*module.parameters[i].name == '\0') continue;
             known.emplace_back(module.parameters[i].name);
             if (known.back() != name) continue;
-            const Result<Value> value = tuple::parse_value(module.parameters[i].type, text);
+            const Result<Value> value = tuple::parse_value({module.types, module.parameters[i].deep}, text, lists);
             if (!value) return fail("the constant " + name + " cannot be set: " + value.error().problem, value.error().suggestion);
-            parameters[i] = *value;
+            values[i] = *value;
             found = true;
         }
         if (!found) {
@@ -106,6 +109,9 @@ Result<void> PartState::set_parameters() {
                         known.empty() ? "Declare it in the program: const " + name + " = " + text + "." : "Constants: " + did_you_mean(name, known));
         }
     }
+    // Kept, so that facts made of them share them.
+    for (u32 i = 0; i < module.parameter_count; ++i)
+        parameters.push_back(columns.lists().keep({module.types, module.parameters[i].deep}, values[i], 0));
     abi.parameters = parameters.data();
     return {};
 }
@@ -124,14 +130,16 @@ Result<void> PartState::given_facts() {
         if (p.base == kNone16 || p.column == kNone16)
             return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
                         "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
+        tuple::Arena lists;
         std::vector<Value> values;
         for (u32 i = 0; i < p.arity; ++i) {
-            const Result<Value> value = tuple::parse_value(p.fields[i].type, fact.arguments[i]);
+            const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
             if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
-            values.push_back(*value);
+            values.push_back(columns.lists().keep(tuple::type_of(module, p.fields[i]), *value, 0));
         }
         for (Catom c = 0; c < ensemble.index_count(); ++c)
             if (owned(c) && fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) give(p.base, c, values.data());
+        for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
     }
     return {};
 }

@@ -65,7 +65,8 @@ void PartState::exchange() {
         put(out, Record::Message);
         put(out, ensemble.cell(m.to));
         put(out, m.predicate);
-        for (u32 i = 0; i < module.predicates[m.predicate].arity; ++i) put(out, m.arguments[i]);
+        const PredicateInfo& p = module.predicates[m.predicate];
+        for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), m.arguments[i], out);
     }
     std::vector<comm::Packet> packets;
     for (std::size_t other = 0; other < packets_.size(); ++other) {
@@ -90,8 +91,10 @@ void PartState::receive(const comm::Packet& packet) {
             at = columns.unpack_column(number, *catom, at, 0);
             mark_around(cell, module.columns[number].reader_dirty);
         } else {
-            std::vector<Value> arguments(module.predicates[number].arity);
-            for (Value& v : arguments) v = take_value<Value>(at);
+            const PredicateInfo& p = module.predicates[number];
+            tuple::Arena lists;
+            std::vector<Value> arguments(p.arity);
+            for (u32 i = 0; i < p.arity; ++i) arguments[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), at, lists);
             give(number, *catom, arguments.data());
         }
     }

@@ -15,12 +15,62 @@ void put(std::vector<std::byte>& out, const T& value) {
     out.insert(out.end(), bytes, bytes + sizeof(T));
 }
 
+const List* list_at(const u8* place) {
+    const List* list = nullptr;
+    std::memcpy(&list, place, sizeof list);
+    return list;
+}
+
 }  // namespace
 
-Columns::Columns(const ModuleInfo& module, int pools) : module_(module), pointers_(module.column_count, nullptr), pools_(static_cast<std::size_t>(pools)) {}
+Columns::Columns(const ModuleInfo& module, int pools)
+    : module_(module),
+      pointers_(module.column_count, nullptr),
+      pools_(static_cast<std::size_t>(pools)),
+      lists_(pools),
+      dropped_(static_cast<std::size_t>(pools)) {}
 
 Columns::~Columns() {
+    for (u32 c = 0; c < module_.column_count; ++c) {
+        const ColumnInfo& info = module_.columns[c];
+        for (u32 catom = 0; info.list_count > 0 && catom < count_; ++catom)
+            if (info.rows) drop_lists(c, rows(c, catom).data, rows(c, catom).count, 0);
+            else drop_lists(c, entry(c, catom), 1, 0);
+    }
+    for (std::size_t pool = 0; pool < dropped_.size(); ++pool) release_dropped(static_cast<int>(pool));
     for (u8* p : pointers_) std::free(p);
+}
+
+template <class Visit>
+void Columns::each_list(u32 column, const u8* rows, u32 count, const Visit& visit) const {
+    const ColumnInfo& info = module_.columns[column];
+    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
+        for (u32 i = 0; i < info.list_count; ++i) visit(list_at(rows + info.list_offsets[i]), info.list_types[i]);
+}
+
+void Columns::keep_lists(u32 column, u8* rows, u32 count, int pool) {
+    const ColumnInfo& info = module_.columns[column];
+    if (info.list_count == 0) return;
+    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
+        for (u32 i = 0; i < info.list_count; ++i) {
+            u8* place = rows + info.list_offsets[i];
+            const List* kept = lists_.keep({module_.types, info.list_types[i]}, list_at(place), pool);
+            std::memcpy(place, &kept, sizeof kept);
+        }
+}
+
+void Columns::drop_lists(u32 column, const u8* rows, u32 count, int pool) {
+    if (module_.columns[column].list_count == 0) return;
+    std::vector<const List*>& dropped = dropped_[static_cast<std::size_t>(pool)];
+    each_list(column, rows, count, [&](const List* list, u16) {
+        if (list != nullptr) dropped.push_back(list);
+    });
+}
+
+void Columns::release_dropped(int pool) {
+    std::vector<const List*>& dropped = dropped_[static_cast<std::size_t>(pool)];
+    for (const List* list : dropped) lists_.release(list, pool);
+    dropped.clear();
 }
 
 void Columns::resize(std::size_t catoms) {
@@ -49,9 +99,17 @@ void Columns::initialise(u32 column, std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i, at += info.stride) std::memcpy(at, info.initial, info.stride);
 }
 
-void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool) {
+void Columns::set_record(u32 column, u32 catom, const void* record, int pool, Lists lists) {
+    u8* to = entry(column, catom);
+    drop_lists(column, to, 1, pool);
+    std::memcpy(to, record, module_.columns[column].stride);
+    if (lists == Lists::Keep) keep_lists(column, to, 1, pool);
+}
+
+void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists) {
     const ColumnInfo& info = module_.columns[column];
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    drop_lists(column, head.data, head.count, pool);
     RowPool& mine = pools_[static_cast<std::size_t>(pool)];
     const std::size_t bytes = std::size_t{count} * info.row_bytes;
     u8* old = head.data;
@@ -73,39 +131,65 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
         if (count > 0 && RowPool::capacity(std::size_t{head.capacity} * info.row_bytes) != RowPool::capacity(bytes)) head.capacity = count;
     }
     head.count = count;
+    if (lists == Lists::Keep) keep_lists(column, head.data, count, pool);
 }
 
 void Columns::clear(u32 catom, int pool) {
     for (u32 c = 0; c < module_.column_count; ++c) {
         if (module_.columns[c].rows) set_rows(c, catom, nullptr, 0, pool);
+        else drop_lists(c, entry(c, catom), 1, pool);
         initialise(c, catom, std::size_t{catom} + 1);
     }
+    release_dropped(pool);
 }
 
+// The bytes, and behind them the lists that the words in them stand for; those words are not sent.
 void Columns::pack_column(u32 column, u32 catom, std::vector<std::byte>& out) const {
     const ColumnInfo& info = module_.columns[column];
-    if (!info.rows) {
-        const auto* bytes = reinterpret_cast<const std::byte*>(entry(column, catom));
-        out.insert(out.end(), bytes, bytes + info.stride);
-        return;
+    const u8* from = entry(column, catom);
+    u32 count = 1;
+    std::size_t bytes = info.stride;
+    if (info.rows) {
+        count = rows(column, catom).count;
+        from = rows(column, catom).data;
+        bytes = std::size_t{count} * info.row_bytes;
+        put(out, count);
     }
-    const RowsHead& head = rows(column, catom);
-    put(out, head.count);
-    const auto* bytes = reinterpret_cast<const std::byte*>(head.data);
-    if (head.count > 0) out.insert(out.end(), bytes, bytes + std::size_t{head.count} * info.row_bytes);
+    const std::size_t start = out.size();
+    if (count > 0) out.insert(out.end(), reinterpret_cast<const std::byte*>(from), reinterpret_cast<const std::byte*>(from) + bytes);
+    if (info.list_count == 0) return;
+    for (u32 r = 0; r < count; ++r)
+        for (u32 i = 0; i < info.list_count; ++i) std::memset(out.data() + start + r * std::size_t{info.row_bytes} + info.list_offsets[i], 0, sizeof(const List*));
+    each_list(column, from, count, [&](const List* list, u16 type) { tuple::pack({module_.types, type}, Value{.list = list}, out); });
 }
 
 const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* from, int pool) {
     const ColumnInfo& info = module_.columns[column];
-    if (!info.rows) {
-        std::memcpy(entry(column, catom), from, info.stride);
-        return from + info.stride;
+    u32 count = 1;
+    std::size_t bytes = info.stride;
+    if (info.rows) {
+        std::memcpy(&count, from, sizeof count);
+        from += sizeof count;
+        bytes = std::size_t{count} * info.row_bytes;
     }
-    u32 count = 0;
-    std::memcpy(&count, from, sizeof count);
-    from += sizeof count;
-    set_rows(column, catom, from, count, pool);
-    return from + std::size_t{count} * info.row_bytes;
+    if (info.list_count == 0) {
+        if (info.rows) set_rows(column, catom, from, count, pool);
+        else set_record(column, catom, from, pool);
+        return from + bytes;
+    }
+    const auto* raw = reinterpret_cast<const u8*>(from);
+    std::vector<u8> rows(raw, raw + bytes);
+    from += bytes;
+    Arena arena;
+    for (u32 r = 0; r < count; ++r)
+        for (u32 i = 0; i < info.list_count; ++i) {
+            const Value v = tuple::unpack({module_.types, info.list_types[i]}, from, arena);
+            std::memcpy(rows.data() + r * std::size_t{info.row_bytes} + info.list_offsets[i], &v, sizeof v);
+        }
+    if (info.rows) set_rows(column, catom, rows.data(), count, pool);
+    else set_record(column, catom, rows.data(), pool);
+    release_dropped(pool);
+    return from;
 }
 
 void Columns::pack(u32 catom, Which which, std::vector<std::byte>& out) const {
@@ -123,7 +207,7 @@ std::size_t Columns::bytes() const {
     std::size_t total = 0;
     for (u32 c = 0; c < module_.column_count; ++c) total += capacity_ * module_.columns[c].stride;
     for (const RowPool& pool : pools_) total += pool.bytes_reserved();
-    return total;
+    return total + lists_.bytes();
 }
 
 }  // namespace meld::tuple

@@ -8,6 +8,7 @@
 
 #include "runtime/abi/module_abi.h"
 #include "runtime/tuple/row_pool.h"
+#include "runtime/tuple/values.h"
 
 namespace meld::tuple {
 
@@ -27,13 +28,32 @@ class Columns {
     u8* entry(u32 column, u32 catom) const { return pointers_[column] + std::size_t{catom} * module_.columns[column].stride; }
     const RowsHead& rows(u32 column, u32 catom) const { return *reinterpret_cast<const RowsHead*>(entry(column, catom)); }
 
-    // Replaces the rows of a catom, using this thread's pool. Rows may be the catom's own.
-    void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool);
+    // A column owns the lists that its records and rows point to. What is written to it is kept (copied or counted), unless
+    // the caller has done so and hands it over. What it held before stays alive until release_dropped(), so that rows made
+    // of it can be written to several columns in turn.
+    enum class Lists { Keep, HandOver };
+    // Replaces the record or the rows of a catom, using this thread's pool. Rows may be the catom's own.
+    void set_record(u32 column, u32 catom, const void* record, int pool, Lists lists = Lists::Keep);
+    void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists = Lists::Keep);
+    // The same where write(u8* record) changes some of the record.
+    template <class Write>
+    void change_record(u32 column, u32 catom, int pool, const Write& write) {
+        u8* record = entry(column, catom);
+        drop_lists(column, record, 1, pool);
+        write(record);
+        keep_lists(column, record, 1, pool);
+    }
+    // Lists that this pool's writes have replaced lose an owner.
+    void release_dropped(int pool);
+    // Makes rows (or a record, count 1) of a column own their lists.
+    void keep_lists(u32 column, u8* rows, u32 count, int pool);
+    ListStore& lists() { return lists_; }
+
     // The catom holds nothing any more.
     void clear(u32 catom, int pool);
 
     enum class Which { All, Exported };
-    // The catom's columns as bytes, and back into an entry that holds nothing.
+    // The catom's columns as bytes, and back; lists by content.
     void pack(u32 catom, Which which, std::vector<std::byte>& out) const;
     const std::byte* unpack(u32 catom, Which which, const std::byte* from, int pool);
     // One column alone.
@@ -44,11 +64,17 @@ class Columns {
 
   private:
     void initialise(u32 column, std::size_t from, std::size_t to);
+    void drop_lists(u32 column, const u8* rows, u32 count, int pool);
+    // Calls visit(list, type) for each list of rows or of a record.
+    template <class Visit>
+    void each_list(u32 column, const u8* rows, u32 count, const Visit& visit) const;
 
     const ModuleInfo& module_;
     std::vector<u8*> pointers_;
     std::size_t count_ = 0, capacity_ = 0;
     std::vector<RowPool> pools_;
+    ListStore lists_;
+    std::vector<std::vector<const List*>> dropped_;  // By pool
 };
 
 }  // namespace meld::tuple

@@ -1,10 +1,10 @@
 #include "runtime/tuple/facts.h"
 
-#include <charconv>
-#include <cmath>
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/hash.h"
+#include "runtime/tuple/value_text.h"
 
 namespace meld::tuple {
 
@@ -19,6 +19,7 @@ Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
 }
 
 void store(const FieldInfo& field, u8* base, Value v) {
+    v = normal(field.type, v);
     if (field.bytes == 1) base[field.offset] = static_cast<u8>(v.integer);
     else std::memcpy(base + field.offset, &v, 8);
 }
@@ -40,40 +41,38 @@ void set_present(const PredicateInfo& p, u8* record, bool on) {
     std::memcpy(record + p.presence_offset, &word, sizeof word);
 }
 
-int compare_value(ValueType type, Value a, Value b) {
-    switch (type) {
-        case ValueType::Float: return a.real < b.real ? -1 : b.real < a.real ? 1 : 0;
-        case ValueType::Node: return a.catom < b.catom ? -1 : b.catom < a.catom ? 1 : 0;
-        default: return a.integer < b.integer ? -1 : b.integer < a.integer ? 1 : 0;
-    }
-}
-
 void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
     out.resize(p.arity);
     for (u32 i = 0; i < p.arity; ++i) out[i] = load(p.fields[i], row);
 }
 
 // The first row not less than the arguments, and whether it equals them.
-std::pair<u32, bool> lower_bound(const PredicateInfo& p, const ColumnInfo& c, const RowsHead& head, const Value* arguments) {
+std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& p, const RowsHead& head, const Value* arguments) {
+    const ColumnInfo& c = module.columns[p.column];
     std::vector<Value> values;
     u32 low = 0, high = head.count;
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
         read_row(p, head.data + std::size_t{middle} * c.row_bytes, values);
-        if (compare_arguments(p, values.data(), arguments) < 0) low = middle + 1;
+        if (compare_arguments(module, p, values.data(), arguments) < 0) low = middle + 1;
         else high = middle;
     }
     if (low == head.count) return {low, false};
     read_row(p, head.data + std::size_t{low} * c.row_bytes, values);
-    return {low, compare_arguments(p, values.data(), arguments) == 0};
+    return {low, compare_arguments(module, p, values.data(), arguments) == 0};
 }
 
 }  // namespace
 
-int compare_arguments(const PredicateInfo& p, const Value* a, const Value* b) {
+int compare_arguments(const ModuleInfo& module, const PredicateInfo& p, const Value* a, const Value* b) {
     for (u32 i = 0; i < p.arity; ++i)
-        if (const int c = compare_value(p.fields[i].type, a[i], b[i])) return c;
+        if (const int c = compare(type_of(module, p.fields[i]), a[i], b[i])) return c;
     return 0;
+}
+
+u64 hash_arguments(const ModuleInfo& module, const PredicateInfo& p, u64 start, const Value* arguments) {
+    for (u32 i = 0; i < p.arity; ++i) start = hash_combine(start, hash(type_of(module, p.fields[i]), arguments[i]));
+    return start;
 }
 
 std::optional<u32> find_predicate(const ModuleInfo& module, std::string_view name, std::size_t arity) {
@@ -117,17 +116,19 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     MELD_EXPECT(p.column != kNone16);
     const ColumnInfo& c = module.columns[p.column];
     if (p.storage != Storage::Rows) {
-        u8* record = columns.entry(p.column, catom);
-        bool same = present(p, record);
-        for (u32 i = 0; i < p.arity; ++i) {
-            same = same && compare_value(p.fields[i].type, load(p.fields[i], record), arguments[i]) == 0;
-            store(p.fields[i], record, arguments[i]);
-        }
-        set_present(p, record, true);
+        bool same = present(p, columns.entry(p.column, catom));
+        columns.change_record(p.column, catom, pool, [&](u8* record) {
+            for (u32 i = 0; i < p.arity; ++i) {
+                same = same && compare(type_of(module, p.fields[i]), load(p.fields[i], record), arguments[i]) == 0;
+                store(p.fields[i], record, arguments[i]);
+            }
+            set_present(p, record, true);
+        });
+        columns.release_dropped(pool);
         return !same;
     }
     const RowsHead& head = columns.rows(p.column, catom);
-    const auto [at, equal] = lower_bound(p, c, head, arguments);
+    const auto [at, equal] = lower_bound(module, p, head, arguments);
     if (equal && p.kind != PredicateKind::Linear) return false;
     std::vector<u8> rows((std::size_t{head.count} + 1) * c.row_bytes, 0);
     const std::size_t before = std::size_t{at} * c.row_bytes;
@@ -137,6 +138,7 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     }
     for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], rows.data() + before, arguments[i]);
     columns.set_rows(p.column, catom, rows.data(), head.count + 1, pool);
+    columns.release_dropped(pool);
     return true;
 }
 
@@ -144,69 +146,33 @@ bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     const PredicateInfo& p = module.predicates[predicate];
     const ColumnInfo& c = module.columns[p.column];
     if (p.storage != Storage::Rows) {
-        u8* record = columns.entry(p.column, catom);
-        if (!present(p, record)) return false;
+        const u8* held = columns.entry(p.column, catom);
+        if (!present(p, held)) return false;
         for (u32 i = 0; i < p.arity; ++i)
-            if (compare_value(p.fields[i].type, load(p.fields[i], record), arguments[i]) != 0) return false;
-        for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{});
-        set_present(p, record, false);
+            if (compare(type_of(module, p.fields[i]), load(p.fields[i], held), arguments[i]) != 0) return false;
+        columns.change_record(p.column, catom, pool, [&](u8* record) {
+            for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{});
+            set_present(p, record, false);
+        });
+        columns.release_dropped(pool);
         return true;
     }
     const RowsHead& head = columns.rows(p.column, catom);
-    const auto [at, equal] = lower_bound(p, c, head, arguments);
+    const auto [at, equal] = lower_bound(module, p, head, arguments);
     if (!equal) return false;
     std::vector<u8> rows(std::size_t{head.count} * c.row_bytes);
     std::memcpy(rows.data(), head.data, rows.size());
     const std::size_t before = std::size_t{at} * c.row_bytes;
     std::memmove(rows.data() + before, rows.data() + before + c.row_bytes, rows.size() - before - c.row_bytes);
     columns.set_rows(p.column, catom, rows.data(), head.count - 1, pool);
+    columns.release_dropped(pool);
     return true;
 }
 
-std::string print_value(ValueType type, Value v) {
-    switch (type) {
-        case ValueType::Int: return std::to_string(v.integer);
-        case ValueType::Bool: return v.integer ? "true" : "false";
-        case ValueType::Node: return "@" + std::to_string(v.catom);
-        case ValueType::Float: {
-            char buffer[40];
-            const auto end = std::to_chars(buffer, buffer + sizeof buffer, v.real).ptr;
-            std::string text(buffer, end);
-            if (text.find_first_of(".eni") == std::string::npos) text += ".0";
-            return text;
-        }
-    }
-    return "";
-}
-
-std::string print_fact(const PredicateInfo& p, u64 id, const Value* arguments) {
+std::string print_fact(const ModuleInfo& module, const PredicateInfo& p, u64 id, const Value* arguments) {
     std::string text = std::string(p.name) + "(@" + std::to_string(id);
-    for (u32 i = 0; i < p.arity; ++i) text += ", " + print_value(p.fields[i].type, arguments[i]);
+    for (u32 i = 0; i < p.arity; ++i) text += ", " + print_value(type_of(module, p.fields[i]), arguments[i]);
     return text + ")";
-}
-
-Result<Value> parse_value(ValueType type, std::string_view text) {
-    Value v{};
-    const auto whole = [&](auto& number, std::string_view digits) {
-        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-        return error == std::errc() && end == digits.data() + digits.size();
-    };
-    switch (type) {
-        case ValueType::Int:
-            if (whole(v.integer, text)) return v;
-            return fail("'" + std::string(text) + "' is no int", "Write a whole number such as 12");
-        case ValueType::Float:
-            if (whole(v.real, text) && std::isfinite(v.real)) return v;
-            return fail("'" + std::string(text) + "' is no float", "Write a number such as 0.5");
-        case ValueType::Bool:
-            v.integer = text == "true";
-            if (text == "true" || text == "false") return v;
-            return fail("'" + std::string(text) + "' is no bool", "Write true or false");
-        case ValueType::Node:
-            if (text.size() > 1 && (text[0] == '@' || text[0] == '#') && whole(v.catom, text.substr(1))) return v;
-            return fail("'" + std::string(text) + "' is no catom", "Write @ and its number, as @7");
-    }
-    return v;
 }
 
 }  // namespace meld::tuple

@@ -22,17 +22,16 @@ void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry&
                const std::function<void(const Value*)>& visit);
 
 // Adds a fact to a predicate whose facts are given (linear: always; persistent and sensed: if it is not there). A Single
-// is replaced. Returns whether anything changed. The caller marks the catom with the column's own_dirty.
+// is replaced. Lists among the arguments are kept, so they may be in any memory. Returns whether anything changed. The caller marks the catom with the column's own_dirty.
 bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
 // Removes a given fact; returns whether it was there.
 bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
 
-// "dist(@42, 7)", as a program could write it. Floats have the shortest form that reads back the same, with a point.
-std::string print_fact(const PredicateInfo& predicate, u64 id, const Value* arguments);
-std::string print_value(ValueType type, Value value);
-// A Meld literal of a type: 12, -3, 0.5, true, @7 or #7.
-Result<Value> parse_value(ValueType type, std::string_view text);
+// "dist(@42, 7)", as a program could write it.
+std::string print_fact(const ModuleInfo& module, const PredicateInfo& predicate, u64 id, const Value* arguments);
 // Three-way, by arguments in order.
-int compare_arguments(const PredicateInfo& predicate, const Value* a, const Value* b);
+int compare_arguments(const ModuleInfo& module, const PredicateInfo& predicate, const Value* a, const Value* b);
+// By content, the catom's id first.
+u64 hash_arguments(const ModuleInfo& module, const PredicateInfo& predicate, u64 start, const Value* arguments);
 
 }  // namespace meld::tuple

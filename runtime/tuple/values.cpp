@@ -1,0 +1,227 @@
+#include "runtime/tuple/values.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/hash.h"
+
+namespace meld::tuple {
+
+namespace {
+
+template <class V>
+int compare_words(V a, V b) {
+    return a < b ? -1 : b < a ? 1 : 0;
+}
+
+std::string_view bytes_of(const List* text) { return text == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(text->items), text->count); }
+
+// The words that the items of a list take.
+std::size_t item_words(Type type, std::size_t count) { return type.kind() == ValueType::String ? (count + 7) / 8 : count; }
+
+u64 word_of(const List* list) { return reinterpret_cast<u64>(list); }
+
+}  // namespace
+
+int compare(Type type, Value a, Value b) {
+    switch (type.kind()) {
+        case ValueType::Float: return compare_words(a.real, b.real);
+        case ValueType::Node: return compare_words(a.catom, b.catom);
+        case ValueType::Int:
+        case ValueType::Bool: return compare_words(a.integer, b.integer);
+        case ValueType::String: return compare_words(bytes_of(a.list).compare(bytes_of(b.list)), 0);
+        default: break;
+    }
+    if (a.list == b.list) return 0;
+    const std::size_t left = length(a.list), right = length(b.list);
+    for (std::size_t i = 0; i < std::min(left, right); ++i)
+        if (const int c = compare(type.item(i), item(a.list, i), item(b.list, i))) return c;
+    return compare_words(left, right);
+}
+
+u64 hash(Type type, Value v) {
+    if (!type.compound()) return normal(type.kind(), v).catom;
+    if (type.kind() == ValueType::String) return hash_text(bytes_of(v.list));
+    u64 h = length(v.list);
+    for (std::size_t i = 0; i < length(v.list); ++i) h = hash_combine(h, hash(type.item(i), item(v.list, i)));
+    return h;
+}
+
+// ---- arena
+
+u64* Arena::words(std::size_t count) {
+    words_.push_back(std::make_unique<u64[]>(count));
+    return words_.back().get();
+}
+
+const List* Arena::list(const std::vector<u64>& items) {
+    if (items.empty()) return nullptr;
+    u64* copy = words(items.size());
+    std::copy(items.begin(), items.end(), copy);
+    return &lists_.emplace_back(List{copy, static_cast<u32>(items.size()), 0});
+}
+
+const List* Arena::text(std::string_view bytes) {
+    if (bytes.empty()) return nullptr;
+    u64* copy = words((bytes.size() + 7) / 8);
+    std::memcpy(copy, bytes.data(), bytes.size());
+    return &lists_.emplace_back(List{copy, static_cast<u32>(bytes.size()), 0});
+}
+
+// ---- packing
+
+namespace {
+
+template <class T>
+void put(std::vector<std::byte>& out, const T* values, std::size_t count = 1) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(values);
+    out.insert(out.end(), bytes, bytes + count * sizeof(T));
+}
+
+}  // namespace
+
+void pack(Type type, Value v, std::vector<std::byte>& out) {
+    if (!type.compound()) return put(out, &v);
+    const u32 count = static_cast<u32>(length(v.list));
+    put(out, &count);
+    if (count == 0) return;
+    if (type.kind() == ValueType::String) return put(out, reinterpret_cast<const std::byte*>(v.list->items), count);
+    for (std::size_t i = 0; i < count; ++i) pack(type.item(i), item(v.list, i), out);
+}
+
+Value unpack(Type type, const std::byte*& from, Arena& arena) {
+    Value v{};
+    if (!type.compound()) {
+        std::memcpy(&v, from, sizeof v);
+        from += sizeof v;
+        return v;
+    }
+    u32 count = 0;
+    std::memcpy(&count, from, sizeof count);
+    from += sizeof count;
+    v.list = nullptr;
+    if (type.kind() == ValueType::String) {
+        v.list = arena.text({reinterpret_cast<const char*>(from), count});
+        from += count;
+        return v;
+    }
+    std::vector<u64> items(count);
+    for (std::size_t i = 0; i < count; ++i) items[i] = unpack(type.item(i), from, arena).catom;
+    v.list = arena.list(items);
+    return v;
+}
+
+// ---- blocks
+
+namespace {
+
+struct Block {
+    std::atomic<u32> owners;
+    u32 bytes;
+    List list;  // Its items, and the lists inside it with theirs, follow.
+};
+static_assert(sizeof(Block) == 24);
+
+Block* block_of(const List* list) {
+    return reinterpret_cast<Block*>(const_cast<std::byte*>(reinterpret_cast<const std::byte*>(list)) - offsetof(Block, list));
+}
+
+// What a list takes with all that is in it, without the List itself; the longest list in it.
+struct Measure {
+    std::size_t words = 0;
+    std::size_t longest = 0;
+
+    void add(Type type, const List* list) {
+        longest = std::max(longest, length(list));
+        words += item_words(type, length(list));
+        if (type.kind() == ValueType::String || length(list) == 0) return;
+        if (!type.has_fields()) {
+            if (const Type element = type.item(0); element.compound())
+                for (std::size_t i = 0; i < list->count; ++i) add_inner(element, item(list, i).list);
+            return;
+        }
+        for (std::size_t i = 0; i < list->count; ++i)
+            if (const Type field = type.item(i); field.compound()) add_inner(field, item(list, i).list);
+    }
+    void add_inner(Type type, const List* list) {
+        if (length(list) == 0) return;
+        words += sizeof(List) / sizeof(u64);
+        add(type, list);
+    }
+};
+
+// Copies the items of a list, and those in it, to `to` and behind; returns where the next may stand.
+u64* copy_items(Type type, const List& from, List& into, u64* to) {
+    u64* items = to;
+    to += item_words(type, from.count);
+    into.items = items;
+    into.count = from.count;
+    if (type.kind() == ValueType::String) {
+        std::memcpy(items, from.items, from.count);
+        return to;
+    }
+    for (std::size_t i = 0; i < from.count; ++i) {
+        const Type inner = type.item(i);
+        const Value v = item(&from, i);
+        if (!inner.compound()) {
+            items[i] = normal(inner.kind(), v).catom;
+        } else if (length(v.list) == 0) {
+            items[i] = word_of(nullptr);
+        } else {
+            List* list = new (to) List{nullptr, 0, 0};
+            items[i] = word_of(list);
+            to = copy_items(inner, *v.list, *list, to + sizeof(List) / sizeof(u64));
+        }
+    }
+    return to;
+}
+
+}  // namespace
+
+const List* ListStore::keep(Type type, const List* list, int pool) {
+    if (length(list) == 0) return nullptr;
+    if (list->stored != 0) {
+        block_of(list)->owners.fetch_add(1, std::memory_order_relaxed);
+        return list;
+    }
+    Pool& mine = pools_[static_cast<std::size_t>(pool)];
+    Measure measure;
+    measure.add(type, list);
+    const std::size_t bytes = sizeof(Block) + measure.words * sizeof(u64);
+    if (measure.longest > most_items_ || bytes > 0xffffffff) {
+        if (mine.too_long == 0) mine.too_long = measure.longest;
+        return nullptr;
+    }
+    void* memory = std::malloc(bytes);
+    MELD_CHECK(memory != nullptr, "no memory for a list of {} bytes", bytes);
+    Block* block = new (memory) Block{1, static_cast<u32>(bytes), {nullptr, 0, 1}};
+    copy_items(type, *list, block->list, reinterpret_cast<u64*>(block + 1));
+    mine.bytes += static_cast<std::ptrdiff_t>(bytes);
+    return &block->list;
+}
+
+void ListStore::release(const List* list, int pool) {
+    if (list == nullptr) return;
+    MELD_EXPECT(list->stored != 0);
+    Block* block = block_of(list);
+    // The last owner must see what all others did with the list before it frees it.
+    if (block->owners.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+    pools_[static_cast<std::size_t>(pool)].bytes -= static_cast<std::ptrdiff_t>(block->bytes);
+    block->~Block();
+    std::free(block);
+}
+
+std::size_t ListStore::too_long(int pool) { return std::exchange(pools_[static_cast<std::size_t>(pool)].too_long, 0); }
+
+std::size_t ListStore::bytes() const {
+    std::ptrdiff_t total = 0;
+    for (const Pool& pool : pools_) total += pool.bytes;
+    return static_cast<std::size_t>(total);
+}
+
+}  // namespace meld::tuple
