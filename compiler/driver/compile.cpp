@@ -18,13 +18,17 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
     BuildOptions build_options;
     if (!options.cache_dir.empty()) build_options.cache_dir = options.cache_dir;
     build_options.optimisation = options.optimisation;
-    build_options.headers = {{"meld/module_eval.h", kModuleEval}, {"runtime/abi/module_values.h", kModuleValues}, {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+    build_options.headers = module_headers();
     build_options.schema_hash = emit::schema_hash(plan);
     build_options.abi_version = kAbiVersion;
     return build_module(cpp, plan.program.name, build_options);
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> module_headers() {
+    return {{"meld/module_eval.h", kModuleEval}, {"runtime/abi/module_values.h", kModuleValues}, {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+}
 
 std::optional<Stage> stage_named(const std::string& name) {
     if (name == "tokens") return Stage::Tokens;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compiler/diagnostics/diagnostics.h"
@@ -30,6 +31,9 @@ struct Compilation {
 // Compiles the program in a file. Errors of the world (unreadable file, unwritable cache) are error values; errors of the
 // program are in Compilation::report.
 Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out);
+
+// The headers that emitted text includes: include path and text.
+std::vector<std::pair<std::string, std::string>> module_headers();
 
 // The stage named by --emit, or nothing.
 std::optional<Stage> stage_named(const std::string& name);

@@ -185,6 +185,14 @@ class Orderer {
     void neighbor(const Atom& a, State& s, std::vector<Step>& steps) const {
         const bool forward = a.arguments[0].variable == rule_.home;
         const Term& other = forward ? a.arguments[1] : a.arguments[0];
+        if (other.is_variable() && other.variable == rule_.home) {
+            // No catom is its own neighbour.
+            Step never{.kind = Step::Kind::Test};
+            never.term.op = Op::Bool;
+            never.term.type = Type::Bool;
+            steps.push_back(std::move(never));
+            return;
+        }
         Step step{.kind = Step::Kind::Neighbours};
         step.port_from_other_side = !forward;
         if (other.is_variable() && s.places.contains(other.variable) && other.variable != rule_.home) {

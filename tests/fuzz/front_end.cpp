@@ -1,0 +1,33 @@
+#include "tests/fuzz/front_end.h"
+
+#include "compiler/check/check.h"
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/driver/embedded.h"
+#include "compiler/syntax/parse.h"
+#include "runtime/base/assert.h"
+
+namespace meld::fuzz {
+
+std::optional<check::Program> front_end(std::string text) {
+    source::FileSet files;
+    diagnostics::Reporter report;
+    const std::uint32_t prelude = files.add("stdlib/prelude.meld", driver::kPrelude);
+    // A path nowhere near a file, so that includes find nothing but themselves.
+    const std::uint32_t file = files.add("/nowhere/fuzz.meld", std::move(text));
+    syntax::Tree tree = syntax::parse(files, prelude, report);
+    MELD_CHECK(!report.has_errors(), "the prelude is wrong");
+    syntax::Tree program_tree = syntax::parse(files, file, report);
+    syntax::print(program_tree);
+    for (syntax::Item& item : program_tree.items) tree.items.push_back(std::move(item));
+    tree.lost = std::move(program_tree.lost);
+    tree.lost_file = program_tree.lost_file;
+    check::Program program = check::check(files, tree, prelude + 1, report);
+    diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Always);
+    diagnostics::render_json(files, report.sorted());
+    if (report.has_errors()) return std::nullopt;
+    check::print(program);
+    program.name = "fuzz";
+    return program;
+}
+
+}  // namespace meld::fuzz
