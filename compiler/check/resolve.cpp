@@ -277,11 +277,22 @@ class Resolver {
     // ---- the whole rule
 
     void finish(const syntax::Rule& tree, Rule& rule) {
+        // What is read, with $p or to see that it is absent, stays.
         bool consumes = false;
-        each_atom(rule.body, [&](const Atom& a, bool) { consumes = consumes || program_.predicates[a.predicate].linear(); });
+        const Atom* read = nullptr;
+        each_atom(rule.body, [&](const Atom& a, bool negated) {
+            if (!program_.predicates[a.predicate].linear()) return;
+            if (negated || a.read_only) read = &a;
+            else consumes = true;
+        });
         find_single_use(rule);
         const auto head_linear = [&](const Head& h) { return h.kind == Head::Kind::Comprehension || program_.predicates[h.atom.predicate].linear(); };
-        if (tree.arrow == syntax::Arrow::View && consumes) {
+        if (tree.arrow != syntax::Arrow::View && read != nullptr && !consumes) {
+            report_.add(Kind::InfiniteLinear, read->span, fmt::format("`{}` is read here and nothing is consumed, so this rule would be applied without end", program_.predicates[read->predicate].name)).help =
+                "consume a linear fact in the body";
+            return;
+        }
+        if (tree.arrow == syntax::Arrow::View && (consumes || read != nullptr)) {
             auto& d = report_.add(Kind::LinearInView, rule.span, "a view holds while its body does, and a linear fact is there to be consumed");
             each_atom(rule.body, [&](const Atom& a, bool) {
                 if (program_.predicates[a.predicate].linear()) d.labels.push_back({a.span, "this is linear"});

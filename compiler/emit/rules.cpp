@@ -41,7 +41,9 @@ class RuleEmitter {
         steps(rule_plan_.steps);
         w_.raw("if (s.e->trap != Trap::None) return false;");
         consume();
+        freeze();
         heads(rule_plan_.heads);
+        for (const PredicateId b : held_) w_.line("s.{}.release(*s.e);", predicate_name(plan_.program, b));
         w_.raw("return true;");
         const bool always = w_.depth() == outside;
         close_to(outside);
@@ -61,6 +63,41 @@ class RuleEmitter {
             }
             w_.line("//     {}", line);
             line.clear();
+        }
+    }
+
+    // Comprehensions see what there was when the rule was applied, less what has been consumed since: what the rule itself
+    // makes joins the bags when it is done, and given facts are read as they were.
+    void freeze() {
+        std::vector<PredicateId> made, read;
+        const auto walk_steps = [&](const auto& self, const std::vector<Step>& all) -> void {
+            for (const Step& s : all) {
+                self(self, s.inner);
+                if (s.kind == Step::Kind::Match && s.at_home) read.push_back(s.predicate);
+            }
+        };
+        const auto walk = [&](const auto& self, const std::vector<HeadPlan>& all) -> void {
+            for (const HeadPlan& h : all) {
+                if (h.kind == Head::Kind::Fact && h.place == scope_.rule.home) made.push_back(h.predicate);
+                walk_steps(walk_steps, h.steps);
+                self(self, h.heads);
+            }
+        };
+        walk(walk, rule_plan_.heads);
+        std::sort(read.begin(), read.end());
+        read.erase(std::unique(read.begin(), read.end()), read.end());
+        for (const PredicateId p : read) {
+            const std::string name = predicate_name(plan_.program, p);
+            if (std::find(made.begin(), made.end(), p) == made.end()) continue;
+            w_.line("load_{}(s);", name);
+            if (plan_.program.predicates[p].linear()) {
+                w_.line("s.{}.hold();", name);
+                held_.push_back(p);
+            } else {
+                w_.line("const auto* const seen_{0} = s.{0}.rows;", name);
+                w_.line("const u32 seen_{0}_count = s.{0}.count;", name);
+                frozen_.push_back(p);
+            }
         }
     }
 
@@ -183,16 +220,18 @@ class RuleEmitter {
         const Stored& stored = plan_.of(s.predicate);
         const std::string name = predicate_name(plan_.program, s.predicate);
         const std::string i = fresh("i"), f = fresh("f");
-        w_.line("load_{}(s);", name);
+        const bool frozen = std::find(frozen_.begin(), frozen_.end(), s.predicate) != frozen_.end();
+        const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name), count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
+        if (!frozen) w_.line("load_{}(s);", name);
         if (stored.storage == Storage::Rows && whole_key(s)) {
             const std::string group = group_row(s);
-            w_.line("const u32 {} = s.{}.find({});", i, name, group);
-            w_.open(fmt::format("if ({} < s.{}.count) {{", i, name));
+            w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
+            w_.open(fmt::format("if ({} < {}) {{", i, count));
         } else {
-            w_.open(fmt::format("for (u32 {0} = 0; {0} < s.{1}.count; ++{0}) {{", i, name));
+            w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
         }
         // Rows may be replaced while a comprehension acts: the fact is copied.
-        w_.line("[[maybe_unused]] const {} {} = s.{}.rows[{}];", row_type(s.predicate), f, name, i);
+        w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
         if (s.ranks) scope_.ranks.push_back(f + ".rank");
         if (stored.storage == Storage::PerLink) return match_link(s, f);
         use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
@@ -297,6 +336,7 @@ class RuleEmitter {
     // None of the ways to satisfy the inner steps exists.
     void absent(const Step& s) {
         const Scope before = scope_;
+        const std::vector<Consumed> taken = consumed_;
         const std::string found = fresh("found");
         w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
         const std::size_t outside = w_.depth();
@@ -311,6 +351,7 @@ class RuleEmitter {
         scope_.places = before.places;
         scope_.ranks = before.ranks;
         scope_.next = next;
+        consumed_ = taken;
         w_.open(fmt::format("if (!{}()) {{", found));
     }
 
@@ -422,21 +463,21 @@ class RuleEmitter {
         w_.raw("else ++s.e->dropped;");
     }
 
+    bool consumes(const HeadPlan& h) const {
+        return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) { return s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only; });
+    }
+
     void comprehension(const HeadPlan& h) {
         const Scope before = scope_;
         const std::vector<Consumed> outer = std::move(consumed_);
         consumed_.clear();
-        std::vector<PredicateId> bags;
-        for (const Step& s : h.steps)
-            if (s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only) bags.push_back(s.predicate);
-        if (bags.empty()) {
+        if (!consumes(h)) {
             const std::size_t outside = w_.depth();
             steps(h.steps);
             heads(h.heads);
             close_to(outside);
         } else {
-            // Facts are consumed match by match; those made meanwhile join when all is done.
-            for (const PredicateId b : bags) w_.line("load_{0}(s); s.{0}.hold();", predicate_name(plan_.program, b));
+            // Facts are consumed match by match; those made meanwhile are held.
             const std::string one = fresh("one");
             w_.open(fmt::format("const auto {} = [&]() -> bool {{", one));
             const std::size_t outside = w_.depth();
@@ -449,7 +490,6 @@ class RuleEmitter {
             w_.close("};");
             w_.line("while (s.e->trap == Trap::None && {}()) {{", one);
             w_.raw("}");
-            for (const PredicateId b : bags) w_.line("s.{}.release(*s.e);", predicate_name(plan_.program, b));
         }
         const int next = scope_.next;
         scope_.values = before.values;
@@ -463,6 +503,7 @@ class RuleEmitter {
     Writer& w_;
     Scope scope_;
     std::vector<Consumed> consumed_;
+    std::vector<PredicateId> held_, frozen_;  // See freeze().
 };
 
 }  // namespace

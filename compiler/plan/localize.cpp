@@ -33,12 +33,31 @@ class Localizer {
 
     void run() {
         Rule rule = program_.rules[id_];
-        localize_body(rule, rule.body, {}, {});
-        localize_heads(rule, rule.heads, rule.body);
+        if (!rule.linear && folds(program_.predicates[rule.heads[0].atom.predicate])) name_anonymous(rule);
+        const std::vector<Clause> links = links_of(rule.body);
+        localize_body(rule, rule.body, {}, {}, {});
+        localize_heads(rule, rule.heads, rule.body, links);
         program_.rules[id_] = std::move(rule);
     }
 
   private:
+    // A sum and a count know every derivation, so what tells two of them apart must reach the head's catom.
+    static bool folds(const Predicate& p) { return p.aggregate == Aggregate::Sum || p.aggregate == Aggregate::Count; }
+    static void name_anonymous(Rule& rule) {
+        for (Clause& c : rule.body)
+            for (Term& t : c.atom.arguments) {
+                if (c.kind != Clause::Kind::Atom || t.op != Op::Anonymous) continue;
+                t.op = Op::Variable;
+                t.variable = rule.variables.add({"_any", t.span, t.type});
+            }
+    }
+
+    std::vector<Clause> links_of(const std::vector<Clause>& body) const {
+        std::vector<Clause> links;
+        std::copy_if(body.begin(), body.end(), std::back_inserter(links), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_link(program_, c.atom); });
+        return links;
+    }
+
     // Direct neighbours of the home by the links of these clauses.
     void direct(const Rule& rule, const std::vector<Clause>& body, Variables& out) const {
         each_atom(body, [&](const Atom& a, bool) {
@@ -62,50 +81,59 @@ class Localizer {
         return std::any_of(body.begin(), body.end(), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
     }
 
-    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around) {
+    // links: those of the bodies around this one. They lead to the catoms of a negation or a comprehension too.
+    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around, std::vector<Clause> links) {
         // Only positive links reach; those inside a negation serve that negation alone.
         for (const Clause& c : body)
             if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
-        while (any_far(rule, body, near)) move_one(rule, body, near, around);
+        const std::vector<Clause> own = links_of(body);
+        while (any_far(rule, body, near)) move_one(rule, body, near, around, links);
         around.push_back(&body);
+        links.insert(links.end(), own.begin(), own.end());
         for (std::size_t i = 0; i < body.size(); ++i)
-            if (body[i].kind == Clause::Kind::Not) localize_body(rule, body[i].inner, near, around);
+            if (body[i].kind == Clause::Kind::Not) localize_body(rule, body[i].inner, near, around, links);
     }
 
-    void localize_heads(Rule& rule, std::vector<Head>& heads, const std::vector<Clause>& around) {
+    void localize_heads(Rule& rule, std::vector<Head>& heads, const std::vector<Clause>& around, const std::vector<Clause>& links) {
         Variables near;
         for (const Clause& c : around)
             if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
         for (Head& h : heads) {
             if (h.kind != Head::Kind::Comprehension) continue;
-            localize_body(rule, h.body, near, {&around});
-            localize_heads(rule, h.heads, h.body);
+            std::vector<Clause> inner = links_of(h.body);
+            inner.insert(inner.end(), links.begin(), links.end());
+            localize_body(rule, h.body, near, {&around}, links);
+            localize_heads(rule, h.heads, h.body, inner);
         }
     }
 
     // The catoms beyond `via`, without passing the home or another neighbour.
-    Variables beyond(const Rule& rule, const std::vector<Clause>& body, VariableId via, const Variables& near) const {
+    Variables beyond(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& links, VariableId via, const Variables& near) const {
         Variables seen{via};
+        const auto follow = [&](const Clause& c) {
+            if (c.kind != Clause::Kind::Atom || !is_link(program_, c.atom)) return false;
+            const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
+            bool grew = false;
+            for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+                if (seen.contains(from) && to != rule.home && !near.contains(to)) grew = seen.insert(to).second || grew;
+            return grew;
+        };
         for (bool grew = true; grew;) {
             grew = false;
-            for (const Clause& c : body) {
-                if (c.kind != Clause::Kind::Atom || !is_link(program_, c.atom)) continue;
-                const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
-                for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
-                    if (seen.contains(from) && to != rule.home && !near.contains(to)) grew = seen.insert(to).second || grew;
-            }
+            for (const auto* clauses : {&body, &links})
+                for (const Clause& c : *clauses) grew = follow(c) || grew;
         }
         return seen;
     }
 
-    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around) {
+    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around, const std::vector<Clause>& links) {
         const auto far = std::find_if(body.begin(), body.end(), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
         const VariableId at = far->atom.arguments[0].variable;
         VariableId via;
         for (const VariableId n : near)
-            if (!via.valid() && beyond(rule, body, n, near).contains(at)) via = n;
+            if (!via.valid() && beyond(rule, body, links, n, near).contains(at)) via = n;
         MELD_CHECK(via.valid(), "rule {}: no neighbour leads to {}", rule.name, rule.variables[at].name);
-        const Variables region = beyond(rule, body, via, near);
+        const Variables region = beyond(rule, body, links, via, near);
 
         std::vector<Clause> moved, kept;
         for (Clause& c : body) {
@@ -113,31 +141,75 @@ class Localizer {
                               (is_far(rule, c.atom, near) || (is_link(program_, c.atom) && region.contains(c.atom.arguments[1].variable)));
             (goes ? moved : kept).push_back(c);
         }
-        move_negations(moved, kept, region, near);
+        // The way to a catom that a body around this one has named.
+        for (const Clause& c : links)
+            if (region.contains(c.atom.arguments[0].variable) && region.contains(c.atom.arguments[1].variable)) moved.push_back(c);
+        split_expressions(rule, moved, kept);
         move_tests(moved, kept);
+        move_negations(rule, moved, kept, around, region, near);
 
         // What the rest of the rule still needs to know of the moved part.
-        Variables inside, outside;
-        for (const Clause& c : moved) each_variable(c, [&](VariableId v) { inside.insert(v); });
+        const Variables inside = bound_by(moved);
+        Variables outside;
         for (const Clause& c : kept) each_variable(c, [&](VariableId v) { outside.insert(v); });
-        for (const auto* other : around)
-            for (const Clause& c : *other) each_variable(c, [&](VariableId v) { outside.insert(v); });
-        head_variables(rule.heads, outside);
+        used_around(rule, around, outside);
+        const bool all = !rule.linear && around.empty() && folds(program_.predicates[rule.heads[0].atom.predicate]);
         std::vector<VariableId> shared;
         for (const VariableId v : inside)
-            if (v != via && outside.contains(v)) shared.push_back(v);
+            if (v != via && (all || outside.contains(v))) shared.push_back(v);
 
         kept.push_back(make_auxiliary(rule, via, shared, moved));
         body = std::move(kept);
     }
 
-    // A negation about catoms beyond the neighbour in between moves with them.
-    static void move_negations(std::vector<Clause>& moved, std::vector<Clause>& kept, const Variables& region, const Variables& near) {
+    // What the facts and tests of these clauses give a value to.
+    static Variables bound_by(const std::vector<Clause>& clauses) {
+        Variables bound;
+        for (const Clause& c : clauses)
+            if (c.kind != Clause::Kind::Not) each_variable(c, [&](VariableId v) { bound.insert(v); });
+        return bound;
+    }
+    static void used_around(const Rule& rule, const std::vector<const std::vector<Clause>*>& around, Variables& out) {
+        for (const auto* other : around)
+            for (const Clause& c : *other) each_variable(c, [&](VariableId v) { out.insert(v); });
+        head_variables(rule.heads, out);
+    }
+
+    // q(C, X + K) becomes q(C, Y), Y = X + K: K may be known here alone.
+    static void split_expressions(Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept) {
+        for (Clause& c : moved)
+            for (Term& t : c.atom.arguments) {
+                bool any = false;
+                each_variable(t, [&](VariableId) { any = true; });
+                if (!any || t.is_variable()) continue;
+                Term variable;
+                variable.op = Op::Variable;
+                variable.type = t.type;
+                variable.span = t.span;
+                variable.variable = rule.variables.add({"_value", t.span, t.type});
+                Clause equal{.kind = Clause::Kind::Test, .span = t.span};
+                equal.test.op = Op::Equal;
+                equal.test.type = Type::Bool;
+                equal.test.span = t.span;
+                equal.test.operands = {variable, std::move(t)};
+                t = std::move(variable);
+                kept.push_back(std::move(equal));
+            }
+    }
+
+    // A negation about catoms beyond the neighbour in between moves with them, where all it shares with the rest of the rule
+    // is known there. Otherwise it stays, and the facts it looks at come to it.
+    static void move_negations(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept, const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
+        const Variables known = bound_by(moved);
         for (std::size_t i = 0; i < kept.size();) {
             bool beyond_via = false;
             if (kept[i].kind == Clause::Kind::Not)
                 each_atom(kept[i].inner, [&](const Atom& a, bool) { beyond_via = beyond_via || (region.contains(a.arguments[0].variable) && !near.contains(a.arguments[0].variable)); });
-            if (!beyond_via) {
+            Variables elsewhere = bound_by(kept);
+            used_around(rule, around, elsewhere);
+            bool all = beyond_via;
+            each_variable(kept[i], [&](VariableId v) { all = all && (known.contains(v) || !elsewhere.contains(v)); });
+            if (!all) {
                 ++i;
                 continue;
             }

@@ -65,9 +65,10 @@ class Orderer {
                     continue;
                 }
             } else if (c.kind == Clause::Kind::Not) {
+                // A variable of another negation alone is another one there.
                 Variables others = outside;
-                for (std::size_t k = 0; k < body.size(); ++k)
-                    if (k != i) each_variable(body[k], [&](VariableId v) { others.insert(v); });
+                for (const Clause& other : body)
+                    if (other.kind != Clause::Kind::Not) each_variable(other, [&](VariableId v) { others.insert(v); });
                 bool ready = true;
                 each_variable(c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v)); });
                 if (!ready) continue;

@@ -117,6 +117,7 @@ bool Mirror::apply(const Change& c) {
     Row row{static_cast<std::int64_t>(here->second)};
     row.insert(row.end(), c.arguments.begin(), c.arguments.end());
     const Given& g = given[c.given];
+    if (g.linear && g.becomes.empty()) return c.kind == Change::Kind::Give;
     std::set<Row>& rows = facts[g.linear ? g.becomes : g.predicate];
     return c.kind == Change::Kind::Give ? rows.insert(row).second : rows.erase(row) > 0;
 }

@@ -15,6 +15,8 @@ namespace meld::retraction {
 
 using world::Cell;
 using Row = std::vector<std::int64_t>;
+// What a case gives as a float: its sums have no rounding.
+inline double quarters(std::int64_t n) { return static_cast<double>(n) / 4; }
 // By predicate: rows that begin with the catom's id.
 using Facts = std::map<std::string, std::set<Row>>;
 
@@ -23,7 +25,7 @@ struct Given {
     std::string predicate;
     std::vector<std::pair<std::int64_t, std::int64_t>> arguments = {};
     int per_mille = 100;     // Of the catoms have one at first.
-    bool linear = false;     // Turns into a persistent fact `becomes`, which nothing takes away.
+    bool linear = false;     // Turns into a persistent fact `becomes`, which nothing takes away; empty: no matter into what.
     std::string becomes = {};
 };
 

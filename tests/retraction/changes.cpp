@@ -39,7 +39,11 @@ void Changes::give_or_take(PartState& part, const Given& given, const Change& ch
     const auto predicate = tuple::find_predicate(part.module, given.predicate, change.arguments.size());
     MELD_CHECK(predicate && part.module.predicates[*predicate].base != kNone16, "{} cannot be given", given.predicate);
     std::vector<Value> values(change.arguments.size());
-    for (std::size_t i = 0; i < values.size(); ++i) values[i].integer = change.arguments[i];
+    const FieldInfo* fields = part.module.predicates[*predicate].fields;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (fields[i].type == ValueType::Float) values[i].real = quarters(change.arguments[i]);
+        else values[i].integer = change.arguments[i];
+    }
     const u32 base = part.module.predicates[*predicate].base;
     if (change.kind == Change::Kind::Give) part.give(base, *catom, values.data());
     else part.take(base, *catom, values.data());

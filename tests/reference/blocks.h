@@ -1,0 +1,31 @@
+// Blocks of rules that the generator adds to a program: each declares new predicates and derives them from what there is.
+#pragma once
+
+#include "body.h"
+
+namespace meld::reference {
+
+struct Block {
+    std::vector<Declaration> declarations = {};
+    std::vector<DraftRule> rules = {};
+    std::vector<Known> known = {};              // What later blocks may read.
+    std::vector<retraction::Given> given = {};
+};
+
+// names: how many predicates were named before; the block's are numbered from there on.
+using MakeBlock = Block (*)(Random& random, const std::vector<Known>& known, int names);
+
+// Facts that cases give and take.
+Block given_block(Random& random, const std::vector<Known>& known, int names);
+// A view over up to three links, with tests, negations and aggregates.
+Block view_block(Random& random, const std::vector<Known>& known, int names);
+// Sets that derive each other, locally and over links.
+Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
+// Recursive min and max, with groups and what rides along.
+Block best_recursion_block(Random& random, const std::vector<Known>& known, int names);
+// A distance, parents by it, and sums towards the root or away from it.
+Block tree_block(Random& random, const std::vector<Known>& known, int names);
+// Linear facts that wander, meet and give persistent facts.
+Block linear_block(Random& random, const std::vector<Known>& known, int names);
+
+}  // namespace meld::reference

@@ -1,0 +1,305 @@
+#include "body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace meld::reference {
+
+const char* name_of(Kind kind) {
+    constexpr const char* kNames[] = {"int", "float", "bool", "node"};
+    return kNames[static_cast<int>(kind)];
+}
+
+std::string Body::fresh(Kind kind) {
+    constexpr const char* kStems[] = {"X", "F", "T", "N"};
+    const std::string name = fmt::format("{}{}", kStems[static_cast<int>(kind)], ++next_);
+    variables_[kind].push_back(name);
+    return name;
+}
+
+bool Body::has(Kind kind) const {
+    const auto found = variables_.find(kind);
+    return kind == Kind::Node || (found != variables_.end() && !found->second.empty());
+}
+
+std::string Body::variable(Kind kind) {
+    const std::vector<std::string>& own = variables_[kind];
+    if (kind == Kind::Node && (own.empty() || chance(random_, 60))) return any_catom();
+    return pick(random_, own);
+}
+
+// ---- links
+
+std::string Body::link() { return link(any_catom()); }
+
+std::string Body::link(const std::string& from) {
+    std::vector<const Known*> routes;
+    for (const Known& k : known_)
+        if (k.route && (!for_linear || k.certain)) routes.push_back(&k);
+    // A catom that is already known by value, now and then.
+    std::string to;
+    if (!for_linear && !variables_[Kind::Node].empty() && chance(random_, 15)) {
+        const std::string known = pick(random_, variables_[Kind::Node]);
+        if (std::find(catoms_.begin(), catoms_.end(), known) == catoms_.end()) to = known;
+    }
+    if (to.empty()) to = std::string(1, static_cast<char>('A' + static_cast<int>(catoms_.size())));
+    const bool forward = chance(random_, 50);
+    const std::string pair = forward ? from + ", " + to : to + ", " + from;
+    if (!for_linear && !routes.empty() && chance(random_, 25)) {
+        const Known& route = *pick(random_, routes);
+        std::string text = route.name + "(" + pair;
+        for (std::size_t i = 1; i < route.arguments.size(); ++i) text += ", _";
+        clauses_.push_back(text + ")");
+    } else if (chance(random_, 25)) {
+        clauses_.push_back("neighbor(" + pair + ", " + fresh(Kind::Int) + ")");
+    } else {
+        clauses_.push_back("neighbor(" + pair + ")");
+    }
+    catoms_.push_back(to);
+    return to;
+}
+
+// ---- facts
+
+std::vector<const Known*> Body::readable() const {
+    std::vector<const Known*> out;
+    for (const Known& k : known_) {
+        const bool by_link = !k.arguments.empty() && k.arguments[0] == Kind::Node;
+        if (!k.linear && (!for_linear || (k.certain && !by_link))) out.push_back(&k);
+    }
+    return out;
+}
+
+std::string Body::argument(Kind kind, bool may_bind) {
+    const std::int64_t way = below(random_, 100);
+    const bool bound = kind == Kind::Node || has(kind);
+    if (way < 12) return "_";
+    if (way < 40 && bound) return variable(kind);
+    if (way < 46 && kind != Kind::Node) return literal(kind);
+    if (way < 50 && bound && kind == Kind::Int) return fmt::format("{} + {}", variable(kind), below(random_, 3));
+    return may_bind ? "?" : "_";
+}
+
+void Body::read(const Known& k, const std::string& at) {
+    std::vector<std::string> arguments;
+    for (const Kind kind : k.arguments) arguments.push_back(argument(kind, true));
+    // New variables only now, so that none is used within its own fact.
+    for (std::size_t i = 0; i < arguments.size(); ++i)
+        if (arguments[i] == "?") arguments[i] = fresh(k.arguments[i]);
+    read(k, at, arguments);
+}
+
+void Body::read(const Known& k, const std::string& at, const std::vector<std::string>& arguments) {
+    std::string text = k.name + "(" + at;
+    for (const std::string& a : arguments) text += ", " + a;
+    clauses_.push_back(text + ")");
+}
+
+void Body::read_any(const std::string& at) {
+    const std::vector<const Known*> all = readable();
+    // What a neighbour senses travels like any other fact, and linear rules are to see what is certain.
+    const bool sensed = !for_linear || at == "A";
+    if (all.empty() && !sensed) return;
+    if (all.empty() || (sensed && chance(random_, 22))) return world_fact(at);
+    read(*pick(random_, all), at);
+}
+
+void Body::world_fact(const std::string& at) {
+    switch (below(random_, 6)) {
+        case 0: return clauses_.push_back("id(" + at + ", " + fresh(Kind::Int) + ")");
+        case 1: return clauses_.push_back("neighborCount(" + at + ", " + fresh(Kind::Int) + ")");
+        case 2: return clauses_.push_back("vacant(" + at + ", " + fresh(Kind::Int) + ")");
+        case 3: {
+            const std::string x = fresh(Kind::Int);
+            return clauses_.push_back("cell(" + at + ", " + x + ", _, _)");
+        }
+        case 4: {
+            inexact_.push_back(fmt::format("P{}", ++next_));
+            return clauses_.push_back("position(" + at + ", " + inexact_.back() + ", _, _)");
+        }
+        default: return clauses_.push_back("neighborCount(" + at + ", " + (chance(random_, 50) ? "4" : fresh(Kind::Int)) + ")");
+    }
+}
+
+// ---- tests
+
+void Body::test() {
+    constexpr const char* kComparisons[] = {"=", "<>", "<", "<=", ">", ">="};
+    const std::string sign = kComparisons[below(random_, 6)];
+    std::string text;
+    switch (below(random_, 7)) {
+        case 0:
+            if (!has(Kind::Float)) return;
+            text = fmt::format("{} {} {}", variable(Kind::Float), sign, float_expression());
+            break;
+        case 1:
+            if (inexact_.empty()) return;
+            text = fmt::format("{} * {} {} {}", pick(random_, inexact_), pick(random_, inexact_), chance(random_, 50) ? "<" : ">", literal(Kind::Float));
+            break;
+        case 2:
+            if (!has(Kind::Bool)) return;
+            text = chance(random_, 50) ? variable(Kind::Bool) : "~" + variable(Kind::Bool);
+            break;
+        case 3:
+            if (catoms_.size() < 2) return;
+            text = fmt::format("{} {} {}", variable(Kind::Node), chance(random_, 70) ? "<>" : sign, variable(Kind::Node));
+            break;
+        case 4:
+            if (!has(Kind::Int)) return;
+            text = fmt::format("{} {} {} {} {} {} {}", variable(Kind::Int), sign, literal(Kind::Int), chance(random_, 50) ? "&&" : "||", variable(Kind::Int), pick(random_, std::vector<std::string>{"<", ">", "<>"}), int_expression());
+            break;
+        default:
+            if (!has(Kind::Int)) return;
+            text = fmt::format("{} {} {}", variable(Kind::Int), sign == "=" ? "<=" : sign, int_expression());
+    }
+    tests_[text] = true;
+    clauses_.push_back(text);
+}
+
+void Body::set() {
+    if (!has(Kind::Int)) return;
+    if (chance(random_, 30)) {
+        const std::string by = variable(Kind::Int);
+        const std::string guard = by + " <> 0", text = fmt::format("{} {} {}", below(random_, 30), chance(random_, 50) ? "/" : "%", by);
+        const std::string clause = fresh(Kind::Int) + " = " + text;
+        tests_[guard] = tests_[clause] = true;
+        clauses_.push_back(guard);
+        clauses_.push_back(clause);
+        return;
+    }
+    const Kind kind = chance(random_, 70) ? Kind::Int : Kind::Float;
+    const std::string value = expression(kind);
+    const std::string variable = fresh(kind);
+    const std::string clause = chance(random_, 80) ? variable + " = " + value : value + " = " + variable;
+    tests_[clause] = true;
+    clauses_.push_back(clause);
+}
+
+// ---- negation
+
+std::string Body::negated_atom() {
+    const std::vector<const Known*> all = readable();
+    if (all.empty() || chance(random_, 10)) return fmt::format("vacant({}, {})", for_linear ? "A" : any_catom(), chance(random_, 50) ? "_" : literal(Kind::Int));
+    const Known& k = *pick(random_, all);
+    std::string text = k.name + "(" + any_catom();
+    for (const Kind kind : k.arguments) text += ", " + argument(kind, false);
+    return text + ")";
+}
+
+void Body::negate() {
+    if (chance(random_, 60)) return clauses_.push_back("not " + negated_atom());
+    // None of the neighbours has it, or has it alike.
+    const std::vector<const Known*> all = readable();
+    if (all.empty()) return;
+    const Known& k = *pick(random_, all);
+    std::string text = fmt::format("not (neighbor({}, Z), {}(Z", for_linear ? "A" : any_catom(), k.name);
+    std::string inner;
+    for (const Kind kind : k.arguments) {
+        const std::string a = argument(kind, false);
+        if (a == "_" && kind == Kind::Int && inner.empty() && chance(random_, 50)) {
+            inner = fmt::format(", Q {} {}", chance(random_, 50) ? "<" : ">", has(Kind::Int) ? variable(Kind::Int) : literal(Kind::Int));
+            text += ", Q";
+        } else {
+            text += ", " + a;
+        }
+    }
+    clauses_.push_back(text + ")" + inner + ")");
+}
+
+void Body::for_all() {
+    const std::vector<const Known*> all = readable();
+    if (all.empty()) return;
+    const Known& k = *pick(random_, all);
+    std::string text = fmt::format("forall neighbor({}, W) [{}(W", any_catom(), k.name), inner;
+    for (const Kind kind : k.arguments) {
+        if (kind == Kind::Int && inner.empty() && chance(random_, 60)) {
+            inner = fmt::format(", V {} {}", chance(random_, 50) ? "<" : ">=", has(Kind::Int) ? variable(Kind::Int) : literal(Kind::Int));
+            text += ", V";
+        } else {
+            text += ", _";
+        }
+    }
+    clauses_.push_back(text + ")" + inner + "]");
+}
+
+// ---- expressions
+
+std::string Body::literal(Kind kind) {
+    switch (kind) {
+        case Kind::Int: return std::to_string(below(random_, 6));
+        case Kind::Float: return fmt::format("{}.{}", below(random_, 4), pick(random_, std::vector<std::string>{"0", "25", "5", "75"}));
+        case Kind::Bool: return chance(random_, 50) ? "true" : "false";
+        case Kind::Node: return "@" + std::to_string(below(random_, 5));
+    }
+    return "";
+}
+
+std::string Body::int_expression() {
+    if (!has(Kind::Int)) return chance(random_, 70) ? literal(Kind::Int) : "node2int(" + variable(Kind::Node) + ")";
+    const std::string x = variable(Kind::Int);
+    switch (below(random_, 14)) {
+        case 0: return fmt::format("({} + {}) % 7", x, variable(Kind::Int));
+        case 1: return fmt::format("{} - {}", x, literal(Kind::Int));
+        case 2: return fmt::format("{} * {} % 11", x, variable(Kind::Int));
+        case 3: return fmt::format("min({}, {})", x, variable(Kind::Int));
+        case 4: return fmt::format("max({}, {})", x, literal(Kind::Int));
+        case 5: return fmt::format("abs({} - {})", x, variable(Kind::Int));
+        case 6: return fmt::format("if {} > {} then {} else {} end", x, literal(Kind::Int), variable(Kind::Int), literal(Kind::Int));
+        case 7: return fmt::format("{} / {}", x, 1 + below(random_, 3));
+        case 8: return fmt::format("(-{})", x);
+        case 9: return fmt::format("if {0} <> 0 then 20 / {0} else 0 end", x);
+        case 10: return has(Kind::Float) ? fmt::format("truncate({})", variable(Kind::Float)) : x;
+        case 11: return fmt::format("({} % 4) ^ 2", x);
+        default: return x;
+    }
+}
+
+std::string Body::float_expression() {
+    if (!has(Kind::Float)) return has(Kind::Int) && chance(random_, 60) ? "float(" + variable(Kind::Int) + ")" : literal(Kind::Float);
+    const std::string f = variable(Kind::Float);
+    switch (below(random_, 8)) {
+        case 0: return fmt::format("{} + {}", f, variable(Kind::Float));
+        case 1: return fmt::format("{} - {}", f, literal(Kind::Float));
+        case 2: return fmt::format("min({}, {}) * 0.5", f, literal(Kind::Float));
+        case 3: return fmt::format("max({}, {})", f, literal(Kind::Float));
+        case 4: return has(Kind::Int) ? fmt::format("{} + {}", f, variable(Kind::Int)) : f;
+        case 5: return fmt::format("if {} > {} then {} else {} end", f, literal(Kind::Float), literal(Kind::Float), f);
+        default: return f;
+    }
+}
+
+std::string Body::expression(Kind kind) {
+    switch (kind) {
+        case Kind::Int: return int_expression();
+        case Kind::Float: return float_expression();
+        case Kind::Bool:
+            if (has(Kind::Bool) && chance(random_, 50)) return variable(Kind::Bool);
+            return has(Kind::Int) ? fmt::format("if {} > {} then true else false end", variable(Kind::Int), literal(Kind::Int)) : literal(Kind::Bool);
+        case Kind::Node: return chance(random_, 92) ? variable(Kind::Node) : literal(Kind::Node);
+    }
+    return "";
+}
+
+std::string Body::bounded(Kind kind) {
+    if (kind == Kind::Node) return variable(kind);
+    if (kind == Kind::Int && has(kind)) {
+        if (chance(random_, 60)) return variable(kind);
+        return fmt::format("({} + {}) % {}", variable(kind), chance(random_, 50) ? "1" : variable(kind), 3 + below(random_, 4));
+    }
+    return has(kind) ? variable(kind) : literal(kind);
+}
+
+std::vector<std::string> Body::shuffled() {
+    std::vector<std::string> tests, others, out;
+    for (const std::string& c : clauses_) (is_test(c) ? tests : others).push_back(c);
+    std::shuffle(others.begin(), others.end(), random_);
+    std::size_t t = 0, o = 0;
+    while (t < tests.size() || o < others.size()) {
+        const bool take_test = o == others.size() || (t < tests.size() && chance(random_, 40));
+        out.push_back(take_test ? tests[t++] : others[o++]);
+    }
+    return out;
+}
+
+}  // namespace meld::reference

@@ -1,0 +1,58 @@
+#include "compiled.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "compiler/check/check.h"
+#include "compiler/driver/compile.h"
+#include "compiler/driver/embedded.h"
+#include "compiler/syntax/parse.h"
+
+namespace meld::reference {
+
+namespace {
+
+std::string messages(const source::FileSet& files, const diagnostics::Reporter& report) {
+    std::vector<diagnostics::Diagnostic> errors;
+    for (const diagnostics::Diagnostic& d : report.sorted())
+        if (diagnostics::info(d.kind).severity == diagnostics::Severity::Error) errors.push_back(d);
+    return diagnostics::render_text(files, errors, diagnostics::Colour::Never);
+}
+
+}  // namespace
+
+Result<check::Program> checked(const std::string& text) {
+    source::FileSet files;
+    diagnostics::Reporter report;
+    const std::uint32_t prelude = files.add("stdlib/prelude.meld", driver::kPrelude);
+    const std::uint32_t file = files.add("program.meld", text);
+    syntax::Tree tree = syntax::parse(files, prelude, report), own = syntax::parse(files, file, report);
+    for (syntax::Item& item : own.items) tree.items.push_back(std::move(item));
+    if (report.has_errors()) return fail(messages(files, report));
+    check::Program program = check::check(files, tree, prelude + 1, report);
+    if (report.has_errors()) return fail(messages(files, report));
+    return program;
+}
+
+Workshop::Workshop() {
+    std::string name = (std::filesystem::temp_directory_path() / "meld-reference-XXXXXX").string();
+    folder_ = mkdtemp(name.data()) == nullptr ? "." : name;
+}
+
+Workshop::~Workshop() {
+    std::error_code ignored;
+    if (folder_ != ".") std::filesystem::remove_all(folder_, ignored);
+}
+
+Result<Module> Workshop::module(const std::string& text) {
+    const std::string path = folder_ + "/program.meld";
+    std::ofstream(path) << text;
+    driver::Compilation compilation;
+    const Result<void> done = driver::compile(path, {.cache_dir = folder_ + "/cache"}, compilation);
+    if (!done) return tl::unexpected<Error>(done.error());
+    if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));
+    return load_module(compilation.result, kAbiVersion);
+}
+
+}  // namespace meld::reference

@@ -1,0 +1,32 @@
+// A program's text through the compiler, in this process: what was checked, and the module.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "compiler/check/program.h"
+#include "runtime/abi/module_abi.h"
+#include "runtime/module/module.h"
+
+namespace meld::reference {
+
+// Errors: what the compiler says against the program.
+Result<check::Program> checked(const std::string& text);
+
+// A folder for programs and modules that is removed in the end.
+class Workshop {
+  public:
+    Workshop();
+    ~Workshop();
+    Workshop(const Workshop&) = delete;
+    Workshop& operator=(const Workshop&) = delete;
+
+    // Errors: what the compiler says, or that the module is refused.
+    Result<Module> module(const std::string& text);
+
+  private:
+    std::string folder_;
+};
+inline const ModuleInfo& info_of(const Module& module) { return *static_cast<const ModuleInfo*>(module.table()); }
+
+}  // namespace meld::reference

@@ -1,0 +1,129 @@
+#include "expressions.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace meld::reference {
+
+using check::Op;
+using check::Term;
+
+namespace {
+
+using I = std::int64_t;
+using Result = std::optional<Value>;
+
+constexpr I kLeast = INT64_MIN;
+
+Result power(I a, I b) {
+    if (b < 0) return std::nullopt;
+    // Whatever the exponent, these need no more than a look at it; the others overflow after 63 steps at most.
+    if (a == 0 || a == 1) return value_of(b == 0 ? I{1} : a);
+    if (a == -1) return value_of(b % 2 == 0 ? I{1} : I{-1});
+    I result = 1;
+    for (I i = 0; i < b; ++i)
+        if (__builtin_mul_overflow(result, a, &result)) return std::nullopt;
+    return value_of(result);
+}
+
+Result integers(Op op, I a, I b) {
+    I result = 0;
+    switch (op) {
+        case Op::Add: return __builtin_add_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Subtract: return __builtin_sub_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Multiply: return __builtin_mul_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Divide: return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a / b);
+        case Op::Modulo: return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a % b);
+        default: return power(a, b);
+    }
+}
+
+Result reals(Op op, double a, double b) {
+    switch (op) {
+        case Op::Add: return value_of(a + b);
+        case Op::Subtract: return value_of(a - b);
+        case Op::Multiply: return value_of(a * b);
+        case Op::Divide: return b == 0 ? Result() : value_of(a / b);
+        case Op::Modulo: return b == 0 ? Result() : value_of(std::fmod(a, b));
+        default: return value_of(std::pow(a, b));
+    }
+}
+
+bool compared(Op op, const Value& a, const Value& b) {
+    switch (op) {
+        case Op::Equal: return a == b;
+        case Op::NotEqual: return a != b;
+        case Op::Less: return a < b;
+        case Op::LessEqual: return a <= b;
+        case Op::Greater: return a > b;
+        default: return a >= b;
+    }
+}
+
+Result truncated(double a) {
+    if (!(a >= -9223372036854775808.0 && a < 9223372036854775808.0)) return std::nullopt;
+    return value_of(static_cast<I>(a));
+}
+
+Result unary(Op op, const Value& a) {
+    switch (op) {
+        case Op::Negate: return a.is_real() ? value_of(-a.real()) : integers(Op::Subtract, 0, a.integer());
+        case Op::Not: return value_of(!a.truth());
+        case Op::ToFloat: return value_of(static_cast<double>(a.integer()));
+        case Op::Abs: return a.is_real() ? value_of(std::fabs(a.real())) : a.integer() < 0 ? integers(Op::Subtract, 0, a.integer()) : Result(a);
+        case Op::Truncate: return truncated(a.real());
+        case Op::Sqrt: return value_of(std::sqrt(a.real()));
+        default: return a;  // NodeToInt
+    }
+}
+
+Result binary(Op op, const Value& a, const Value& b) {
+    switch (op) {
+        case Op::Equal:
+        case Op::NotEqual:
+        case Op::Less:
+        case Op::LessEqual:
+        case Op::Greater:
+        case Op::GreaterEqual: return value_of(compared(op, a, b));
+        case Op::Min: return b < a ? b : a;
+        case Op::Max: return a < b ? b : a;
+        default: return a.is_real() ? reals(op, a.real(), b.real()) : integers(op, a.integer(), b.integer());
+    }
+}
+
+Value constant_of(const check::Constant& c) { return is_real(c.type) ? value_of(c.real) : value_of(c.integer); }
+
+}  // namespace
+
+bool all_bound(const Term& term, const Environment& env) {
+    bool all = true;
+    check::each_variable(term, [&](check::VariableId v) { all = all && env[v.index()].has_value(); });
+    return all;
+}
+
+std::optional<Value> evaluate(const Program& program, const Term& term, const Environment& env) {
+    switch (term.op) {
+        case Op::Variable: return env[term.variable.index()];
+        case Op::Int:
+        case Op::Bool:
+        case Op::Node: return value_of(term.integer);
+        case Op::Float: return value_of(term.real);
+        case Op::Constant: return constant_of(program.constants[term.constant]);
+        case Op::And:
+        case Op::Or:
+        case Op::If: {
+            // These look at their other operands only where the first leaves the answer open.
+            const Result first = evaluate(program, term.operands[0], env);
+            if (!first) return std::nullopt;
+            if (term.op == Op::If) return evaluate(program, term.operands[first->truth() ? 1 : 2], env);
+            return first->truth() == (term.op == Op::And) ? evaluate(program, term.operands[1], env) : first;
+        }
+        default: break;
+    }
+    const Result a = evaluate(program, term.operands[0], env);
+    if (!a || term.operands.size() == 1) return a ? unary(term.op, *a) : a;
+    const Result b = evaluate(program, term.operands[1], env);
+    return b ? binary(term.op, *a, *b) : b;
+}
+
+}  // namespace meld::reference

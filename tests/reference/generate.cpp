@@ -1,0 +1,137 @@
+#include "generate.h"
+
+#include "blocks.h"
+#include "compiled.h"
+#include "model.h"
+#include "run.h"
+#include "ticks.h"
+
+namespace meld::reference {
+
+namespace {
+
+constexpr int kTries = 12;
+constexpr std::size_t kMostFacts = 6000;
+
+// The world that new rules are tried on, before anything changes.
+class Sample {
+  public:
+    Sample(std::uint64_t seed, const Draft& draft) : case_(retraction::make_case(seed, draft.given)), mirror_(case_, draft.given) {
+        for (const retraction::Change& c : case_.bursts[0])
+            if (c.tick == 0 && c.kind == retraction::Change::Kind::Give) mirror_.apply(c);
+    }
+
+    // Whether every rule of the block has results, and not too many, and the model exists.
+    bool good(const Program& program, const Block& block) const {
+        Facts given = given_facts(program, mirror_);
+        const Scene scene = make_scene(program, mirror_.at, case_.lattice, 1);
+        const Model model = make_model(program, scene, given, Facts(program.predicates.count()));
+        if (model.failed || !model.settled) return false;
+        std::size_t facts = 0;
+        for (const Rows& rows : model.facts) facts += rows.size();
+        return facts <= kMostFacts && productive(program, block, scene, model.facts);
+    }
+
+  private:
+    static bool productive(const Program& program, const Block& block, const Scene& scene, const Facts& facts) {
+        for (const check::Rule& rule : program.rules) {
+            if (rule.linear || !mine(block, program.predicates[rule.heads[0].atom.predicate].name)) continue;
+            bool any = false;
+            for (const auto& [home, links] : scene.links) {
+                static_cast<void>(derive(program, rule, scene, facts, home, [&](const Row&) { any = true; }));
+                if (any) break;
+            }
+            if (!any) return false;
+        }
+        return true;
+    }
+    static bool mine(const Block& block, const std::string& name) {
+        for (const Declaration& d : block.declarations)
+            if (d.name == name) return true;
+        return false;
+    }
+
+    retraction::Case case_;
+    retraction::Mirror mirror_;
+};
+
+class Generator {
+  public:
+    explicit Generator(std::uint64_t seed) : seed_(seed), random_(seed * 7919 + 17) {}
+
+    Generated make() {
+        for (std::int64_t n = 2 + below(random_, 3); n > 0; --n) accept(given_block(random_, known_, names()));
+        if (chance(random_, 40)) constant();
+        const bool linear = chance(random_, 45);
+        const std::int64_t blocks = 2 + below(random_, 5);
+        for (std::int64_t n = 0; n < blocks && out_.refused.empty(); ++n) add(any_block());
+        if (linear && out_.refused.empty()) {
+            add(linear_block);
+            if (chance(random_, 50)) add(any_block());
+        }
+        return std::move(out_);
+    }
+
+  private:
+    int names() const { return static_cast<int>(out_.draft.declarations.size()); }
+
+    MakeBlock any_block() {
+        const std::int64_t way = below(random_, 100);
+        return way < 52 ? view_block : way < 72 ? set_recursion_block : way < 92 ? best_recursion_block : tree_block;
+    }
+
+    void constant() {
+        out_.draft.declarations.push_back({"k0", "const k0 = " + std::to_string(below(random_, 5)) + "."});
+        out_.draft.declarations.push_back({"kq", "type kq(node, int)."});
+        out_.draft.rules.push_back({.heads = {"kq(A, X + k0)"}, .body = {"neighborCount(A, X)", "X > k0"}});
+        known_.push_back({.name = "kq", .arguments = {Kind::Int}});
+    }
+
+    void add(MakeBlock make_block) {
+        for (int tries = 0; tries < kTries; ++tries) {
+            ++out_.tried;
+            const Block block = make_block(random_, known_, names());
+            Draft more = out_.draft;
+            extend(more, block);
+            const std::string text = print(more);
+            const Result<Program> program = checked(text);
+            if (!program) {
+                out_.draft = more;
+                out_.refused = program.error().message();
+                return;
+            }
+            if (!Sample(seed_, more).good(*program, block)) continue;
+            ++out_.kept;
+            accept(block);
+            note_certain(*program);
+            return;
+        }
+    }
+
+    static void extend(Draft& draft, const Block& block) {
+        draft.declarations.insert(draft.declarations.end(), block.declarations.begin(), block.declarations.end());
+        draft.rules.insert(draft.rules.end(), block.rules.begin(), block.rules.end());
+        draft.given.insert(draft.given.end(), block.given.begin(), block.given.end());
+    }
+    void accept(const Block& block) {
+        extend(out_.draft, block);
+        known_.insert(known_.end(), block.known.begin(), block.known.end());
+    }
+    void note_certain(const Program& program) {
+        const Ticks ticks(program);
+        for (Known& k : known_)
+            for (const PredicateId p : program.predicates.ids())
+                if (program.predicates[p].name == k.name) k.certain = ticks.certain(p);
+    }
+
+    std::uint64_t seed_;
+    Random random_;
+    std::vector<Known> known_;
+    Generated out_;
+};
+
+}  // namespace
+
+Generated make_program(std::uint64_t seed) { return Generator(seed).make(); }
+
+}  // namespace meld::reference

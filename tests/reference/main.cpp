@@ -1,0 +1,178 @@
+// test_random: random programs in random worlds under random changes, compiled and run, beside the reference evaluator.
+// Prints a failing trial made small, and the command that runs it again. docs/design.md, "How it is checked".
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "generate.h"
+#include "isolated.h"
+#include "run.h"
+#include "shrink.h"
+
+namespace meld::reference {
+namespace {
+
+struct Options {
+    std::uint64_t first = 1, seeds = 200, worlds = 3;
+    double minutes = 0;                 // 0: as long as it takes.
+    int shrink_attempts = 3000;
+    std::string out = "random_failures";
+    std::string replay, show;
+    bool keep_going = false;
+};
+
+// All settings a trial is run in besides the plain one; each trial of a seed takes another few of them.
+const std::vector<Setting> kSettings = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
+
+// The first words of a trouble say its kind; a smaller trial must show the same.
+std::string kind_of(const std::string& trouble) { return trouble.substr(0, trouble.find_first_of(":\n")); }
+
+Trial trial_of(const Draft& draft, std::uint64_t seed, std::uint64_t world) {
+    return {draft, retraction::make_case(seed * 1000 + world, draft.given)};
+}
+
+struct Verdict {
+    std::string trouble = {};
+    Trial trial = {};
+    Tally tally = {};
+    std::uint64_t tried = 0, kept = 0, rules = 0;
+};
+
+// One seed: a program, and several worlds.
+Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) {
+    Verdict v;
+    const Generated made = make_program(seed);
+    v.tried = made.tried;
+    v.kept = made.kept;
+    v.rules = made.draft.rules.size();
+    v.trial = trial_of(made.draft, seed, 0);
+    if (!made.refused.empty()) {
+        v.trouble = "refused: " + made.refused;
+        return v;
+    }
+    const std::string text = print(made.draft);
+    const Result<check::Program> program = checked(text);
+    const Result<Module> module = workshop.module(text);
+    if (!module) {
+        v.trouble = "not compiled: " + module.error().message();
+        return v;
+    }
+    for (std::uint64_t w = 0; w < options.worlds; ++w) {
+        v.trial = trial_of(made.draft, seed, w);
+        const Outcome alone = run(v.trial, *program, info_of(*module), {}, Watch::Reference);
+        v.tally.add(alone.tally);
+        v.trouble = alone.trouble;
+        for (std::size_t i = w % 3; i < kSettings.size() && v.trouble.empty(); i += 3) {
+            const Outcome other = run(v.trial, *program, info_of(*module), kSettings[i], Watch::States);
+            if (other.states != alone.states) v.trouble = fmt::format("states differ: {} parts, {} threads", kSettings[i].parts, kSettings[i].threads);
+        }
+        if (!v.trouble.empty()) return v;
+    }
+    return v;
+}
+
+// A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
+std::string encode(const Verdict& v) {
+    const Tally& t = v.tally;
+    return fmt::format("{} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts, t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, v.trouble);
+}
+Verdict decode(const std::string& text, std::uint64_t seed) {
+    Verdict v;
+    std::istringstream in(text);
+    std::uint64_t world = 0;
+    Tally& t = v.tally;
+    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >> t.quiet >> t.ticks)) v.trouble = text;
+    else v.trouble = text.substr(text.find('\n') + 1);
+    if (!v.trouble.empty()) v.trial = trial_of(make_program(seed).draft, seed, world);
+    return v;
+}
+
+Trial make_small(const Trial& trial, const std::string& trouble, const Options& options, Workshop& workshop) {
+    const std::string kind = kind_of(trouble);
+    std::vector<Setting> settings;
+    if (kind == "states differ" || kind == "crash") settings = kSettings;
+    return shrink(trial, [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings); }, 30)) == kind; }, options.shrink_attempts);
+}
+
+void report(const Verdict& v, std::uint64_t seed, const Options& options, Workshop& workshop) {
+    fmt::print("seed {}: {}\n", seed, v.trouble);
+    std::fflush(stdout);
+    const Trial small = make_small(v.trial, v.trouble, options, workshop);
+    const std::string text = print(small), now = isolated([&] { return trouble_of(small, workshop, kSettings); }, 60);
+    std::filesystem::create_directories(options.out);
+    const std::string path = fmt::format("{}/seed_{}.meld", options.out, seed);
+    std::ofstream(path) << text;
+    fmt::print("made small:\n\n{}\n{}\nRun it again: test_random --replay {}\n\n", text, now, path);
+    std::fflush(stdout);
+}
+
+int replay(const Options& options, Workshop& workshop) {
+    std::ifstream in(options.replay);
+    std::stringstream text;
+    text << in.rdbuf();
+    const Result<Trial> trial = parse_trial(text.str());
+    if (!in || !trial) {
+        fmt::print(stderr, "{}: {}\n", options.replay, trial ? "cannot be read" : trial.error().message());
+        return 2;
+    }
+    const std::string trouble = isolated([&] { return trouble_of(*trial, workshop, kSettings); });
+    fmt::print("{}\n", trouble.empty() ? "no difference" : trouble);
+    return trouble.empty() ? 0 : 1;
+}
+
+int run_seeds(const Options& options, Workshop& workshop) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto minutes = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60; };
+    Verdict sum;
+    std::uint64_t failures = 0, done = 0;
+    // What is loaded here need not be loaded by every child.
+    static_cast<void>(workshop.module("type p(node).\np(A) :- id(A, 0).\n"));
+    for (; done < options.seeds && (options.minutes == 0 || minutes() < options.minutes); ++done) {
+        const std::uint64_t seed = options.first + done;
+        const Verdict v = decode(isolated([&] { return encode(examine(seed, options, workshop)); }), seed);
+        sum.tally.add(v.tally);
+        sum.tried += v.tried;
+        sum.kept += v.kept;
+        sum.rules += v.rules;
+        if (v.trouble.empty()) continue;
+        ++failures;
+        report(v, seed, options, workshop);
+        if (!options.keep_going) return 1;
+    }
+    const Tally& t = sum.tally;
+    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} failures\n", done, sum.rules, sum.kept, sum.tried,
+               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, failures);
+    return failures > 0;
+}
+
+int show(std::uint64_t seed) {
+    fmt::print("{}", print(trial_of(make_program(seed).draft, seed, 0)));
+    return 0;
+}
+
+int main(int argc, char** argv) {
+    Options options;
+    CLI::App app("Random programs against the reference evaluator");
+    std::uint64_t shown = 0;
+    app.add_option("--first", options.first, "The first seed");
+    app.add_option("--seeds", options.seeds, "How many");
+    app.add_option("--worlds", options.worlds, "Worlds for each program");
+    app.add_option("--minutes", options.minutes, "Stop after this many");
+    app.add_option("--out", options.out, "Where failing trials are written");
+    app.add_option("--replay", options.replay, "Run a written trial again");
+    app.add_option("--show", shown, "Print the trial of a seed");
+    app.add_option("--shrink-attempts", options.shrink_attempts, "How long to look for a smaller trial");
+    app.add_flag("--keep-going", options.keep_going, "Do not stop at the first failure");
+    CLI11_PARSE(app, argc, argv);
+    if (shown != 0) return show(shown);
+    Workshop workshop;
+    return options.replay.empty() ? run_seeds(options, workshop) : replay(options, workshop);
+}
+
+}  // namespace
+}  // namespace meld::reference
+
+int main(int argc, char** argv) { return meld::reference::main(argc, argv); }

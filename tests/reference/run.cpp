@@ -1,0 +1,295 @@
+#include "run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "model.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/record/facts_file.h"
+#include "runtime/tuple/facts.h"
+#include "runtime/world/target.h"
+#include "tests/retraction/changes.h"
+#include "ticks.h"
+
+namespace meld::reference {
+
+using retraction::Change;
+using retraction::Mirror;
+
+namespace {
+
+// More than any trial needs to come to rest. With linear rules some never do.
+constexpr int kPatience = 2000, kLinearPatience = 50;
+
+// The runtime's facts of predicates that users see.
+struct Found {
+    Facts facts;
+    std::vector<Bag> linear;
+};
+
+Value value_at(ValueType type, meld::Value v) { return type == ValueType::Float ? value_of(v.real) : value_of(v.integer); }
+
+Found collect(sim::PartState& part, const check::Program& program) {
+    Found found{Facts(program.predicates.count()), std::vector<Bag>(program.predicates.count())};
+    for (const PredicateId id : program.predicates.ids()) {
+        const check::Predicate& p = program.predicates[id];
+        const std::optional<u32> index = tuple::find_predicate(part.module, p.name, p.arguments.size() - 1);
+        if (!index || part.module.predicates[*index].column == kNone16) continue;
+        const PredicateInfo& info = part.module.predicates[*index];
+        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
+            if (!part.owned(c)) continue;
+            tuple::each_fact(part.module, part.columns, part.abi.geometry, *index, c, [&](const meld::Value* v) {
+                Row row{value_of(static_cast<std::int64_t>(part.ensemble.id(c)))};
+                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(info.fields[i].type, v[i]));
+                if (p.linear()) found.linear[id.index()].insert(row);
+                else found.facts[id.index()].insert(row);
+            });
+        }
+    }
+    return found;
+}
+
+// At most this many of each kind are told.
+constexpr int kTold = 12;
+
+template <class Container>
+void tell_missing(const check::Program& program, PredicateId p, const Container& from, const Container& in, const char* what, std::string& text) {
+    std::vector<Row> rows;
+    std::set_difference(from.begin(), from.end(), in.begin(), in.end(), std::back_inserter(rows));
+    int told = 0;
+    for (const Row& row : rows) text += ++told <= kTold ? fmt::format("  {} {}\n", what, print(program, p, row)) : "";
+}
+
+template <class Container>
+void tell_difference(const check::Program& program, PredicateId p, const Container& expected, const Container& found, std::string& text) {
+    tell_missing(program, p, expected, found, "missing:", text);
+    tell_missing(program, p, found, expected, "should not hold:", text);
+}
+
+// Whether the runtime stores the predicate at all.
+bool stored(const check::Predicate& p) { return p.world == check::WorldSource::None && p.kind != check::PredicateKind::Action && !p.prelude; }
+
+class Watcher {
+  public:
+    Watcher(const Trial& trial, const check::Program& program) : trial_(trial), program_(program), ticks_(program), mirror_(trial.world, trial.draft.given) {
+        for (const check::Rule& rule : program.rules) linear_ = linear_ || rule.linear;
+    }
+
+    bool linear() const { return linear_; }
+    Tally tally;
+
+    void begin_burst(std::size_t burst, std::int64_t tick) {
+        burst_ = burst;
+        start_ = tick;
+        next_ = 0;
+    }
+
+    // The changes that the runtime is told of before this tick, in the book.
+    void change(std::int64_t now) {
+        const std::vector<Change>& burst = trial_.world.bursts[burst_];
+        for (; next_ < burst.size() && start_ + burst[next_].tick < now; ++next_) {
+            const Change& c = burst[next_];
+            const auto here = mirror_.at.find(c.cell);
+            const std::int64_t id = here == mirror_.at.end() ? 0 : static_cast<std::int64_t>(here->second);
+            if (!mirror_.apply(c) || !linear_) continue;
+            if (c.kind != Change::Kind::Give && c.kind != Change::Kind::Take) continue;
+            const PredicateId p = predicate_of(program_, trial_.draft.given[c.given]);
+            retraction::Row raw{id};
+            raw.insert(raw.end(), c.arguments.begin(), c.arguments.end());
+            if (c.kind == Change::Kind::Give) ticks_.give(p, row_of(program_, p, raw));
+            else ticks_.take(p, row_of(program_, p, raw));
+        }
+    }
+
+    // Linear rules and what is certain in every tick. Returns the trouble.
+    std::string compare_tick(std::int64_t now, sim::PartState& part, bool trapped) {
+        if (!linear_) return "";
+        ticks_.step(make_scene(program_, mirror_.at, trial_.world.lattice, now));
+        if (ticks_.ran_away() || ticks_.failed()) return "";
+        if (trapped) return fmt::format("trap in tick {}, and the reference sees no error", now);
+        Found found = collect(part, program_);
+        const Facts views = ticks_.views(), arriving = ticks_.arriving();
+        const std::vector<Bag> linear = ticks_.linear();
+        std::string text;
+        for (const PredicateId p : program_.predicates.ids()) {
+            if (!stored(program_.predicates[p])) continue;
+            for (const Row& row : arriving[p.index()])
+                if (!views[p.index()].contains(row)) found.facts[p.index()].erase(row);
+            if (program_.predicates[p].linear()) tell_difference(program_, p, linear[p.index()], found.linear[p.index()], text);
+            else if (ticks_.certain(p)) tell_difference(program_, p, views[p.index()], found.facts[p.index()], text);
+            tally.tick_facts += linear[p.index()].size() + views[p.index()].size();
+        }
+        return text.empty() ? "" : fmt::format("tick by tick: at the end of tick {}\n{}", now, text);
+    }
+
+    // All views, where nothing changes any more.
+    std::string compare_model(std::int64_t now, sim::PartState& part) {
+        const Found found = collect(part, program_);
+        const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
+        const Model model = make_model(program_, make_scene(program_, mirror_.at, trial_.world.lattice, now), given, found.facts);
+        if (model.failed || !model.settled) return "";
+        std::string text;
+        for (const PredicateId p : program_.predicates.ids()) {
+            if (!stored(program_.predicates[p]) || program_.predicates[p].linear()) continue;
+            tell_difference(program_, p, model.facts[p.index()], found.facts[p.index()], text);
+            tally.facts += model.facts[p.index()].size();
+        }
+        count_losses(found.facts);
+        ++tally.quiet;
+        if (linear_)
+            for (const Rows& rows : given) tally.linear += rows.size();
+        return text.empty() ? "" : fmt::format("model: after burst {}, tick {}\n{}", burst_, now, text);
+    }
+
+    // Whether the reference has left the comparison: it met an error, or a catom made facts without end.
+    bool lost_track() const { return ticks_.ran_away() || ticks_.failed(); }
+    // Whether the model has an error, so that a trap is right.
+    bool model_fails(std::int64_t now) {
+        const Model model = make_model(program_, make_scene(program_, mirror_.at, trial_.world.lattice, now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
+        return model.failed || !model.settled;
+    }
+
+  private:
+    void count_losses(const Facts& now) {
+        for (std::size_t p = 0; p < before_.size(); ++p)
+            for (const Row& row : before_[p]) tally.lost += !now[p].contains(row);
+        before_ = now;
+    }
+
+    const Trial& trial_;
+    const check::Program& program_;
+    Ticks ticks_;
+    Mirror mirror_;
+    bool linear_ = false;
+    std::size_t burst_ = 0, next_ = 0;
+    std::int64_t start_ = 0;
+    Facts before_ = {};
+};
+
+// What the parts of a run share. Part 0 writes.
+struct Shared {
+    const Trial& trial;
+    const ModuleInfo& module;
+    const Setting& setting;
+    const world::World& world;
+    const world::Target& target;
+    Watcher* watcher;              // Null: nobody watches.
+    bool linear;
+    Outcome outcome = {};
+};
+
+enum class End { Quiet, Restless, Failed };
+
+// One burst.
+End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::size_t burst) {
+    const bool speaks = part.comm.part() == 0;
+    changes.begin_burst(burst, part.abi.now);
+    if (s.watcher) s.watcher->begin_burst(burst, part.abi.now);
+    for (int patience = s.linear ? kLinearPatience : kPatience; patience > 0; patience -= changes.done()) {
+        part.begin_tick();
+        static_cast<void>(changes.step(part));
+        if (s.watcher) s.watcher->change(part.abi.now);
+        const sim::Totals& totals = part.end_tick();
+        const bool trapped = totals.failure.trap != Trap::None;
+        const Digest state = record::state_digest(part);
+        if (speaks) s.outcome.states.push_back(state);
+        if (s.watcher) {
+            s.outcome.trouble = s.watcher->compare_tick(part.abi.now, part, trapped);
+            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.abi.now)) s.outcome.trouble = "trap";
+            if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(part.module, totals.failure);
+            if (!s.outcome.trouble.empty() || s.watcher->lost_track()) return End::Failed;
+        }
+        if (trapped) return End::Failed;
+        if (changes.done() && !totals.awake && !totals.waiting) return End::Quiet;
+    }
+    if (speaks && !s.linear) s.outcome.trouble = fmt::format("never quiet after burst {}", burst);
+    return s.linear ? End::Restless : End::Failed;
+}
+
+void run_part(comm::Communicator& comm, Shared& s) {
+    sim::PartState part(s.module, s.world, s.target, comm, s.setting.threads);
+    if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
+    retraction::Changes changes(s.trial.world, s.trial.draft.given);
+    for (std::size_t burst = 0; burst < s.trial.world.bursts.size(); ++burst) {
+        const End end = settle(part, changes, s, burst);
+        if (end == End::Failed) return;
+        if (end == End::Restless || s.watcher == nullptr) continue;
+        s.outcome.trouble = s.watcher->compare_model(part.abi.now, part);
+        if (!s.outcome.trouble.empty()) return;
+    }
+}
+
+}  // namespace
+
+void Tally::add(const Tally& other) {
+    facts += other.facts;
+    tick_facts += other.tick_facts;
+    lost += other.lost;
+    linear += other.linear;
+    quiet += other.quiet;
+    ticks += other.ticks;
+}
+
+PredicateId predicate_of(const check::Program& program, const retraction::Given& given) {
+    for (const PredicateId p : program.predicates.ids())
+        if (program.predicates[p].name == given.predicate && program.predicates[p].arguments.size() == given.arguments.size() + 1) return p;
+    throw std::runtime_error("the program does not declare " + given.predicate);
+}
+
+Row row_of(const check::Program& program, PredicateId predicate, const retraction::Row& raw) {
+    Row row;
+    for (std::size_t i = 0; i < raw.size(); ++i) row.push_back(is_real(program.predicates[predicate].arguments[i].type) ? value_of(retraction::quarters(raw[i])) : value_of(raw[i]));
+    return row;
+}
+
+Facts given_facts(const check::Program& program, const Mirror& mirror) {
+    Facts facts(program.predicates.count());
+    for (const retraction::Given& given : mirror.given) {
+        const auto rows = mirror.facts.find(given.predicate);
+        if (given.linear || rows == mirror.facts.end()) continue;
+        const PredicateId p = predicate_of(program, given);
+        for (const retraction::Row& raw : rows->second) facts[p.index()].insert(row_of(program, p, raw));
+    }
+    return facts;
+}
+
+Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch) {
+    world::World world;
+    world.lattice = trial.world.lattice;
+    world.cells = trial.world.cells;
+    const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
+    if (!target) throw std::runtime_error(target.error().message());
+    Watcher watcher(trial, program);
+    Shared shared{.trial = trial, .module = module, .setting = setting, .world = world, .target = *target, .watcher = watch == Watch::Reference ? &watcher : nullptr, .linear = watcher.linear()};
+    if (setting.parts == 1) {
+        const auto comm = comm::make_single();
+        run_part(*comm, shared);
+    } else {
+        comm::run_threads_as_parts(setting.parts, [&](comm::Communicator& comm) { run_part(comm, shared); });
+    }
+    shared.outcome.tally = watcher.tally;
+    shared.outcome.tally.ticks = shared.outcome.states.size();
+    return std::move(shared.outcome);
+}
+
+std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings) {
+    const std::string text = print(trial.draft);
+    const Result<check::Program> program = checked(text);
+    if (!program) return "refused: " + program.error().message();
+    const Result<Module> module = workshop.module(text);
+    if (!module) return "not compiled: " + module.error().message();
+    const Outcome alone = run(trial, *program, info_of(*module), {}, Watch::Reference);
+    if (!alone.trouble.empty()) return alone.trouble;
+    for (const Setting& setting : settings) {
+        const Outcome other = run(trial, *program, info_of(*module), setting, Watch::States);
+        const std::size_t known = std::min(alone.states.size(), other.states.size());
+        std::size_t same = 0;
+        while (same < known && alone.states[same] == other.states[same]) ++same;
+        if (same < known) return fmt::format("states differ: {} parts, {} threads, after tick {}", setting.parts, setting.threads, same + 1);
+    }
+    return "";
+}
+
+}  // namespace meld::reference

@@ -1,0 +1,45 @@
+// Runs a trial on the runtime, beside the reference, and says where they part.
+#pragma once
+
+#include "compiled.h"
+#include "draft.h"
+#include "runtime/base/hash.h"
+#include "value.h"
+
+namespace meld::reference {
+
+struct Setting {
+    int parts = 1;
+    int threads = 1;
+};
+
+struct Tally {
+    std::uint64_t facts = 0;        // Compared at quiescence,
+    std::uint64_t tick_facts = 0;   // and tick by tick.
+    std::uint64_t lost = 0;         // Facts of one quiescence that were gone at the next.
+    std::uint64_t linear = 0;       // Facts that linear rules gave.
+    std::uint64_t quiet = 0;        // Bursts that came to rest.
+    std::uint64_t ticks = 0;
+    void add(const Tally& other);
+};
+
+struct Outcome {
+    std::string trouble = {};            // Empty: all is as it should be. Its first words say what kind it is.
+    std::vector<Digest> states = {};     // After every tick.
+    Tally tally = {};
+};
+
+enum class Watch { Reference, States };
+
+// Watch::States runs without the reference, for the states alone. Only one part and thread can be watched by the reference.
+Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch);
+
+// Compiles the trial's program and runs it in all of these settings; the trouble, or nothing.
+std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings);
+
+// Facts that a case has given, as values.
+Facts given_facts(const check::Program& program, const retraction::Mirror& mirror);
+Row row_of(const check::Program& program, PredicateId predicate, const retraction::Row& row);
+PredicateId predicate_of(const check::Program& program, const retraction::Given& given);
+
+}  // namespace meld::reference

@@ -1,0 +1,62 @@
+// Linear rules tick by tick. Every catom has its facts; in a tick each evaluates its views from scratch, with what its
+// neighbours showed at the end of the last tick, and applies linear rules one by one, the first of the text each time.
+// Only for views whose facts are certain in every tick: those that look one link far at most and not through a recursion
+// over links. Other views are checked where nothing changes any more (model.h).
+#pragma once
+
+#include "scene.h"
+#include "solver.h"
+
+namespace meld::reference {
+
+class Ticks {
+  public:
+    explicit Ticks(const Program& program);
+
+    // Views whose facts are certain in every tick.
+    bool certain(PredicateId p) const { return certain_[p.index()]; }
+
+    // Facts from outside, between ticks. Persistent and linear ones.
+    void give(PredicateId p, Row row);
+    void take(PredicateId p, const Row& row);
+    // One tick; the scene says which catoms there are.
+    void step(const Scene& scene);
+
+    // As of the end of the last tick.
+    Facts views() const;   // Certain ones.
+    Facts given() const;   // Persistent facts from outside and from linear rules.
+    std::vector<Bag> linear() const;
+    // Persistent facts that were sent in it. The next tick sees them; where they are stored they may be found already.
+    Facts arriving() const;
+    bool failed() const { return failed_; }
+    // Some catom made more facts in a tick than a test should wait for.
+    bool ran_away() const { return ran_away_; }
+
+  private:
+    struct Catom {
+        Facts given, views;
+        std::vector<Bag> linear;
+    };
+    struct Message {
+        std::int64_t to;
+        PredicateId predicate;
+        Row row;
+    };
+
+    Catom empty() const;
+    void find_certain();
+    bool looks_far(const check::Rule& rule) const;
+    void evaluate(const Scene& scene, std::int64_t id, Catom& catom);
+    void settle(const Scene& scene, std::int64_t id, Catom& catom);
+    bool fire(const check::Rule& rule, const Scene& scene, std::int64_t id, Catom& catom);
+    Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
+
+    const Program& program_;
+    std::vector<bool> certain_;
+    std::map<std::int64_t, Catom> catoms_;
+    std::map<std::int64_t, Facts> shown_;  // The views at the end of the last tick.
+    std::vector<Message> messages_;
+    bool failed_ = false, ran_away_ = false;
+};
+
+}  // namespace meld::reference

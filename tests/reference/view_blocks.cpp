@@ -1,0 +1,233 @@
+// Blocks of given facts, views and recursion through sets.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "blocks.h"
+
+namespace meld::reference {
+
+namespace {
+
+std::string signature(const std::string& name, const std::vector<Kind>& arguments, const std::string& modifiers = "", const std::string& aggregate = "", std::size_t at = 0) {
+    std::string text = "type " + modifiers + name + "(node";
+    for (std::size_t i = 0; i < arguments.size(); ++i) text += std::string(", ") + (!aggregate.empty() && at == i ? aggregate + " " : "") + name_of(arguments[i]);
+    return text + ").";
+}
+
+Kind any_kind(Random& random) {
+    constexpr Kind kKinds[] = {Kind::Int, Kind::Int, Kind::Int, Kind::Float, Kind::Bool, Kind::Node};
+    return kKinds[below(random, 6)];
+}
+
+std::vector<Kind> some_kinds(Random& random, std::int64_t most) {
+    std::vector<Kind> kinds(static_cast<std::size_t>(below(random, most + 1)));
+    for (Kind& k : kinds) k = any_kind(random);
+    return kinds;
+}
+
+void fill(Body& body, Random& random, std::int64_t links) {
+    for (std::int64_t i = 0; i < links; ++i) {
+        // A chain more often than a star.
+        if (i > 0 && chance(random, 65)) body.link(body.catoms().back());
+        else body.link();
+    }
+    for (const std::string& at : std::vector<std::string>(body.catoms()))
+        if (chance(random, body.catoms().size() == 1 ? 100 : 70)) body.read_any(at);
+    if (chance(random, 40)) body.read_any(body.any_catom());
+    for (std::int64_t i = below(random, 3); i > 0; --i) {
+        if (chance(random, 30)) body.set();
+        else body.test();
+    }
+    if (chance(random, 25)) body.negate();
+    if (chance(random, 10)) body.negate();
+    if (chance(random, 10)) body.for_all();
+}
+
+std::int64_t some_links(Random& random) {
+    constexpr std::int64_t kLinks[] = {0, 0, 0, 1, 1, 1, 1, 2, 2, 3};
+    return kLinks[below(random, 10)];
+}
+
+std::string atom(const std::string& name, const std::string& at, const std::vector<std::string>& arguments) {
+    std::string text = name + "(" + at;
+    for (const std::string& a : arguments) text += ", " + a;
+    return text + ")";
+}
+
+}  // namespace
+
+Block given_block(Random& random, const std::vector<Known>&, int names) {
+    Block block;
+    retraction::Given given{.predicate = fmt::format("g{}", names), .arguments = {}, .per_mille = static_cast<int>(80 + below(random, 600))};
+    std::vector<Kind> kinds = some_kinds(random, 2);
+    for (const Kind k : kinds) given.arguments.push_back(k == Kind::Bool ? std::pair<std::int64_t, std::int64_t>(0, 1) : k == Kind::Node ? std::pair<std::int64_t, std::int64_t>(0, 12) : std::pair<std::int64_t, std::int64_t>(0, 5));
+    block.declarations.push_back({given.predicate, signature(given.predicate, kinds)});
+    block.known.push_back({.name = given.predicate, .arguments = kinds});
+    block.given.push_back(std::move(given));
+    return block;
+}
+
+Block view_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const std::string name = fmt::format("v{}", names);
+    std::vector<Kind> kinds = some_kinds(random, 3);
+    std::string aggregate;
+    std::size_t at = 0;
+    if (!kinds.empty() && chance(random, 45)) {
+        constexpr const char* kAggregates[] = {"min", "max", "sum", "count", "first"};
+        aggregate = kAggregates[below(random, 5)];
+        at = static_cast<std::size_t>(below(random, static_cast<std::int64_t>(kinds.size())));
+        if (aggregate == "sum" || aggregate == "count") at = kinds.size() - 1;
+        if (aggregate == "count") kinds[at] = Kind::Int;
+        if (aggregate == "sum") kinds[at] = chance(random, 70) ? Kind::Int : Kind::Float;
+    }
+    block.declarations.push_back({name, signature(name, kinds, "", aggregate, at)});
+    for (int rules = chance(random, 25) ? 2 : 1; rules > 0; --rules) {
+        Body body(random, known);
+        fill(body, random, some_links(random));
+        std::vector<std::string> arguments;
+        for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
+        const std::string place = body.any_catom();
+        block.rules.push_back({.heads = {atom(name, place, arguments)}, .body = body.shuffled()});
+    }
+    if (chance(random, 8)) {
+        // An axiom, at one catom or at all of them.
+        std::vector<std::string> arguments;
+        Body body(random, known);
+        for (const Kind k : kinds) arguments.push_back(body.literal(k));
+        block.rules.push_back({.heads = {atom(name, chance(random, 50) ? "@2" : "A", arguments)}});
+    }
+    block.known.push_back({.name = name, .arguments = kinds});
+    return block;
+}
+
+// p and q, each with rules from below and rules over themselves.
+Block set_recursion_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    std::vector<Known> own;
+    for (std::int64_t i = 0, n = 1 + below(random, 3); i < n; ++i) {
+        std::vector<Kind> kinds;
+        const std::int64_t form = below(random, 5);
+        if (form == 1) kinds = {Kind::Int};
+        if (form == 2) kinds = {Kind::Int, Kind::Int};
+        if (form == 3) kinds = {Kind::Node};
+        if (form == 4) kinds = {Kind::Node, Kind::Int};
+        own.push_back({.name = fmt::format("r{}", names + static_cast<int>(i)), .arguments = kinds});
+        block.declarations.push_back({own.back().name, signature(own.back().name, kinds)});
+    }
+    const auto rule = [&](const Known& head, Body& body) {
+        std::vector<std::string> arguments;
+        for (const Kind k : head.arguments) arguments.push_back(body.bounded(k));
+        block.rules.push_back({.heads = {atom(head.name, body.any_catom(), arguments)}, .body = body.shuffled()});
+    };
+    const bool local = chance(random, 20);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        if (i == 0 || chance(random, 60)) {
+            Body body(random, known);
+            fill(body, random, below(random, 2));
+            rule(own[i], body);
+        }
+        for (std::int64_t n = 1 + below(random, 2); n > 0; --n) {
+            Body body(random, known);
+            for (std::int64_t links = local ? 0 : pick(random, std::vector<std::int64_t>{0, 1, 1, 1, 1, 2}); links > 0; --links) body.link();
+            // One that comes before in the circle, and maybe another.
+            body.read(own[(i + own.size() - 1) % own.size()], body.any_catom());
+            if (chance(random, 30)) body.read(pick(random, own), body.any_catom());
+            if (chance(random, 60)) body.read_any(body.any_catom());
+            if (chance(random, 25)) body.test();
+            if (chance(random, 15)) body.negate();
+            rule(own[i], body);
+        }
+    }
+    block.known = own;
+    return block;
+}
+
+// What improves must get worse with every step, or stay: then a value cannot hold itself up.
+Block best_recursion_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const bool least = chance(random, 65), real = chance(random, 15);
+    const Kind kind = real ? Kind::Float : Kind::Int;
+    const Kind group_kind = chance(random, 50) ? Kind::Node : Kind::Int;
+    const bool group = chance(random, 35), ride = chance(random, 35);
+    const int ways = chance(random, 25) ? 2 : 1;
+    std::vector<Known> own;
+    for (int i = 0; i < ways; ++i) {
+        std::vector<Kind> kinds;
+        if (group) kinds.push_back(group_kind);
+        kinds.push_back(kind);
+        if (ride) kinds.push_back(Kind::Node);
+        own.push_back({.name = fmt::format("m{}", names + i), .arguments = kinds});
+        block.declarations.push_back({own.back().name, signature(own.back().name, kinds, "", least ? "min" : "max", group ? 1 : 0)});
+    }
+    const auto arguments = [&](const std::string& key, const std::string& value, const std::string& rider) {
+        std::vector<std::string> all;
+        if (group) all.push_back(key);
+        all.push_back(value);
+        if (ride) all.push_back(rider);
+        return all;
+    };
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        if (i == 0 || chance(random, 30)) {
+            Body body(random, known);
+            fill(body, random, below(random, 2));
+            block.rules.push_back({.heads = {atom(own[i].name, "A", arguments(body.bounded(group_kind), chance(random, 50) ? body.literal(kind) : body.bounded(kind), body.any_catom()))}, .body = body.shuffled()});
+        }
+        for (std::int64_t n = chance(random, 25) ? 2 : 1; n > 0; --n) {
+            Body body(random, known);
+            const bool local = group && chance(random, 20);
+            const std::string from = local ? "A" : body.link(), to = from == "A" ? body.any_catom() : "A";
+            if (chance(random, 55)) body.read_any(body.any_catom());
+            std::string step = real ? "0.5" : std::to_string(below(random, 3));
+            if (body.has(kind) && chance(random, 60)) step = "abs(" + body.variable(kind) + ")";
+            std::string key = "K";
+            if (group && group_kind == Kind::Int && chance(random, 40)) key = body.bounded(Kind::Int);
+            const std::string other = body.has(kind) ? body.variable(kind) : body.literal(kind);
+            const std::string value = chance(random, 25) ? fmt::format("{}(D, {})", least ? "max" : "min", other) : fmt::format("D {} {}", least ? "+" : "-", step);
+            const std::string rider = chance(random, 50) ? from : "R";
+            if (chance(random, 20)) body.negate();
+            std::vector<std::string> read = arguments("K", "D", rider == "R" ? "R" : "_");
+            if (key != "K" && group) read[0] = chance(random, 50) ? "_" : body.has(Kind::Int) ? body.variable(Kind::Int) : "_";
+            body.read(own[(i + 1) % own.size()], from, read);
+            // Better values satisfy it all the more.
+            if (chance(random, 30)) body.clause(least ? fmt::format("D < {}", real ? "6.0" : "12") : fmt::format("D > {}", real ? "-6.0" : "-12"));
+            block.rules.push_back({.heads = {atom(own[i].name, to, arguments(key, value, rider))}, .body = body.shuffled()});
+        }
+    }
+    if (!group && chance(random, 20)) {
+        // A set within the same component.
+        const std::string name = fmt::format("m{}", names + ways);
+        block.declarations.push_back({name, signature(name, {})});
+        block.rules.push_back({.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", "D", "_")), fmt::format("D {} {}", least ? "<" : ">", real ? "3.0" : "3")}});
+        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", real ? "4.0" : "4", "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
+        block.known.push_back({.name = name});
+    }
+    block.known.insert(block.known.end(), own.begin(), own.end());
+    return block;
+}
+
+Block tree_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const std::string dist = fmt::format("d{}", names), parent = fmt::format("d{}", names + 1), total = fmt::format("d{}", names + 2);
+    const bool ride = chance(random, 40), count = chance(random, 25), real = !count && chance(random, 20);
+    block.declarations.push_back({dist, signature(dist, ride ? std::vector{Kind::Int, Kind::Node} : std::vector{Kind::Int}, "", "min", 0)});
+    Body source(random, known);
+    fill(source, random, 0);
+    block.rules.push_back({.heads = {atom(dist, "A", ride ? std::vector<std::string>{"0", "A"} : std::vector<std::string>{"0"})}, .body = source.shuffled()});
+    block.rules.push_back({.heads = {atom(dist, "B", ride ? std::vector<std::string>{"D + 1", "A"} : std::vector<std::string>{"D + 1"})}, .body = {"neighbor(A, B)", atom(dist, "A", ride ? std::vector<std::string>{"D", "_"} : std::vector<std::string>{"D"})}});
+    block.declarations.push_back({parent, ride ? signature(parent, {Kind::Node}, "route ") : signature(parent, {Kind::Node}, "route ", chance(random, 50) ? "min" : "max", 0)});
+    if (ride) block.rules.push_back({.heads = {atom(parent, "A", {"P"})}, .body = {atom(dist, "A", {"D", "P"}), "D > 0"}});
+    else block.rules.push_back({.heads = {atom(parent, "A", {"P"})}, .body = {"neighbor(A, P)", atom(dist, "P", {"D"}), atom(dist, "A", {chance(random, 50) ? "E" : "D + 1"}), "E = D + 1"}});
+    if (!ride && block.rules.back().body[2].find('E') == std::string::npos) block.rules.back().body.pop_back();
+    block.declarations.push_back({total, signature(total, {real ? Kind::Float : Kind::Int}, "", count ? "count" : "sum", 0)});
+    Body weight(random, known);
+    fill(weight, random, 0);
+    block.rules.push_back({.heads = {atom(total, "A", {weight.expression(real ? Kind::Float : Kind::Int)})}, .body = weight.shuffled()});
+    if (chance(random, 75)) block.rules.push_back({.heads = {atom(total, "A", {"S"})}, .body = {atom(parent, "B", {"A"}), atom(total, "B", {"S"})}});
+    else block.rules.push_back({.heads = {atom(total, "A", {real ? "S * 0.5" : "S + 1"})}, .body = {atom(parent, "A", {"B"}), atom(total, "B", {"S"})}});
+    block.known = {{.name = dist, .arguments = ride ? std::vector{Kind::Int, Kind::Node} : std::vector{Kind::Int}}, {.name = parent, .arguments = {Kind::Node}, .route = true}, {.name = total, .arguments = {real ? Kind::Float : Kind::Int}}};
+    return block;
+}
+
+}  // namespace meld::reference
