@@ -1,4 +1,4 @@
-// meldc: check, compile and explain Meld programs.
+// meldc: check, compile, format and explain Meld programs.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 
 #include "compiler/diagnostics/explain.h"
 #include "compiler/driver/compile.h"
+#include "compiler/driver/format_command.h"
 #include "runtime/base/nearest.h"
 
 namespace {
@@ -23,6 +24,7 @@ struct Options {
     bool json = false;
     bool explain_rules = false;
     CompileOptions compile;
+    FormatOptions format;
 };
 
 int fail_with(const Error& error) {
@@ -95,7 +97,7 @@ int run_explain(const Options& options) {
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app{"meldc checks, compiles and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules", "meldc"};
+    CLI::App app{"meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules", "meldc"};
     app.set_version_flag("--version", "meldc 0.1.0");
     app.require_subcommand(1);
     app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 70 a bug of meldc.");
@@ -115,11 +117,16 @@ int main(int argc, char** argv) {
     CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();
 
+    CLI::App* format = app.add_subcommand("fmt", "Lay programs out; comments and meaning stay.\nExample: meldc fmt examples/meld/gradient.meld");
+    format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")->required();
+    format->add_flag("--check", options.format.check, "Change nothing: name the files that would change, and exit with 1 if there are any");
+    format->add_flag("--stdout", options.format.to_stdout, "Print the result instead of replacing the file");
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-            static constexpr std::string_view known[] = {"check", "compile", "explain"};
+            static constexpr std::string_view known[] = {"check", "compile", "explain", "fmt"};
             std::cerr << "meldc: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
             return static_cast<int>(ExitCode::UsageOrWorld);
         }
@@ -128,5 +135,6 @@ int main(int argc, char** argv) {
     }
     if (*check) return run_check(options);
     if (*compile) return run_compile(options);
+    if (*format) return run_format(options.format);
     return run_explain(options);
 }

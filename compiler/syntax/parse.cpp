@@ -43,7 +43,7 @@ bool starts_declaration(TokenKind kind) {
 
 class FileParser {
   public:
-    FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes& includes)
+    FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes* includes)
         : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), file), parser_(tokens_, build_) {
         classify_words(tokens_);
     }
@@ -75,7 +75,7 @@ class FileParser {
         return index;
     }
 
-    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out.
+    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out. Without `includes_` it is passed over.
     bool read_include(Tree& tree) {
         const TokenKind kind = tokens_[at_].kind;
         const bool with_text = (kind == TokenKind::Include || kind == TokenKind::Use) && tokens_[at_ + 1].kind == TokenKind::String;
@@ -83,10 +83,11 @@ class FileParser {
         const std::size_t path = with_text ? at_ + 1 : at_;
         at_ = path + 1;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
+        if (includes_ == nullptr) return true;
         const std::size_t errors = report_.error_count();
-        if (const auto included = includes_.open(files_, file_, tokens_[path].text, tokens_[path].span, report_)) {
+        if (const auto included = includes_->open(files_, file_, tokens_[path].text, tokens_[path].span, report_)) {
             FileParser(files_, *included, report_, includes_).run(tree);
-            includes_.close();
+            includes_->close();
         } else {
             tree.lost_file = tree.lost_file || report_.error_count() > errors;
         }
@@ -209,7 +210,7 @@ class FileParser {
     source::FileSet& files_;
     std::uint32_t file_;
     diagnostics::Reporter& report_;
-    Includes& includes_;
+    Includes* includes_;
     std::vector<Token> tokens_;
     Builder build_;
     ItemParser parser_;
@@ -223,7 +224,7 @@ class FileParser {
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options) {
     Tree tree;
     Includes includes(options.library_paths, files.file(file).path());
-    FileParser(files, file, report, includes).run(tree);
+    FileParser(files, file, report, options.follow_includes ? &includes : nullptr).run(tree);
     return tree;
 }
 

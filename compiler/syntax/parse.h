@@ -13,6 +13,8 @@ namespace meld::syntax {
 struct ParseOptions {
     // Folders where an include or `use` is looked for after the folder of the file that names it.
     std::vector<std::string> library_paths = {};
+    // Without, the tree holds the items of the file alone, and what an include names need not exist.
+    bool follow_includes = true;
 };
 
 // Brackets and operators nested deeper than this are refused, so that a tree can be walked by recursion everywhere.

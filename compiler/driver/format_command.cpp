@@ -1,0 +1,83 @@
+// Every file is looked at, whatever is wrong with those before it. A file is replaced as a whole, so that none is ever half written.
+#include "compiler/driver/format_command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include "compiler/format/format.h"
+
+namespace meld::driver {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Result<std::uint32_t> read(source::FileSet& files, const std::string& path) {
+    if (path != "-") return files.read(path);
+    std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+    return files.add("<standard input>", std::move(text));
+}
+
+// Through a link the file it names is replaced, not the link.
+Result<void> replace(const std::string& path, const std::string& text) {
+    std::error_code error;
+    const fs::path target = fs::canonical(path, error);
+    if (error) return fail("cannot write " + path + ": " + error.message(), "Use --stdout to see the result");
+    const fs::path part = target.string() + ".tmp";
+    std::ofstream(part, std::ios::binary) << text << std::flush;
+    const bool complete = fs::file_size(part, error) == text.size() && !error;
+    if (complete) fs::permissions(part, fs::status(target).permissions(), error);
+    if (complete && !error) fs::rename(part, target, error);
+    if (complete && !error) return {};
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    return fail("cannot write " + path + (error ? ": " + error.message() : ""), "Use --stdout to see the result");
+}
+
+int fail_with(const Error& error) {
+    std::cerr << "meldc: " << error.message() << "\n";
+    return static_cast<int>(error.code);
+}
+
+int format_one(const std::string& path, const FormatOptions& options) {
+    source::FileSet files;
+    const Result<std::uint32_t> file = read(files, path);
+    if (!file) return fail_with(file.error());
+    diagnostics::Reporter report;
+    const auto formatted = format::format(files, *file, report);
+    if (!formatted) return fail_with(formatted.error());
+    if (!*formatted) {
+        const auto colour = isatty(STDERR_FILENO) ? diagnostics::Colour::Always : diagnostics::Colour::Never;
+        std::cerr << diagnostics::render_text(files, report.sorted(), colour);
+        return static_cast<int>(ExitCode::ProgramWrong);
+    }
+    const std::string& text = **formatted;
+    const bool changes = text != files.file(*file).text();
+    if (options.check) {
+        if (changes) std::cout << path << "\n";
+        return changes ? static_cast<int>(ExitCode::ProgramWrong) : 0;
+    }
+    if (options.to_stdout || path == "-") {
+        std::cout << text << std::flush;
+        return std::cout ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+    }
+    if (!changes) return 0;
+    if (const auto written = replace(path, text); !written) return fail_with(written.error());
+    std::cerr << path << ": formatted\n";
+    return 0;
+}
+
+}  // namespace
+
+int run_format(const FormatOptions& options) {
+    int worst = 0;
+    for (const std::string& path : options.files) worst = std::max(worst, format_one(path, options));
+    return worst;
+}
+
+}  // namespace meld::driver
