@@ -55,6 +55,8 @@ Result<world::World> choose_world(const RunOptions& options) {
     Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "(the cube of 1,000 catoms)") : world::read_world(path);
     if (!world) return world;
     if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
+    if (options.given.size() > 9) return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
+    for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];
     for (const std::string& setting : options.set) {
         const std::size_t equals = setting.find('=');
         if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");

@@ -107,6 +107,7 @@ class PartState {
     // setup.cpp
     Result<void> given_facts();
     Result<void> set_parameters();
+    Result<void> check_length(const std::string& what);
 
     struct Export {
         Catom catom;

@@ -1,5 +1,6 @@
 // Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts.
 #include <algorithm>
+#include <set>
 
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
@@ -33,6 +34,16 @@ Counts count_together(const world::World& world, const world::Lattice& lattice, 
     }
     std::sort(all.begin(), all.end());
     return all;
+}
+
+// @arg1 to @arg9, which the command line numbers by itself.
+bool is_run_argument(std::string_view name) { return name.size() == 4 && name.starts_with("arg") && name[3] >= '1' && name[3] <= '9'; }
+
+tl::unexpected<Error> missing_argument(const ModuleInfo& module, const ParameterInfo& parameter) {
+    const std::string name = parameter.name, type = tuple::type_name({module.types, parameter.deep});
+    if (!is_run_argument(name)) return fail("the program needs a value for the constant " + name + ", of the type " + type, "Give --set " + name + "=VALUE");
+    return fail("the program needs its argument @" + name + ", of the type " + type,
+                "Give --arg VALUE " + (name == "arg1" ? std::string("once") : name.substr(3) + " times") + ", or --set " + name + "=VALUE");
 }
 
 }  // namespace
@@ -83,13 +94,28 @@ Result<void> PartState::populate() {
     abi.seed = world.seed;
     abi.max_derivations = world.limits.max_derivations_per_tick;
     abi.max_facts = world.limits.max_facts_per_catom;
+    abi.max_list = world.limits.max_list;
+    abi.tick_seconds = world.tick_seconds;
+    abi.world_catoms = static_cast<i64>(next_id);
+    columns.lists().limit(world.limits.max_list);
     refresh();
     if (auto done = set_parameters(); !done) return done;
     return given_facts();
 }
 
+// A list is not longer than the world allows; told before anything is made of it.
+Result<void> PartState::check_length(const std::string& what) {
+    const std::size_t items = columns.lists().too_long(0);
+    if (items == 0) return {};
+    return fail(what + " has a list of " + std::to_string(items) + " items, and " + std::to_string(abi.max_list) + " are the most",
+                "Raise [limits] max_list in the world if it should", ExitCode::LimitHit);
+}
+
 Result<void> PartState::set_parameters() {
     tuple::Arena lists;
+    std::set<std::string_view> missing;
+    for (u32 i = 0; i < module.parameter_count; ++i)
+        if (module.parameters[i].required) missing.insert(module.parameters[i].name);
     std::vector<Value> values;
     for (u32 i = 0; i < module.parameter_count; ++i) values.push_back(module.parameters[i].value);
     for (const auto& [name, text] : world.set) {
@@ -102,16 +128,23 @@ Result<void> PartState::set_parameters() {
             const Result<Value> value = tuple::parse_value({module.types, module.parameters[i].deep}, text, lists);
             if (!value) return fail("the constant " + name + " cannot be set: " + value.error().problem, value.error().suggestion);
             values[i] = *value;
+            missing.erase(known.back());
             found = true;
         }
+        if (!found && is_run_argument(name))
+            return fail("the program does not read the argument @" + name, "Leave out what it has no use for");
         if (!found) {
             return fail("the program has no constant '" + name + "' to set",
                         known.empty() ? "Declare it in the program: const " + name + " = " + text + "." : "Constants: " + did_you_mean(name, known));
         }
     }
-    // Kept, so that facts made of them share them.
     for (u32 i = 0; i < module.parameter_count; ++i)
+        if (missing.contains(module.parameters[i].name)) return missing_argument(module, module.parameters[i]);
+    // Kept, so that facts made of them share them.
+    for (u32 i = 0; i < module.parameter_count; ++i) {
         parameters.push_back(columns.lists().keep({module.types, module.parameters[i].deep}, values[i], 0));
+        if (auto fits = check_length("the constant " + std::string(module.parameters[i].name)); !fits) return fits;
+    }
     abi.parameters = parameters.data();
     return {};
 }
@@ -135,11 +168,15 @@ Result<void> PartState::given_facts() {
         for (u32 i = 0; i < p.arity; ++i) {
             const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
             if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
-            values.push_back(columns.lists().keep(tuple::type_of(module, p.fields[i]), *value, 0));
+            values.push_back(*value);
         }
+        // Kept once, so that the catoms share them.
+        for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
+        const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
         for (Catom c = 0; c < ensemble.index_count(); ++c)
-            if (owned(c) && fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) give(p.base, c, values.data());
+            if (fits && owned(c) && fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) give(p.base, c, values.data());
         for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
+        if (!fits) return fits;
     }
     return {};
 }

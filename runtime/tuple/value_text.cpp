@@ -126,6 +126,7 @@ class Parser {
 
     bool value(Type type, Value& out) {
         skip();
+        if (type.kind() != ValueType::String && rest_.starts_with('"')) return in_quotes(type, out);
         switch (type.kind()) {
             case ValueType::Int: return number(out.integer);
             case ValueType::Float: return number(out.real) && std::isfinite(out.real) && (out = normal(ValueType::Float, out), true);
@@ -161,6 +162,12 @@ class Parser {
     }
 
   private:
+    bool in_quotes(Type type, Value& out) {
+        std::string inner;
+        if (!string(inner)) return false;
+        Parser parser(inner, arena_);
+        return parser.value(type, out) && parser.at_end();
+    }
     bool items(Type type, Value& out) {
         std::vector<u64> found;
         const auto [open, close] = brackets(type.kind());
@@ -250,17 +257,14 @@ class Parser {
 
 Result<Value> parse_value(Type type, std::string_view text, Arena& arena) {
     Value v{};
-    std::string inner;
-    Parser quoted(text, arena);
-    const bool in_quotes = quoted.string(inner) && quoted.at_end();
+    Parser parser(text, arena);
+    if (parser.value(type, v) && parser.at_end()) return v;
     if (type.kind() == ValueType::String) {
-        v.list = arena.text(in_quotes ? std::string_view(inner) : text);
+        v.list = arena.text(text);
         return v;
     }
-    Parser parser(in_quotes ? std::string_view(inner) : text, arena);
-    if (parser.value(type, v) && parser.at_end()) return v;
     const std::string wanted = type.kind() == ValueType::Node ? "catom" : type_name(type);
-    return fail(fmt::format("'{}' is no {}", in_quotes ? inner : text, wanted), type.kind() == ValueType::Int     ? "Write a whole number such as 12"
+    return fail(fmt::format("'{}' is no {}", text, wanted), type.kind() == ValueType::Int     ? "Write a whole number such as 12"
                                                                                : type.kind() == ValueType::Float ? "Write a number such as 0.5"
                                                                                : type.kind() == ValueType::Bool  ? "Write true or false"
                                                                                : type.kind() == ValueType::Node  ? "Write @ and its number, as @7"

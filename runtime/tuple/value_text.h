@@ -17,8 +17,8 @@ std::string print_value(Type type, Value v);
 std::string type_name(Type type);
 
 // What print_value wrote, or a person: blanks anywhere between, an int where a float is wanted, sets in any order, `nil` for
-// []. A string may stand without its quotes if it is the whole value, and any other value in quotes, as a world file or a
-// shell may want. Lists are made in the arena.
+// []. A string may stand without its quotes if it is the whole value, and any other value within quotes, as world files
+// need for what TOML cannot say. Lists are made in the arena.
 Result<Value> parse_value(Type type, std::string_view text, Arena& arena);
 
 }  // namespace meld::tuple

@@ -43,6 +43,17 @@ std::string float_literal(double number) {
     return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
+// Inside an array a string is a string, unless it names a catom; numbers stand there as numbers.
+std::string array_literal(TomlReader& reader, const toml::array& array, std::string_view what) {
+    std::string text = "[";
+    for (const toml::node& item : array) {
+        const std::string* string = item.is_string() ? &**item.as_string() : nullptr;
+        text += text.size() > 1 ? ", " : "";
+        text += string != nullptr && !string->starts_with('@') ? quoted(*string) : literal(reader, item, what);
+    }
+    return text + "]";
+}
+
 Region region(TomlReader& reader, const toml::node& node) {
     const Parsed<Region> region = parse_region_text(**node.as_string());
     if (region) return *region;
@@ -89,7 +100,8 @@ std::string literal(TomlReader& reader, const toml::node& node, std::string_view
         }
         return is_literal(text) ? text : quoted(text);
     }
-    reader.wrong(node.source(), fmt::format("{} {}", what, type_mismatch(node, "a number, a string, true or false")));
+    if (node.is_array()) return array_literal(reader, *node.as_array(), what);
+    reader.wrong(node.source(), fmt::format("{} {}", what, type_mismatch(node, "a number, a string, an array, true or false")));
     return "0";
 }
 

@@ -13,13 +13,14 @@ namespace meld::world {
 // source = "cell == (0,0,0)"                                      one region
 // source = ["id == 0", "id == 9"]                                 several
 // temperature = [{ where = "id < 10", args = [20.5] }, ...]       with arguments; without `where`, all catoms
+// route = { args = [[1, 2], "text", "vec3(0, 0, 1)"] }            lists as arrays, all else that TOML cannot say as text
 void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenFact>& facts);
 
 // name = value
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set);
 
 // A TOML value as a literal of the language. A string that is itself a number, true, false, or a catom such as "@3" stands
-// for that, any other for a string. Anything else is a mistake, called `what`.
+// for that, any other for a string; an array for a list. Anything else is a mistake, called `what`.
 std::string literal(TomlReader& reader, const toml::node& node, std::string_view what);
 
 }  // namespace meld::world

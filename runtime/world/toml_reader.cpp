@@ -159,6 +159,16 @@ void Section::read_bytes(std::string_view key, std::uint64_t& value) const {
     read_suffixed(key, value, 0, std::numeric_limits<std::uint64_t>::max(), parse_bytes);
 }
 
+void Section::read_seconds(std::string_view key, double& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_string()) return read_positive(key, value);
+    const Result<double> parsed = parse_duration(**node->as_string());
+    if (!parsed) return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
+    if (*parsed <= 0) return reader_.wrong(node->source(), fmt::format("{} is not above zero", name_of(key)));
+    value = *parsed;
+}
+
 std::optional<Shape> Section::read_shape(std::string_view key) const {
     const toml::node* node = find(key);
     if (!node) return std::nullopt;

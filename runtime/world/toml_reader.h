@@ -60,6 +60,8 @@ class Section {
     void read_count(std::string_view key, int& value, int least) const;
     // A number of bytes, also written "16GiB".
     void read_bytes(std::string_view key, std::uint64_t& value) const;
+    // A time above zero in seconds, also written "1ms".
+    void read_seconds(std::string_view key, double& value) const;
     std::optional<Shape> read_shape(std::string_view key) const;
     const toml::source_region& source() const { return table_.source(); }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "runtime/base/nearest.h"
@@ -153,11 +154,17 @@ void read_record(TomlReader& reader, const toml::table& table, RecordOptions& re
 }
 
 void read_limits(TomlReader& reader, const toml::table& table, Limits& limits) {
-    const Section section(reader, table, "[limits]", {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "memory"});
+    const Section section(reader, table, "[limits]", {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "max_list", "memory"});
     section.read_count("max_facts_per_catom", limits.max_facts_per_catom, 1);
     section.read_count("max_derivations_per_tick", limits.max_derivations_per_tick, 1);
     section.read_count("max_ticks", limits.max_ticks, 1);
+    section.read_count("max_list", limits.max_list, 1, std::numeric_limits<std::uint32_t>::max());
     section.read_bytes("memory", limits.memory_bytes);
+}
+
+void read_time(TomlReader& reader, const toml::table& table, World& world) {
+    const Section section(reader, table, "[time]", {"tick"});
+    section.read_seconds("tick", world.tick_seconds);
 }
 
 // Whether no cell of the world's lattice lies in the body; false when a large body must be searched for long.
@@ -195,7 +202,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     const Section top(reader, table, "",
-                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "set", "motion", "record", "limits", "components"});
+                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "set", "motion", "record", "limits", "time", "components"});
     read_top(reader, top, world);
     read_bodies(reader, top, world);
     read_target(reader, table_at(reader, table, "target"), world);
@@ -204,6 +211,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_motion(reader, table_at(reader, table, "motion"), world.motion);
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
+    read_time(reader, table_at(reader, table, "time"), world);
     read_names(reader, table_at(reader, table, "components"), "components", world.components);
     if (!reader.error()) check_whole(reader, top, world);
     return world;

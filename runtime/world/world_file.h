@@ -16,7 +16,7 @@ namespace meld::world {
 // One fact given by the world: predicate, literal arguments after the catom, and which catoms get it.
 struct GivenFact {
     std::string predicate;
-    std::vector<std::string> arguments;  // Meld literals as text: "12", "0.5", "true", "@3".
+    std::vector<std::string> arguments;  // Meld literals as text: "12", "0.5", "true", "@3", "[1, 2]".
     Region where;
     std::string place;  // "world.toml:12:5", for errors found later.
 };
@@ -36,6 +36,7 @@ struct Limits {
     std::uint64_t max_facts_per_catom = 10'000;
     std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
+    std::uint64_t max_list = 1'000'000;  // Elements of a list, bytes of a string.
     std::uint64_t memory_bytes = 0;  // 0: what the machine has.
 };
 
@@ -60,6 +61,7 @@ struct World {
     Limits limits;
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
     std::uint64_t seed = 1;
+    double tick_seconds = 1e-3;  // What a tick stands for in the delays of a program.
 };
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.

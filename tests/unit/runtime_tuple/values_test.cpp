@@ -258,6 +258,8 @@ TEST(ValueText, ReadsWhatPeopleWrite) {
     EXPECT_EQ(read(string, "as it stands"), "\"as it stands\"");
     EXPECT_EQ(read(string, "\"a \\\"b\\\" \\x41\\n\""), "\"a \\\"b\\\" A\\n\"");
     EXPECT_EQ(read(types[Types::kInt], "\"12\""), "12");
+    EXPECT_EQ(read(types[types.add(ValueType::List, {4})], "[\"[1]\", [2]]"), "[[1], [2]]");
+    EXPECT_EQ(read(string, "\"unfinished"), "\"\\\"unfinished\"");
 
     EXPECT_EQ(read(ints, "[1, 2"), "! '[1, 2' is no list int. Write it as [12, 12]");
     EXPECT_EQ(read(ints, "[1 2]"), "! '[1 2]' is no list int. Write it as [12, 12]");

@@ -38,7 +38,7 @@ shape = "trumpet(length=200)"
 cells = "mass"
 [facts]
 source = ["cell == (0,0,0)", "id == 7"]
-temperature = [{ where = "id < 10", args = ["20.5", 3, 4.0, true, "@12", "warm \"x\""] }, { args = [1] }]
+temperature = [{ where = "id < 10", args = ["20.5", 3, 4.0, true, "@12", "warm \"x\"", [[1, 2.5], ["a", "2", "@3"], []]] }, { args = [1] }]
 [set]
 limit = 12
 rate = 0.5
@@ -50,8 +50,11 @@ keep_connected = true
 [record]
 every = 10
 predicates = ["dist", "parent"]
+[time]
+tick = "2.5ms"
 [limits]
 max_ticks = "2M"
+max_list = 7
 memory = "16GiB"
 [components]
 mover = "slide"
@@ -67,7 +70,7 @@ mover = "slide"
     EXPECT_EQ(world.facts[0].predicate, "source");
     EXPECT_EQ(world.facts[1].where.text(), "id == 7");
     EXPECT_EQ(world.facts[1].place, "w.toml:14:30");
-    EXPECT_EQ(world.facts[2].arguments, (std::vector<std::string>{"20.5", "3", "4.0", "true", "@12", "\"warm \\\"x\\\"\""}));
+    EXPECT_EQ(world.facts[2].arguments, (std::vector<std::string>{"20.5", "3", "4.0", "true", "@12", "\"warm \\\"x\\\"\"", "[[1, 2.5], [\"a\", \"2\", @3], []]"}));
     EXPECT_TRUE(world.facts[3].where.contains(99, {}, {}));
     EXPECT_EQ(world.set, (std::map<std::string, std::string>{{"limit", "12"}, {"rate", "0.5"}, {"name", "\"n\""}}));
     EXPECT_EQ(world.motion.kind, "lattice");
@@ -76,6 +79,8 @@ mover = "slide"
     EXPECT_EQ(world.record.every, 10);
     EXPECT_EQ(world.record.predicates, (std::vector<std::string>{"dist", "parent"}));
     EXPECT_EQ(world.limits.max_ticks, 2'000'000u);
+    EXPECT_EQ(world.limits.max_list, 7u);
+    EXPECT_DOUBLE_EQ(world.tick_seconds, 2.5e-3);
     EXPECT_EQ(world.limits.memory_bytes, std::uint64_t{16} << 30);
     EXPECT_EQ(world.components.at("mover"), "slide");
 }
@@ -119,6 +124,10 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [\"@x\"] }]"),
               "w.toml:4:19: '@x' names no catom. write @ and its number, as in \"@3\"");
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = 3"), "w.toml:4:8: a fact is an integer, not a region or { where = ..., args = [...] }");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [[1, {}]] }]"), "w.toml:4:23: an argument is a table, not a number, a string, an array, true or false");
+    EXPECT_EQ(error_of(kBody + "[time]\ntick = \"0s\""), "w.toml:4:8: [time] tick is not above zero");
+    EXPECT_EQ(error_of(kBody + "[time]\ntick = -1"), "w.toml:4:8: [time] tick = -1 is not a number above zero");
+    EXPECT_EQ(error_of(kBody + "[time]\ntick = \"1 mile\"").substr(0, 63), "w.toml:4:8: [time] tick: '1 mile' has the unknown suffix 'mile'");
     EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
     EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
 }
