@@ -14,8 +14,18 @@ using Bound = std::set<VariableId>;
 
 bool all_bound(const Term& term, const Bound& bound) {
     bool all = true;
-    each_variable(term, [&](VariableId v) { all = all && bound.contains(v); });
+    each_free_use(term, [&](const Term& t) { all = all && bound.contains(t.variable); });
     return all;
+}
+
+// In L = [X | Rest] with L known, X and Rest get their values.
+bool bind_parts(const Term& test, Bound& bound) {
+    const TakeApart parts = taken_apart(test);
+    if (!parts || !all_bound(*parts.value, bound)) return false;
+    bool changed = false;
+    for (const Term& part : parts.constructor->operands)
+        if (part.is_variable()) changed = bound.insert(part.variable).second || changed;
+    return changed;
 }
 
 // Adds what the positive clauses bind, to a fixpoint.
@@ -31,8 +41,9 @@ void bind(const std::vector<Clause>& body, Bound& bound) {
             for (int side = 0; side < 2; ++side) {
                 const Term& target = c.test.operands[static_cast<std::size_t>(side)];
                 const Term& value = c.test.operands[static_cast<std::size_t>(1 - side)];
-                if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second;
+                if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second || changed;
             }
+            changed = bind_parts(c.test, bound) || changed;
         }
     }
 }
@@ -51,8 +62,8 @@ class Bindings {
 
   private:
     void need(const Term& term, const Bound& bound, const char* what) {
-        each_subterm(term, [&](const Term& t) {
-            if (!t.is_variable() || bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
+        each_free_use(term, [&](const Term& t) {
+            if (bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
             report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", rule_.variables[t.variable].name, what)).help =
                 fmt::format("use it in a fact of the body, or set it with `{} = ...`", rule_.variables[t.variable].name);
         });

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "compiler/check/check.h"
+#include "compiler/check/types.h"
 
 namespace meld::check {
 
@@ -12,8 +13,6 @@ using diagnostics::Kind;
 
 namespace {
 
-const std::map<std::string, Type> kTypes = {{"int", Type::Int},     {"float", Type::Float},   {"bool", Type::Bool},   {"node", Type::Node},
-                                            {"catom", Type::Node},  {"module", Type::Node},   {"addr", Type::Node},   {"string", Type::String}};
 const std::map<std::string, Aggregate> kAggregates = {{"min", Aggregate::Min}, {"max", Aggregate::Max},     {"sum", Aggregate::Sum},
                                                       {"count", Aggregate::Count}, {"first", Aggregate::First}, {"any", Aggregate::First}};
 
@@ -74,19 +73,7 @@ class Declarer {
         const syntax::Argument& a = d.arguments[i];
         Argument out;
         out.name = a.name ? a.name->text : "";
-        const auto type = kTypes.find(a.type.name);
-        if (type == kTypes.end() || !a.type.arguments.empty()) {
-            static const std::vector<std::string> later = {"list", "set", "array", "struct", "tuple", "vec3"};
-            if (std::find(later.begin(), later.end(), a.type.name) != later.end())
-                report_.add(Kind::NotSupportedYet, a.type.span, fmt::format("the type `{}` is not compiled by this version", a.type.name)).help =
-                    "types here are int, float, bool and node";
-            else
-                unknown_type(a.type);
-        } else if (type->second == Type::String) {
-            report_.add(Kind::NotSupportedYet, a.type.span, "strings are not compiled by this version").help = "types here are int, float, bool and node";
-        } else {
-            out.type = type->second;
-        }
+        out.type = to_type(a.type, types_, tree_, report_);
         p.arguments.push_back(out);
         if (a.aggregate.empty()) return;
         const auto aggregate = kAggregates.find(a.aggregate);
@@ -113,15 +100,6 @@ class Declarer {
         if (!last && (p.aggregate == Aggregate::Sum || p.aggregate == Aggregate::Count))
             report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("no argument can ride along with a {}: no single fact wins", a.aggregate)).help =
                 "put the arguments of the group before the aggregate";
-    }
-
-    void unknown_type(const syntax::Type& type) {
-        if (tree_.is_lost(type.name)) return;
-        std::vector<std::string> names;
-        for (const auto& [name, t] : kTypes) names.push_back(name);
-        const std::string near = diagnostics::nearest_name(type.name, names);
-        report_.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)).help =
-            near.empty() ? "types are int, float, bool and node" : fmt::format("did you mean `{}`?", near);
     }
 
     void check_shape(const syntax::Declaration& d, const Predicate& p) {
@@ -321,6 +299,7 @@ class Declarer {
 
     const syntax::Tree& tree_;
     std::uint32_t prelude_files_;
+    TypeNames types_ = language_types();
     Program& program_;
     diagnostics::Reporter& report_;
     std::map<std::pair<std::string, std::size_t>, PredicateId> names_;

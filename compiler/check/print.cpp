@@ -12,7 +12,7 @@ std::string type_name(const Type& type) {
         return text;
     };
     switch (type.kind) {
-        case Type::Kind::Error: return "unknown";
+        case Type::Kind::Error: return "_";
         case Type::Kind::Int: return "int";
         case Type::Kind::Float: return "float";
         case Type::Kind::Bool: return "bool";
@@ -26,6 +26,17 @@ std::string type_name(const Type& type) {
         case Type::Kind::Vec3: return "vec3";
     }
     return "";
+}
+
+TakeApart taken_apart(const Term& test) {
+    if (test.op != Op::Equal) return {};
+    for (const std::size_t side : {0u, 1u}) {
+        const Term& constructor = test.operands[side];
+        const bool makes = constructor.op == Op::List || constructor.op == Op::Cons || constructor.op == Op::Struct || constructor.op == Op::Tuple;
+        // A set keeps no order of elements to take apart.
+        if (makes && constructor.type.kind != Type::Kind::Set && test.operands[1 - side].is_variable()) return {&test.operands[1 - side], &constructor};
+    }
+    return {};
 }
 
 std::string aggregate_name(Aggregate aggregate) {
@@ -48,6 +59,7 @@ namespace {
 
 const char* infix(Op op) {
     switch (op) {
+        case Op::Append: return " ++ ";
         case Op::Add: return " + ";
         case Op::Subtract: return " - ";
         case Op::Multiply: return " * ";
@@ -75,6 +87,13 @@ const char* function_name(Op op) {
         case Op::Truncate: return "truncate";
         case Op::Sqrt: return "sqrt";
         case Op::NodeToInt: return "node2int";
+        case Op::ListHead: return "head";
+        case Op::ListTail: return "tail";
+        case Op::IsEmpty: return "empty";
+        case Op::Now: return "now";
+        case Op::Ticks: return "ticks";
+        case Op::Due: return "due";
+        case Op::Fresh: return "fresh";
         default: return nullptr;
     }
 }
@@ -83,6 +102,21 @@ std::string joined(const Program& program, const Rule& rule, const std::vector<C
     std::string text;
     for (const Clause& c : body) text += (text.empty() ? "" : ", ") + print(program, rule, c);
     return text;
+}
+
+std::string joined_operands(const Program& program, const Rule& rule, const Term& t) {
+    std::string text;
+    for (const Term& operand : t.operands) text += (text.empty() ? "" : ", ") + print(program, rule, operand);
+    return text;
+}
+
+std::string print_constant(const Program& program, const Constant& c) {
+    if (c.argument) return fmt::format("// @{} is {}\n", c.name, type_name(c.type));
+    const std::string value = c.type.compound() && c.type != Type::String ? print(program, Rule{}, c.value)
+                              : c.type == Type::String ? fmt::format("\"{}\"", c.text)
+                              : c.type == Type::Float  ? fmt::format("{:#}", c.real)
+                                                       : std::to_string(c.integer);
+    return fmt::format("const {} = {}.  // {}\n", c.name, value, type_name(c.type));
 }
 
 std::string print_head(const Program& program, const Rule& rule, const Head& head) {
@@ -123,6 +157,15 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
         case Op::Constant: return program.constants[t.constant].name;
         case Op::Negate: return "-" + operand(0);
         case Op::Not: return "~" + operand(0);
+        case Op::WorldSize: return "@world";
+        case Op::List: return "[" + joined_operands(program, rule, t) + "]";
+        case Op::Cons: return fmt::format("[{} | {}]", operand(0), operand(1));
+        case Op::Struct: return ":(" + joined_operands(program, rule, t) + ")";
+        case Op::Tuple: return (t.type == Type::Vec3 ? "vec3(" : "(") + joined_operands(program, rule, t) + ")";
+        case Op::Item: return fmt::format("field({}, {})", operand(0), t.integer);
+        case Op::Let: return fmt::format("let {} = {} in {} end", rule.variables[t.variable].name, operand(0), operand(1));
+        case Op::Call: return program.functions[t.function].name + "(" + joined_operands(program, rule, t) + ")";
+        case Op::Library: return t.text + "(" + joined_operands(program, rule, t) + ")";
         case Op::If: return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
         default: break;
     }
@@ -132,9 +175,7 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
         };
         return side(0) + sign + side(1);
     }
-    std::string text = std::string(function_name(t.op)) + "(";
-    for (std::size_t i = 0; i < t.operands.size(); ++i) text += (i ? ", " : "") + operand(i);
-    return text + ")";
+    return std::string(function_name(t.op)) + "(" + joined_operands(program, rule, t) + ")";
 }
 
 std::string print(const Program& program, const Rule& rule, const Atom& atom) {
@@ -166,8 +207,7 @@ std::string print(const Program& program) {
     for (const Predicate& p : program.predicates)
         if (!p.prelude) text += print_declaration(p) + "\n";
     for (const Constant& c : program.constants)
-        if (!c.prelude)
-            text += fmt::format("const {} = {}.  // {}\n", c.name, c.type == Type::Float ? fmt::format("{:#}", c.real) : std::to_string(c.integer), type_name(c.type));
+        if (!c.prelude) text += print_constant(program, c);
     for (const Rule& rule : program.rules) {
         text += fmt::format("\n// {}, runs at {}", rule.name, rule.home.valid() ? rule.variables[rule.home].name : "?");
         for (const Variable& v : rule.variables) text += fmt::format(", {}: {}", v.name, type_name(v.type));

@@ -78,16 +78,7 @@ struct Predicate {
 };
 using PredicateId = Id<Predicate>;
 
-struct Constant {
-    std::string name;
-    Span span;
-    Type type = Type::Error;
-    std::int64_t integer = 0;         // Int, Bool, Node
-    double real = 0;                  // Float
-    std::string text;                 // String
-    bool prelude = false;
-    bool argument = false;            // @arg1: the run gives it, or is told which one is missing.
-};
+struct Constant;
 using ConstantId = Id<Constant>;
 
 struct Variable {
@@ -121,16 +112,28 @@ enum class Op {
 struct Term {
     Op op = Op::Anonymous;
     Type type = Type::Error;
-    Span span;
+    Span span = {};
     std::int64_t integer = 0;
     double real = 0;
-    std::string text;
-    VariableId variable;
-    ConstantId constant;
-    FunctionId function;
+    std::string text = {};
+    VariableId variable = {};
+    ConstantId constant = {};
+    FunctionId function = {};
     std::vector<Term> operands = {};
 
     bool is_variable() const { return op == Op::Variable; }
+};
+
+struct Constant {
+    std::string name;
+    Span span;
+    Type type = Type::Error;
+    std::int64_t integer = 0;         // Int, Bool, Node
+    double real = 0;                  // Float
+    std::string text;                 // String
+    Term value = {};                  // All others: a term of literals.
+    bool prelude = false;
+    bool argument = false;            // @arg1: the run gives it, or is told which one is missing.
 };
 
 // fun f(int X) : int = X + 1.  or  extern float f(int).
@@ -248,6 +251,14 @@ std::string print(const Program& program, const Rule& rule, const Atom& atom);
 std::string print(const Program& program, const Rule& rule, const Clause& clause);
 std::string print(const Program& program, const Rule& rule);
 
+// An equality that makes or takes apart a list, struct or tuple: variable = constructor of variables and known values.
+struct TakeApart {
+    const Term* value = nullptr;
+    const Term* constructor = nullptr;
+    explicit operator bool() const { return value != nullptr; }
+};
+TakeApart taken_apart(const Term& test);
+
 // Calls visit(const Term&) on every subterm, itself first.
 template <class Visit>
 void each_subterm(const Term& term, const Visit& visit) {
@@ -259,6 +270,27 @@ void each_variable(const Term& term, const Visit& visit) {
     each_subterm(term, [&](const Term& t) {
         if (t.is_variable() || t.op == Op::Let) visit(t.variable);
     });
+}
+// Every use of a variable that is not of a `let` around it: visit(const Term&).
+template <class Visit>
+void each_free_use(const Term& term, const Visit& visit, std::vector<VariableId>& bound) {
+    if (term.is_variable()) {
+        for (const VariableId v : bound)
+            if (v == term.variable) return;
+        visit(term);
+        return;
+    }
+    for (std::size_t i = 0; i < term.operands.size(); ++i) {
+        const bool inside = term.op == Op::Let && i == 1;
+        if (inside) bound.push_back(term.variable);
+        each_free_use(term.operands[i], visit, bound);
+        if (inside) bound.pop_back();
+    }
+}
+template <class Visit>
+void each_free_use(const Term& term, const Visit& visit) {
+    std::vector<VariableId> bound;
+    each_free_use(term, visit, bound);
 }
 // Every variable of a clause, those inside negations and aggregates too.
 template <class Visit>

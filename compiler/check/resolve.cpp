@@ -73,11 +73,7 @@ class Resolver {
         const auto found = names_.predicates.find({atom.name.text, atom.arguments.size()});
         if (found == names_.predicates.end()) return;
         const Predicate& p = program_.predicates[found->second];
-        for (std::size_t i = 0; i < atom.arguments.size(); ++i)
-            if (const std::string* name = scope_->variable_name(*atom.arguments[i])) {
-                Variable& v = rule_->variables[scope_->variable(*name, atom.arguments[i]->span)];
-                if (v.type == Type::Error) v.type = p.arguments[i].type;
-            }
+        for (std::size_t i = 0; i < atom.arguments.size(); ++i) scope_->spread_type(*atom.arguments[i], p.arguments[i].type);
     }
     void type_from_equalities(const std::vector<syntax::Clause>& clauses, bool& changed) {
         for (const syntax::Clause& clause : clauses) {
@@ -86,18 +82,9 @@ class Resolver {
             const auto* test = std::get_if<syntax::Constraint>(&clause.node);
             const auto* equal = test ? std::get_if<syntax::Binary>(&test->condition->node) : nullptr;
             if (equal == nullptr || equal->op != syntax::BinaryOp::Equal) continue;
-            type_side(*equal->left, *equal->right, changed);
-            type_side(*equal->right, *equal->left, changed);
+            changed = scope_->spread_type(*equal->left, scope_->infer(*equal->right)) || changed;
+            changed = scope_->spread_type(*equal->right, scope_->infer(*equal->left)) || changed;
         }
-    }
-    void type_side(const syntax::Expr& variable, const syntax::Expr& value, bool& changed) {
-        const std::string* name = scope_->variable_name(variable);
-        if (name == nullptr) return;
-        Variable& v = rule_->variables[scope_->variable(*name, variable.span)];
-        const Type type = scope_->infer(value);
-        if (v.type != Type::Error || type == Type::Error) return;
-        v.type = type;
-        changed = true;
     }
 
     // ---- bodies
@@ -112,7 +99,7 @@ class Resolver {
         if (const auto* a = std::get_if<syntax::Atom>(&tree.node)) {
             body_atom(*a, out);
         } else if (const auto* t = std::get_if<syntax::Constraint>(&tree.node)) {
-            out.push_back(test(scope_->resolve(*t->condition, Type::Bool, "a condition")));
+            condition(*t->condition, out);
         } else if (const auto* n = std::get_if<syntax::Not>(&tree.node)) {
             Clause c{.kind = Clause::Kind::Not, .span = tree.span};
             c.inner = body(n->clauses);
@@ -131,6 +118,31 @@ class Resolver {
                                : std::holds_alternative<syntax::Proved>(tree.node) ? "proved conditions"
                                                                                    : "body aggregates");
         }
+    }
+
+    // An equality with a pattern makes or takes apart; what it is compared with is a variable, made if need be.
+    void condition(const syntax::Expr& e, std::vector<Clause>& out) {
+        const auto* equal = std::get_if<syntax::Binary>(&e.node);
+        const bool patterns = equal != nullptr && equal->op == syntax::BinaryOp::Equal && (scope_->is_pattern(*equal->left) || scope_->is_pattern(*equal->right));
+        const std::optional<Type> common = patterns ? join(scope_->infer(*equal->left), scope_->infer(*equal->right)) : std::nullopt;
+        // Types that do not go together are reported where they are compared.
+        if (!common) {
+            out.push_back(test(scope_->resolve(e, Type::Bool, "a condition")));
+            return;
+        }
+        const bool left = scope_->is_pattern(*equal->left);
+        const syntax::Expr &pattern = left ? *equal->left : *equal->right, &other = left ? *equal->right : *equal->left;
+        std::vector<Clause> tests;
+        Term value = scope_->is_pattern(other) ? scope_->pattern_variable(other, *common, tests) : scope_->resolve(other, *common, "`=`");
+        if (!value.is_variable()) {
+            Term variable{.op = Op::Variable, .type = value.type, .span = other.span, .variable = scope_->fresh("_value", value.type, other.span)};
+            tests.push_back(equality(variable, std::move(value), e.span));
+            value = variable;
+        }
+        const std::size_t at = tests.size();
+        Term made = scope_->pattern(pattern, *common, tests);
+        tests.insert(tests.begin() + static_cast<std::ptrdiff_t>(at), equality(std::move(value), std::move(made), e.span));
+        for (Clause& t : tests) out.push_back(std::move(t));
     }
 
     static Clause test(Term term) {
@@ -154,12 +166,7 @@ class Resolver {
         Term value = scope_->resolve(e, Type::Node, "the place of a fact");
         term.variable = scope_->fresh("_at", Type::Node, e.span);
         if (tests != nullptr) {
-            Term equal;
-            equal.op = Op::Equal;
-            equal.type = Type::Bool;
-            equal.span = e.span;
-            equal.operands = {term, std::move(value)};
-            tests->push_back(test(std::move(equal)));
+            tests->push_back(equality(term, std::move(value), e.span));
         }
         return term;
     }
@@ -206,7 +213,8 @@ class Resolver {
         for (std::size_t i = 0; i < tree.arguments.size(); ++i) {
             const std::string where = fmt::format("argument {} of `{}`", i + 1, p.name);
             if (i == 0) c.atom.arguments.push_back(location(*tree.arguments[i], &tests));
-            else c.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, where, true));
+            else if (scope_->is_pattern(*tree.arguments[i])) c.atom.arguments.push_back(scope_->pattern_variable(*tree.arguments[i], p.arguments[i].type, tests));
+            else c.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, where, true, p.span));
         }
         out.push_back(std::move(c));
         for (Clause& t : tests) out.push_back(std::move(t));
@@ -262,7 +270,7 @@ class Resolver {
             const bool counted = p.aggregate == Aggregate::Count && p.aggregate_at == i;
             if (i == 0) h.atom.arguments.push_back(head_location(*tree.arguments[i]));
             else if (counted) h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
-            else h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name)));
+            else h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
         }
         out.push_back(std::move(h));
     }

@@ -1,49 +1,26 @@
 #include "compiler/check/scope.h"
 
 #include <algorithm>
-#include <set>
 
 namespace meld::check {
 
 using diagnostics::Kind;
 using syntax::BinaryOp;
 
-namespace {
-
-struct Builtin {
-    Op op;
-    std::vector<Type> parameters;  // Error: int or float, the result is the wider of all such.
-    Type result;
-};
-const std::map<std::string, Builtin> kBuiltins = {
-    {"min", {Op::Min, {Type::Error, Type::Error}, Type::Error}}, {"max", {Op::Max, {Type::Error, Type::Error}, Type::Error}},
-    {"abs", {Op::Abs, {Type::Error}, Type::Error}},              {"float", {Op::ToFloat, {Type::Int}, Type::Float}},
-    {"int2float", {Op::ToFloat, {Type::Int}, Type::Float}},      {"truncate", {Op::Truncate, {Type::Float}, Type::Int}},
-    {"float2int", {Op::Truncate, {Type::Float}, Type::Int}},     {"sqrt", {Op::Sqrt, {Type::Float}, Type::Float}},
-    {"node2int", {Op::NodeToInt, {Type::Node}, Type::Int}}};
-
-// The library of existing programs that this version does not have.
-const std::set<std::string> kLater = {"llength", "lnth", "lappend", "lreverse", "lsort", "lexists", "ltake", "lremove", "lcount", "lreduce", "lunion", "ladd", "intpower", "randint", "randfloat",
-                                      "int2str", "float2str", "str2int", "node2str", "normalize", "damp", "convolve", "divide", "addfloatlists", "residual", "random"};
-
-std::string kind_of_value(const syntax::Expr& e) {
-    if (std::holds_alternative<syntax::StringLiteral>(e.node)) return "a string";
-    if (std::holds_alternative<syntax::WorldSize>(e.node)) return "`@world`";
-    if (std::holds_alternative<syntax::RunArgument>(e.node)) return "a run argument";
-    if (std::holds_alternative<syntax::Let>(e.node)) return "`let`";
-    if (std::holds_alternative<syntax::ListValue>(e.node)) return "a list";
-    if (std::holds_alternative<syntax::StructValue>(e.node)) return "a struct";
-    if (std::holds_alternative<syntax::TupleValue>(e.node)) return "a tuple";
-    return "this kind of value";
-}
-
-bool numeric(const Type& t) { return t.numeric() || t == Type::Error; }
-
-}  // namespace
-
 Names::Names(const Program& program, const syntax::Tree& source) : tree(source) {
     for (const PredicateId id : program.predicates.ids()) predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
-    for (const ConstantId id : program.constants.ids()) constants.emplace(program.constants[id].name, id);
+    for (const ConstantId id : program.constants.ids())
+        if (!program.constants[id].argument) constants.emplace(program.constants[id].name, id);
+    for (const FunctionId id : program.functions.ids()) functions.emplace(program.functions[id].name, id);
+}
+
+Clause equality(Term left, Term right, Span span) {
+    Clause c{.kind = Clause::Kind::Test};
+    c.span = c.test.span = span;
+    c.test.op = Op::Equal;
+    c.test.type = Type::Bool;
+    c.test.operands = {std::move(left), std::move(right)};
+    return c;
 }
 
 VariableId Scope::variable(const std::string& name, Span span) {
@@ -61,44 +38,79 @@ const std::string* Scope::variable_name(const syntax::Expr& e) const {
     return nullptr;
 }
 
-bool Scope::compatible(const Type& a, const Type& b) { return a == b || a == Type::Error || b == Type::Error || (numeric(a) && numeric(b)); }
+// ---- what is known of types, silently
 
 Type Scope::infer(const syntax::Expr& e) const {
     if (const std::string* name = variable_name(e)) {
+        for (auto let = lets_.rbegin(); let != lets_.rend(); ++let)
+            if (let->first == *name) return let->second;
         const auto found = variables_.find(*name);
         return found == variables_.end() ? Type::Error : rule_.variables[found->second].type;
     }
-    if (std::holds_alternative<syntax::IntLiteral>(e.node)) return Type::Int;
+    const auto all = [this](Type::Kind kind, const std::vector<syntax::ExprPtr>& values) {
+        Type type{kind};
+        for (const auto& value : values) type.parts.push_back(infer(*value));
+        return type;
+    };
+    if (std::holds_alternative<syntax::IntLiteral>(e.node) || std::holds_alternative<syntax::WorldSize>(e.node)) return Type::Int;
     if (std::holds_alternative<syntax::FloatLiteral>(e.node)) return Type::Float;
     if (std::holds_alternative<syntax::BoolLiteral>(e.node)) return Type::Bool;
+    if (std::holds_alternative<syntax::StringLiteral>(e.node)) return Type::String;
     if (std::holds_alternative<syntax::CatomLiteral>(e.node)) return Type::Node;
-    if (const auto* c = std::get_if<syntax::Call>(&e.node)) {
-        if (!c->parentheses) {
-            const auto constant = names_.constants.find(c->name);
-            return constant == names_.constants.end() ? Type::Error : program_.constants[constant->second].type;
-        }
-        const auto builtin = kBuiltins.find(c->name);
-        if (builtin == kBuiltins.end()) return Type::Error;
-        if (builtin->second.result != Type::Error || c->arguments.empty()) return builtin->second.result;
-        for (const auto& argument : c->arguments)
-            if (infer(*argument) == Type::Float) return Type::Float;
-        return infer(*c->arguments[0]);
-    }
+    if (const auto* c = std::get_if<syntax::Call>(&e.node)) return infer_call(*c);
     if (const auto* u = std::get_if<syntax::Unary>(&e.node)) return u->op == syntax::UnaryOp::Not ? Type::Bool : infer(*u->operand);
-    if (const auto* b = std::get_if<syntax::Binary>(&e.node)) {
-        if (b->op >= BinaryOp::Equal) return Type::Bool;
-        const Type l = infer(*b->left), r = infer(*b->right);
-        if (l == Type::Error || r == Type::Error) return Type::Error;
-        return l == Type::Float || r == Type::Float ? Type::Float : l;
-    }
-    if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) {
-        const Type t = infer(*c->then_value), f = infer(*c->else_value);
-        return t == Type::Error || f == Type::Float ? f : t;
-    }
+    if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return infer_binary(*b);
+    if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) return join(infer(*c->then_value), infer(*c->else_value)).value_or(Type::Error);
+    if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) return infer_list(*l);
+    if (const auto* s = std::get_if<syntax::StructValue>(&e.node)) return all(Type::Kind::Struct, s->fields);
+    if (const auto* t = std::get_if<syntax::TupleValue>(&e.node)) return all(Type::Kind::Tuple, t->fields);
+    if (const auto* l = std::get_if<syntax::Let>(&e.node)) return infer_let(*l);
+    if (const auto* a = std::get_if<syntax::RunArgument>(&e.node))
+        for (const Constant& c : program_.constants)
+            if (c.argument && c.name == fmt::format("arg{}", a->number)) return c.type;
     return Type::Error;
 }
 
-Term Scope::convert(Term term, const Type& wanted, const std::string& where) {
+Type Scope::infer_call(const syntax::Call& c) const {
+    if (!c.parentheses) {
+        const auto constant = names_.constants.find(c.name);
+        return constant == names_.constants.end() ? Type::Error : program_.constants[constant->second].type;
+    }
+    if (const auto own = names_.functions.find(c.name); own != names_.functions.end()) return program_.functions[own->second].result;
+    const LibraryFunction* f = library_function(c.name, c.arguments.size());
+    if (f == nullptr) return Type::Error;
+    LibraryBindings bindings;
+    for (std::size_t i = 0; i < f->parameters.size() && i < c.arguments.size(); ++i) match(f->parameters[i], infer(*c.arguments[i]), bindings);
+    return substitute(f->result, bindings);
+}
+
+// A list whose elements do not go together is reported when it is resolved.
+Type Scope::infer_list(const syntax::ListValue& list) const {
+    Type type = list.rest ? infer(*list.rest) : Type::list_of(Type::Error);
+    if (type == Type::Error) type = Type::list_of(Type::Error);
+    if (type.parts.size() != 1) return Type::Error;
+    for (const auto& element : list.elements) type.parts[0] = join(type.parts[0], infer(*element)).value_or(type.parts[0]);
+    return type;
+}
+
+Type Scope::infer_let(const syntax::Let& l) const {
+    lets_.emplace_back(l.variable.text, infer(*l.value));
+    Type type = infer(*l.body);
+    lets_.pop_back();
+    return type;
+}
+
+Type Scope::infer_binary(const syntax::Binary& b) const {
+    if (b.op >= BinaryOp::Equal) return Type::Bool;
+    const Type l = infer(*b.left), r = infer(*b.right);
+    if (l == Type::Vec3 || r == Type::Vec3) return Type::Vec3;
+    if (b.op != BinaryOp::Append && (l == Type::Error || r == Type::Error)) return Type::Error;
+    return join(l, r).value_or(Type::Error);
+}
+
+// ---- terms
+
+Term Scope::convert(Term term, const Type& wanted, const std::string& where, Span declared) {
     if (wanted == Type::Error || term.type == Type::Error || term.type == wanted) return term;
     if (wanted == Type::Float && term.type == Type::Int) {
         Term wide;
@@ -108,14 +120,23 @@ Term Scope::convert(Term term, const Type& wanted, const std::string& where) {
         wide.operands.push_back(std::move(term));
         return wide;
     }
+    if (same(term.type, wanted)) {
+        term.type = refined(term.type, wanted);
+        return term;
+    }
     auto& d = report_.add(Kind::TypeMismatch, term.span, fmt::format("{} needs {}, and this is {}", where, type_name(wanted), type_name(term.type)));
+    if (declared.end > declared.begin) d.labels.push_back({declared, fmt::format("it is declared here as {}", type_name(wanted))});
     if (term.is_variable()) d.labels.push_back({rule_.variables[term.variable].span, fmt::format("`{}` is {} here", rule_.variables[term.variable].name, type_name(term.type))});
+    if (term.op == Op::Call) d.labels.push_back({program_.functions[term.function].span, fmt::format("`{}` gives {}", program_.functions[term.function].name, type_name(term.type))});
+    if (term.op == Op::Constant) d.labels.push_back({program_.constants[term.constant].span, fmt::format("`{}` is {}", program_.constants[term.constant].name, type_name(term.type))});
     if (wanted == Type::Int && term.type == Type::Float) d.help = "write truncate(...) to drop the fraction";
+    if (wanted == Type::String && term.type == Type::Int) d.help = "write int2str(...)";
+    if (wanted == Type::String && term.type == Type::Float) d.help = "write float2str(...)";
     term.type = Type::Error;
     return term;
 }
 
-Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits) {
+Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits, Span declared) {
     if (std::holds_alternative<syntax::Anonymous>(e.node)) {
         Term term;
         term.span = e.span;
@@ -125,12 +146,12 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
     }
     if (const std::string* name = variable_name(e)) {
         Variable& v = rule_.variables[variable(*name, e.span)];
-        if (v.type == Type::Error) v.type = wanted;
+        v.type = refined(v.type, wanted);
     }
-    return convert(untyped(e), wanted, where);
+    return convert(untyped(e, wanted), wanted, where, declared);
 }
 
-Term Scope::untyped(const syntax::Expr& e) {
+Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {
     Term term;
     term.span = e.span;
     if (const std::string* name = variable_name(e)) {
@@ -149,159 +170,38 @@ Term Scope::untyped(const syntax::Expr& e) {
         term.op = Op::Bool;
         term.type = Type::Bool;
         term.integer = b->value;
+    } else if (const auto* s = std::get_if<syntax::StringLiteral>(&e.node)) {
+        term.op = Op::String;
+        term.type = Type::String;
+        term.text = s->value;
     } else if (const auto* c = std::get_if<syntax::CatomLiteral>(&e.node)) {
         term.op = Op::Node;
         term.type = Type::Node;
         term.integer = c->id;
+    } else if (std::holds_alternative<syntax::WorldSize>(e.node)) {
+        term.op = Op::WorldSize;
+        term.type = Type::Int;
+    } else if (const auto* a = std::get_if<syntax::RunArgument>(&e.node)) {
+        return run_argument(a->number, e.span, wanted);
     } else if (const auto* call = std::get_if<syntax::Call>(&e.node)) {
-        return name_or_call(*call, e.span);
+        return call->parentheses ? this->call(*call, e.span, wanted) : constant_name(*call, e.span);
     } else if (const auto* u = std::get_if<syntax::Unary>(&e.node)) {
         return unary(*u, e.span);
     } else if (const auto* bin = std::get_if<syntax::Binary>(&e.node)) {
         return binary(*bin, e.span);
     } else if (const auto* cond = std::get_if<syntax::Conditional>(&e.node)) {
-        return conditional(*cond, e.span);
-    } else if (std::holds_alternative<syntax::Anonymous>(e.node)) {
-        report_.add(Kind::UnboundVariable, e.span, "`_` stands for any value, and an expression needs one");
+        return conditional(*cond, e.span, wanted);
+    } else if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) {
+        return list(*l, e.span, wanted);
+    } else if (const auto* record = std::get_if<syntax::StructValue>(&e.node)) {
+        return fields(record->fields, Type::Kind::Struct, e.span, wanted);
+    } else if (const auto* tuple = std::get_if<syntax::TupleValue>(&e.node)) {
+        return fields(tuple->fields, Type::Kind::Tuple, e.span, wanted);
+    } else if (const auto* inner = std::get_if<syntax::Let>(&e.node)) {
+        return let(*inner, e.span, wanted);
     } else {
-        return unsupported(e.span, kind_of_value(e));
+        report_.add(Kind::UnboundVariable, e.span, "`_` stands for any value, and an expression needs one");
     }
-    return term;
-}
-
-Term Scope::unsupported(Span span, const std::string& what) {
-    report_.add(Kind::NotSupportedYet, span, what + " is not compiled by this version").help = "values here are int, float, bool and node";
-    Term term;
-    term.span = span;
-    return term;
-}
-
-Term Scope::name_or_call(const syntax::Call& call, Span span) {
-    Term term;
-    term.span = span;
-    if (!call.parentheses) {
-        const auto constant = names_.constants.find(call.name);
-        if (constant != names_.constants.end()) {
-            term.op = Op::Constant;
-            term.constant = constant->second;
-            term.type = program_.constants[constant->second].type;
-            return term;
-        }
-        if (names_.tree.is_lost(call.name)) return term;
-        std::vector<std::string> known;
-        for (const auto& [name, id] : names_.constants) known.push_back(name);
-        const std::string near = diagnostics::nearest_name(call.name, known);
-        auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no constant `{}`", call.name));
-        std::string upper = call.name;
-        upper[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(upper[0])));
-        d.help = near.empty() ? fmt::format("declare it with `const {} = ...`, or write the variable `{}` with a capital", call.name, upper)
-                              : fmt::format("did you mean `{}`?", near);
-        return term;
-    }
-    const auto found = kBuiltins.find(call.name);
-    if (found == kBuiltins.end()) {
-        if (kLater.contains(call.name)) {
-            report_.add(Kind::NotSupportedYet, span, fmt::format("the function `{}` is not compiled by this version", call.name)).help =
-                "functions here are abs, float, max, min, node2int, sqrt and truncate";
-            return term;
-        }
-        if (names_.tree.is_lost(call.name)) return term;
-        std::vector<std::string> known;
-        for (const auto& [name, b] : kBuiltins) known.push_back(name);
-        const std::string near = diagnostics::nearest_name(call.name, known);
-        report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", call.name)).help =
-            near.empty() ? "functions here are abs, float, max, min, node2int, sqrt and truncate" : fmt::format("did you mean `{}`?", near);
-        return term;
-    }
-    const Builtin& builtin = found->second;
-    if (builtin.parameters.size() != call.arguments.size()) {
-        report_.add(Kind::ArityMismatch, span, fmt::format("`{}` takes {} argument{}, and here {} {}", call.name, builtin.parameters.size(),
-                                                           builtin.parameters.size() == 1 ? "" : "s", call.arguments.size() == 1 ? "is" : "are", call.arguments.size()));
-        return term;
-    }
-    term.op = builtin.op;
-    term.type = builtin.result;
-    Type widest = Type::Int;
-    for (const auto& argument : call.arguments) {
-        const Type t = infer(*argument);
-        if (t == Type::Float) widest = Type::Float;
-        if (builtin.result == Type::Error && !numeric(t))
-            report_.add(Kind::TypeMismatch, argument->span, fmt::format("`{}` needs a number, and this is {}", call.name, type_name(t)));
-    }
-    if (builtin.result == Type::Error) term.type = widest;
-    for (std::size_t i = 0; i < call.arguments.size(); ++i)
-        term.operands.push_back(resolve(*call.arguments[i], builtin.parameters[i] == Type::Error ? widest : builtin.parameters[i], fmt::format("`{}`", call.name)));
-    // float(X) of a float is X itself.
-    return term;
-}
-
-Term Scope::unary(const syntax::Unary& u, Span span) {
-    Term term;
-    term.span = span;
-    if (u.op == syntax::UnaryOp::Not) {
-        term.op = Op::Not;
-        term.type = Type::Bool;
-        term.operands.push_back(resolve(*u.operand, Type::Bool, "`~`"));
-        return term;
-    }
-    Term operand = resolve(*u.operand, Type::Error, "`-`");
-    if (!numeric(operand.type)) report_.add(Kind::TypeMismatch, operand.span, fmt::format("`-` needs a number, and this is {}", type_name(operand.type)));
-    term.op = Op::Negate;
-    term.type = operand.type;
-    term.operands.push_back(std::move(operand));
-    return term;
-}
-
-Term Scope::binary(const syntax::Binary& b, Span span) {
-    static const std::map<BinaryOp, std::pair<Op, const char*>> ops = {
-        {BinaryOp::Add, {Op::Add, "+"}},           {BinaryOp::Subtract, {Op::Subtract, "-"}},       {BinaryOp::Multiply, {Op::Multiply, "*"}},
-        {BinaryOp::Divide, {Op::Divide, "/"}},     {BinaryOp::Modulo, {Op::Modulo, "%"}},           {BinaryOp::Power, {Op::Power, "^"}},
-        {BinaryOp::Equal, {Op::Equal, "="}},       {BinaryOp::NotEqual, {Op::NotEqual, "<>"}},      {BinaryOp::Less, {Op::Less, "<"}},
-        {BinaryOp::LessEqual, {Op::LessEqual, "<="}}, {BinaryOp::Greater, {Op::Greater, ">"}},      {BinaryOp::GreaterEqual, {Op::GreaterEqual, ">="}},
-        {BinaryOp::And, {Op::And, "&&"}},          {BinaryOp::Or, {Op::Or, "||"}}};
-    const auto found = ops.find(b.op);
-    if (found == ops.end()) return unsupported(span, "appending lists");
-    const auto [op, sign] = found->second;
-    const std::string where = fmt::format("`{}`", sign);
-    Term term;
-    term.span = span;
-    term.op = op;
-    if (op == Op::And || op == Op::Or) {
-        term.type = Type::Bool;
-        term.operands.push_back(resolve(*b.left, Type::Bool, where));
-        term.operands.push_back(resolve(*b.right, Type::Bool, where));
-        return term;
-    }
-    const Type l = infer(*b.left), r = infer(*b.right);
-    const bool comparison = op >= Op::Equal && op <= Op::GreaterEqual;
-    if (!compatible(l, r)) {
-        auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("{} cannot {} {} and {}", where, comparison ? "compare" : "combine", type_name(l), type_name(r)));
-        d.labels.push_back({b.left->span, "this is " + type_name(l)});
-        d.labels.push_back({b.right->span, "this is " + type_name(r)});
-        return term;
-    }
-    const Type common = l == Type::Float || r == Type::Float ? Type::Float : l == Type::Error ? r : l;
-    if (!comparison && !numeric(common))
-        report_.add(Kind::TypeMismatch, span, fmt::format("{} needs numbers, and these are {}", where, type_name(common))).help =
-            common == Type::Node ? "node2int(X) gives a catom's number" : "";
-    term.type = comparison ? Type::Bool : common;
-    term.operands.push_back(resolve(*b.left, common, where));
-    term.operands.push_back(resolve(*b.right, common, where));
-    return term;
-}
-
-Term Scope::conditional(const syntax::Conditional& c, Span span) {
-    Term term;
-    term.span = span;
-    term.op = Op::If;
-    const Type t = infer(*c.then_value), f = infer(*c.else_value);
-    if (!compatible(t, f))
-        report_.add(Kind::TypeMismatch, span, "both sides of `if` must have one type").labels = {{c.then_value->span, "this is " + type_name(t)},
-                                                                                               {c.else_value->span, "this is " + type_name(f)}};
-    term.type = !compatible(t, f) ? Type::Error : t == Type::Float || f == Type::Float ? Type::Float : t == Type::Error ? f : t;
-    term.operands.push_back(resolve(*c.condition, Type::Bool, "`if`"));
-    term.operands.push_back(resolve(*c.then_value, term.type, "`then`"));
-    term.operands.push_back(resolve(*c.else_value, term.type, "`else`"));
     return term;
 }
 

@@ -1,10 +1,13 @@
-// The variables of one rule and the typing of its expressions. Used by pass 2 only.
+// The variables of one rule, function or constant, and the typing of its expressions. Used by the passes that resolve them.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
+#include "compiler/check/library.h"
 #include "compiler/check/program.h"
+#include "compiler/check/types.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/syntax/tree.h"
 
@@ -14,6 +17,7 @@ namespace meld::check {
 struct Names {
     std::map<std::pair<std::string, std::size_t>, PredicateId> predicates;
     std::map<std::string, ConstantId> constants;
+    std::map<std::string, FunctionId> functions;
     // What the tree lost to syntax errors: not known, and not to be missed.
     const syntax::Tree& tree;
     Names(const Program& program, const syntax::Tree& tree);
@@ -21,7 +25,8 @@ struct Names {
 
 class Scope {
   public:
-    Scope(const Program& program, const Names& names, Rule& rule, diagnostics::Reporter& report, bool lower_case_variables)
+    // `rule` holds the variables; of a function or a constant it is a makeshift.
+    Scope(Program& program, const Names& names, Rule& rule, diagnostics::Reporter& report, bool lower_case_variables)
         : program_(program), names_(names), rule_(rule), report_(report), lower_case_variables_(lower_case_variables) {}
 
     // The variable of this name, made on first use.
@@ -31,26 +36,59 @@ class Scope {
     const std::string* variable_name(const syntax::Expr& e) const;
     // The type of an expression as far as it is known by now, silently.
     Type infer(const syntax::Expr& e) const;
-    // The typed term; `wanted` is what the place needs (Type::Error: anything). Reports what does not fit.
-    Term resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits = false);
+    // The typed term; `wanted` is what the place needs (Type::Error: anything). Reports what does not fit, with the place
+    // that says what is wanted, if there is one.
+    Term resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits = false, Span declared = {});
     // Converts int to float where that is wanted; reports other differences.
-    Term convert(Term term, const Type& wanted, const std::string& where);
+    Term convert(Term term, const Type& wanted, const std::string& where, Span declared = {});
+
+    // ---- patterns (patterns.cpp)
+
+    // Whether it is a list, struct or tuple with variables in it: it can be taken apart as well as made.
+    bool is_pattern(const syntax::Expr& e) const;
+    // Gives the variables of an expression the types that follow from its own. Returns whether anything became known.
+    bool spread_type(const syntax::Expr& e, const Type& type);
+    // A pattern as one constructor of variables and known values; what else stands in it becomes a variable and a test.
+    Term pattern(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests);
+    // A fresh variable that equals the pattern, for the place of an argument.
+    Term pattern_variable(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests);
 
   private:
-    Term untyped(const syntax::Expr& e);
-    Term name_or_call(const syntax::Call& call, Span span);
+    Type infer_call(const syntax::Call& call) const;
+    Type infer_list(const syntax::ListValue& list) const;
+    Type infer_let(const syntax::Let& let) const;
+    Type infer_binary(const syntax::Binary& b) const;
+
+    // Each gives the term of one kind of expression; `wanted` guides empty lists and the like.
+    Term untyped(const syntax::Expr& e, const Type& wanted);
+    Term constant_name(const syntax::Call& call, Span span);
+    Term call(const syntax::Call& call, Span span, const Type& wanted);
+    Term call_function(FunctionId id, const syntax::Call& call, Span span);
+    Term call_library(const LibraryFunction& f, const syntax::Call& call, Span span, const Type& wanted);
+    Term unknown_function(const syntax::Call& call, Span span);
+    void wrong_count(const std::string& name, std::size_t needs, const syntax::Call& call, Span span, Span declared);
     Term unary(const syntax::Unary& u, Span span);
     Term binary(const syntax::Binary& b, Span span);
-    Term conditional(const syntax::Conditional& c, Span span);
-    Term unsupported(Span span, const std::string& what);
-    static bool compatible(const Type& a, const Type& b);
+    Term vector_product(const syntax::Binary& b, Span span, const Type& left, const Type& right);
+    Term conditional(const syntax::Conditional& c, Span span, const Type& wanted);
+    Term list(const syntax::ListValue& l, Span span, const Type& wanted);
+    Term fields(const std::vector<syntax::ExprPtr>& values, Type::Kind kind, Span span, const Type& wanted);
+    Term let(const syntax::Let& l, Span span, const Type& wanted);
+    Term run_argument(int number, Span span, const Type& wanted);
+    Term in_pattern(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests);
+    bool mentions_variable(const syntax::Expr& e) const;
 
-    const Program& program_;
+    Program& program_;
     const Names& names_;
     Rule& rule_;
     diagnostics::Reporter& report_;
     bool lower_case_variables_;
     std::map<std::string, VariableId> variables_;
+    // The types of let variables that infer() is inside of, innermost last.
+    mutable std::vector<std::pair<std::string, Type>> lets_;
 };
+
+// The test that two terms are equal.
+Clause equality(Term left, Term right, Span span);
 
 }  // namespace meld::check

@@ -12,6 +12,7 @@ std::string emit_module(const plan::Plan& plan) {
     w.raw("");
     w.raw("using namespace meld;");
     w.raw("namespace {");
+    emit_types(plan, w);
     emit_records(plan, w);
     emit_predicates(plan, w);
     emit_self(plan, w);

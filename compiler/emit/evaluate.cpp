@@ -131,7 +131,7 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
         if (!p.repeats) w.line("if (find_row<{0}_t>(s.{0}.origin, s.{0}.origin_count, row) < s.{0}.origin_count) continue;", name);
         w.line("Value values[{}];", std::max<std::size_t>(1, p.arguments.size() - 1));
         for (std::size_t i = 1; i < p.arguments.size(); ++i)
-            w.line("values[{}].{} = row.{};", i - 1, p.arguments[i].type == Type::Float ? "real" : p.arguments[i].type == Type::Node ? "catom" : "integer", field_name(i));
+            w.line("values[{}].{} = row.{};", i - 1, value_member(p.arguments[i].type), field_name(i));
         w.line("s.e->host->act(s.e, {}, values);", id.index());
         w.close();
         if (p.repeats) w.line("if (s.{}.count > 0) s.e->host->wake(s.e, s.e->part->now + 1, kDirtyTick);", name);

@@ -187,7 +187,8 @@ class RuleEmitter {
                 // The same variable twice in one fact: the second is a comparison with the first.
                 bind(t.variable, value(i));
             } else if (s.uses[i - 1] == ArgumentUse::Compare) {
-                conditions += fmt::format("{}{} == {}", conditions.empty() ? "" : " && ", value(i), term(scope_, t));
+                const Type& type = plan_.program.predicates[s.predicate].arguments[i].type;
+                conditions += (conditions.empty() ? "" : " && ") + equal(type, value(i), term_as(scope_, t, type));
             }
         }
         if (!conditions.empty()) w_.open(fmt::format("if ({}) {{", conditions));
@@ -445,8 +446,7 @@ class RuleEmitter {
         const Predicate& p = plan_.program.predicates[h.predicate];
         w_.line("Value values[{}];", std::max<std::size_t>(1, h.arguments.size()));
         for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
-            const char* field = p.arguments[i].type == Type::Float ? "real" : p.arguments[i].type == Type::Node ? "catom" : "integer";
-            w_.line("values[{}].{} = {};", i - 1, field, head_value(h.predicate, i, h.arguments[i - 1]));
+            w_.line("values[{}].{} = {};", i - 1, value_member(p.arguments[i].type), head_value(h.predicate, i, h.arguments[i - 1]));
         }
     }
 

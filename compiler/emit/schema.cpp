@@ -122,16 +122,27 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
     w.close("};");
 }
 
-std::string constant_value(const Constant& c) {
+// The value of a constant, with the lists it points to declared before it.
+std::string constant_value(const Constant& c, int& lists, Writer& w) {
+    if (c.type.compound() && !c.argument) {
+        Term value = c.value;
+        if (c.type == Type::String) value = Term{.op = Op::String, .type = Type::String, .text = c.text};
+        return fmt::format("{{.list = {}}}", static_list(value, lists, w));
+    }
+    if (c.type.compound()) return "{.list = nullptr}";
     if (c.type == Type::Float) return fmt::format("{{.real = {:#.17g}}}", c.real);
     if (c.type == Type::Node) return fmt::format("{{.catom = {}ull}}", static_cast<std::uint64_t>(c.integer));
     return c.integer == INT64_MIN ? "{.integer = -__INT64_MAX__ - 1}" : fmt::format("{{.integer = {}ll}}", c.integer);
 }
 
 void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
-    w.open("static constexpr ParameterInfo kParameters[] = {");
+    std::string rows;
+    int lists = 0;
     // Those of the prelude have no name: they cannot be set.
-    for (const Constant& c : plan.program.constants) w.line("{{{}, ValueType::{}, {}, {}, {}}},", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c), types.number(c.type), c.argument);
+    for (const Constant& c : plan.program.constants)
+        rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
+    w.open("static const ParameterInfo kParameters[] = {");
+    if (!rows.empty()) w.block(rows);
     if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}, 0, false},");
     w.close("};");
 }
@@ -155,10 +166,14 @@ std::uint64_t schema_hash(const plan::Plan& plan) {
     return XXH3_64bits(w.text().data(), w.text().size());
 }
 
+void emit_types(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    TypeTable(plan).emit(w);
+}
+
 void emit_schema(const plan::Plan& plan, Writer& w) {
     w.raw("");
     const TypeTable types(plan);
-    types.emit(w);
     emit_fields(plan, types, w);
     emit_predicate_table(plan, w);
     emit_column_table(plan, types, w);

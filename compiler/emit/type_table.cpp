@@ -1,6 +1,7 @@
 #include "compiler/emit/type_table.h"
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
 
 namespace meld::emit {
@@ -23,6 +24,18 @@ const char* value_type(const Type& t) {
         case Type::Kind::Vec3: return "Vec3";
     }
     return "";
+}
+
+std::string type_symbol(const Type& type) {
+    const auto name = [](const auto& self, const Type& t) -> std::string {
+        std::string text = t == Type::Error ? "int" : value_type(t);
+        for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        // The number of fields makes the name unique: (int, (int, int)) is not (int, (int), int).
+        if (t.kind == Type::Kind::Struct || t.kind == Type::Kind::Tuple) text += std::to_string(t.parts.size());
+        for (const Type& part : t.parts) text += "_" + self(self, part);
+        return text;
+    };
+    return "kType_" + name(name, type);
 }
 
 namespace {
@@ -84,6 +97,7 @@ void TypeTable::emit(Writer& w) const {
         for (const Type& part : types_[i].parts) parts += fmt::format("{}{}", parts.empty() ? "" : ", ", number(part));
         w.line("static constexpr u16 kParts{}[] = {{{}}};", i, parts);
     }
+    for (std::size_t i = 0; i < types_.size(); ++i) w.line("static constexpr u16 {} = {};", type_symbol(types_[i]), i);
     w.open("static constexpr TypeInfo kTypes[] = {");
     for (std::size_t i = 0; i < types_.size(); ++i)
         w.line("{{ValueType::{}, {}, {}}},  // {}", value_type(types_[i]), types_[i].parts.size(), types_[i].parts.empty() ? "nullptr" : fmt::format("kParts{}", i),

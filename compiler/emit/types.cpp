@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "compiler/emit/emit.h"
+#include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -71,10 +72,21 @@ RowShape shape(const Predicate& p) {
     return out;
 }
 
-std::string chained_compare(const std::vector<std::size_t>& fields) {
+std::string chained_compare(const Predicate& p, const std::vector<std::size_t>& fields) {
     std::string text;
-    for (const std::size_t f : fields) text += fmt::format("if (const int c = compare(a.{0}, b.{0})) return c; ", field_name(f));
+    for (const std::size_t f : fields) text += fmt::format("if (const int c = {}) return c; ", compared(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f)));
     return text + "return 0;";
+}
+
+std::string better(const Predicate& p, std::size_t field) {
+    const char* sign = p.aggregate == Aggregate::Min ? "<" : ">";
+    const std::string a = "a." + field_name(field), b = "b." + field_name(field);
+    if (!p.arguments[field].type.compound()) return fmt::format("{} {} {}", a, sign, b);
+    return fmt::format("{} {} 0", compared(p.arguments[field].type, a, b), sign);
+}
+
+std::string hashed(const Type& type, const std::string& value) {
+    return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
 
 void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
@@ -113,19 +125,19 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.line("static constexpr u16 kPredicate = {};", id.index());
     w.line("static constexpr u32 kFirstRule = {};", first_rule);
     const auto signature = [](const std::vector<std::size_t>& f) { return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b"; };
-    w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(fields.key));
+    w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
     const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
     w.line("static bool better({}) {{ return {}; }}", signature(ordered ? fields.value : std::vector<std::size_t>{}),
-           !ordered ? "false" : fmt::format("a.{0} {1} b.{0}", field_name(fields.value[0]), p.aggregate == Aggregate::Min ? "<" : ">"));
+           !ordered ? "false" : better(p, fields.value[0]));
     std::vector<std::size_t> rest = fields.value;
     rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
     std::string same = "true", first;
-    for (const std::size_t f : rest) same = (same == "true" ? "" : same + " && ") + fmt::format("a.{0} == b.{0}", field_name(f));
+    for (const std::size_t f : rest) same = (same == "true" ? "" : same + " && ") + equal(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f));
     w.line("static bool same({}) {{ return {}; }}", signature(rest), same);
-    w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(rest));
+    w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(p, rest));
     w.line("static bool before(const Row& a, const Row& b) {{ return rest(a, b) < 0; }}");
     std::string hash = "0x9e37ull";
-    for (const std::size_t f : fields.key) hash = fmt::format("mix({}, bits_of(row.{}))", hash, field_name(f));
+    for (const std::size_t f : fields.key) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", fields.key.empty() ? "" : " row", hash);
     if (p.aggregate == Aggregate::Sum) {
         const std::string v = field_name(fields.value[0]);

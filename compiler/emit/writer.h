@@ -27,6 +27,8 @@ class Writer {
         out_ += text;
         out_ += '\n';
     }
+    // Lines that are indented already.
+    void block(const std::string& text) { out_ += text; }
     void open(const std::string& text) {
         raw(text);
         ++depth_;
@@ -67,14 +69,30 @@ struct Scope {
     std::string at(plan::VariableId v) const;       // The catom index of a place.
     std::string port(plan::VariableId v) const;
     std::string local(plan::VariableId v) const;    // The C++ name of a variable.
+    std::string site() const;                       // The rule that a trap names.
 };
+
+// The member of Value that holds a value of this type: integer, real, catom or list.
+const char* value_member(const check::Type& type);
+// A three-way comparison of two C++ expressions of this type, and whether they are equal.
+std::string compared(const check::Type& type, const std::string& a, const std::string& b);
+std::string equal(const check::Type& type, const std::string& a, const std::string& b);
+// A word from a C++ expression of this type, and the other way.
+std::string as_word(const std::string& value);
+std::string from_word(const check::Type& type, const std::string& word);
 
 // A term as a C++ expression of its type.
 std::string term(const Scope& scope, const check::Term& t);
 // The same, converted where the place is a float and the term an int.
 std::string term_as(const Scope& scope, const check::Term& t, const check::Type& type);
+// The same for what goes into a list or a fact: no NaN may.
+std::string element(const Scope& scope, const check::Term& t, const check::Type& type);
+
+// Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` tells them apart.
+std::string static_list(const check::Term& t, int& number, Writer& w);
 
 // ---- the parts of a module, in order
+void emit_types(const plan::Plan& plan, Writer& w);
 void emit_records(const plan::Plan& plan, Writer& w);
 void emit_predicates(const plan::Plan& plan, Writer& w);
 void emit_self(const plan::Plan& plan, Writer& w);

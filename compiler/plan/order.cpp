@@ -48,7 +48,7 @@ class Orderer {
     bool known(VariableId v, const State& s) const { return s.values.contains(v) || s.places.contains(v); }
     bool known(const Term& t, const State& s) const {
         bool all = true;
-        each_variable(t, [&](VariableId v) { all = all && known(v, s); });
+        each_free_use(t, [&](const Term& use) { all = all && known(use.variable, s); });
         return all;
     }
 
@@ -61,7 +61,7 @@ class Orderer {
                     Step s{.kind = Step::Kind::Test};
                     s.term = c.test;
                     steps.push_back(std::move(s));
-                } else if (!set(c.test, state, steps)) {
+                } else if (!set(c.test, state, steps) && !take_apart(c.test, state, steps)) {
                     continue;
                 }
             } else if (c.kind == Clause::Kind::Not) {
@@ -99,6 +99,47 @@ class Orderer {
             return true;
         }
         return false;
+    }
+
+    static Step test(Term term) {
+        Step s{.kind = Step::Kind::Test};
+        s.term = std::move(term);
+        return s;
+    }
+    static Term part_of(const Term& value, Op op, const Type& type, std::size_t number = 0) {
+        return {.op = op, .type = type, .span = value.span, .integer = static_cast<std::int64_t>(number), .operands = {value}};
+    }
+
+    // L = [X | Rest] with L known: whether L is such a list, then X and Rest from it, or compared with it where known.
+    bool take_apart(const Term& equality, State& state, std::vector<Step>& steps) const {
+        const TakeApart found = taken_apart(equality);
+        if (!found || !known(*found.value, state)) return false;
+        const Term &value = *found.value, &made = *found.constructor;
+        const Type element = value.type.parts.empty() ? Type::Float : value.type.parts[0];
+        if (made.op == Op::Cons) {
+            Term empty = part_of(value, Op::IsEmpty, Type::Bool);
+            steps.push_back(test({.op = Op::Not, .type = Type::Bool, .span = value.span, .operands = {std::move(empty)}}));
+        } else if (made.op == Op::List) {
+            Term length{.op = Op::Library, .type = Type::Int, .span = value.span, .text = "llength", .operands = {value}};
+            Term count{.op = Op::Int, .type = Type::Int, .span = value.span, .integer = static_cast<std::int64_t>(made.operands.size())};
+            steps.push_back(test({.op = Op::Equal, .type = Type::Bool, .span = value.span, .operands = {std::move(length), std::move(count)}}));
+        }
+        for (std::size_t i = 0; i < made.operands.size(); ++i) {
+            const Term& part = made.operands[i];
+            Term is = made.op == Op::Cons    ? part_of(value, i == 0 ? Op::ListHead : Op::ListTail, i == 0 ? element : value.type)
+                      : made.op == Op::List || value.type == Type::Vec3 ? part_of(value, Op::Item, element, i)
+                                              : part_of(value, Op::Item, value.type.parts[i], i);
+            if (!part.is_variable() || known(part.variable, state)) {
+                steps.push_back(test({.op = Op::Equal, .type = Type::Bool, .span = part.span, .operands = {std::move(is), part}}));
+                continue;
+            }
+            Step s{.kind = Step::Kind::Set};
+            s.variable = part.variable;
+            s.term = std::move(is);
+            state.values.insert(part.variable);
+            steps.push_back(std::move(s));
+        }
+        return true;
     }
 
     bool is_neighbor(const Atom& a) const {

@@ -5,7 +5,7 @@
 // aggregated value, same(a, b) compares all but the rank, before(a, b) is the last tie-break, hash(row) names the group.
 #pragma once
 
-#include "runtime/abi/module_values.h"
+#include "runtime/abi/module_library.h"
 
 namespace meld {
 

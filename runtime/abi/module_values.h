@@ -5,6 +5,8 @@
 
 namespace meld {
 
+using ListRef = const List*;
+
 inline void* scratch(Eval& e, u64 bytes) {
     bytes = (bytes + 15) & ~u64{15};
     if (static_cast<u64>(e.arena_end - e.arena) < bytes) e.host->more_arena(&e, bytes);

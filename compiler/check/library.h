@@ -1,0 +1,43 @@
+// The functions of the library: what they take and give, and which C++ function of runtime/abi/module_library.h each is.
+// The table also makes the list in docs/language.md.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+// A type in a signature: T, U and V stand for any type, N for int or float.
+struct LibraryType {
+    Type::Kind kind = Type::Kind::Error;
+    char variable = 0;
+    std::vector<LibraryType> parts = {};
+};
+using LibraryBindings = std::map<char, Type>;
+
+struct LibraryFunction {
+    std::string name;
+    std::string signature;             // "list T, int -> T"
+    std::string text;                  // What it gives, in a sentence.
+    std::vector<LibraryType> parameters = {};
+    LibraryType result = {};
+    Op op = Op::Library;               // Those with an operator of their own need no C++ function.
+    std::string cpp = {};              // The name there.
+    bool compares = false;             // It compares values of type T, and is told the type.
+    bool random = false;               // It gives another value each time.
+};
+
+// All functions, sorted by what they are about. Several may share a name; then they differ in the number of arguments.
+const std::vector<LibraryFunction>& library();
+// The function of this name with so many arguments; failing that any of the name, or null.
+const LibraryFunction* library_function(const std::string& name, std::size_t arguments);
+
+// What the letters of a parameter stand for if its argument has this type. False if it does not fit.
+bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& bindings);
+// The type with its letters replaced; one that is not bound is unknown.
+Type substitute(const LibraryType& type, const LibraryBindings& bindings);
+
+}  // namespace meld::check
