@@ -1,6 +1,8 @@
 """What each program must derive, computed anew: a function a program from (outcome, cells and links of a world) to facts."""
 
 import collections
+import heapq
+import itertools
 import math
 
 from lattice import components, hops, parents, position
@@ -104,3 +106,164 @@ def walk(case):
         raise AssertionError(f"cells are taken that should not be: {sorted(set(final.values()) - ground)}, expected {sorted(tops.values())}")
     walkers = {cell: catom for catom, cell in final.items() if cell in tops.values()}
     return {"goal": [(walkers[top], *top[:2]) for top in tops.values()], "arrived": [(walkers[top],) for top in tops.values()]}
+
+
+def life(case):
+    cell_of = case.outcome.cell_of
+    at = {cell: catom for catom, cell in cell_of.items()}
+    alive = {cell for cell in at if cell in case.first}
+
+    def around(cell):
+        x, y, z = cell
+        return sum((x + i, y + j, z) in alive for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
+
+    for _ in range(case.generations):
+        alive = {cell for cell in at if around(cell) == 3 or (cell in alive and around(cell) == 2)}
+    side, level = collections.defaultdict(list), collections.defaultdict(list)
+    for catom, (x, y, z) in cell_of.items():
+        side[catom] = [at[c] for c in ((x - 1, y, z), (x + 1, y, z)) if c in at]
+        level[catom] = [at[c] for c in ((x, y - 1, z), (x, y + 1, z)) if c in at]
+    case.expect_messages(case.generations * sum(len(case.links[a]) for a in cell_of))
+    return {
+        "alive": [(at[cell],) for cell in case.first if cell in at],
+        "cell-at": [(catom, case.generations, int(cell in alive)) for catom, cell in cell_of.items()],
+        "beside": [(a, b) for a, all_b in side.items() for b in all_b],
+        "above": [(a, b) for a, all_b in level.items() for b in all_b],
+        "sides": [(a, len(all_b)) for a, all_b in side.items() if all_b],
+        "levels": [(a, len(all_b)) for a, all_b in level.items() if all_b],
+    }
+
+
+def length(a, b):
+    return 1 + (a * b + a + b) % 9
+
+
+def least_distances(case):
+    """Dijkstra's algorithm over the lengths of the links."""
+    found, heap = {}, [(0, s) for s in case.sources]
+    while heap:
+        d, catom = heapq.heappop(heap)
+        if catom in found:
+            continue
+        found[catom] = d
+        for other in case.links[catom]:
+            if other not in found:
+                heapq.heappush(heap, (d + length(catom, other), other))
+    return found
+
+
+def shortest_paths(case):
+    found = least_distances(case)
+    told = {}
+    for catom, d, via in case.outcome.facts["dist"]:
+        # Several neighbours may lead there as fast; the one it names must be one of them.
+        if via != catom and (via not in case.links[catom] or found[via] + length(catom, via) != d):
+            raise AssertionError(f"@{catom} is not reached over @{via} in {d}")
+        told[catom] = via
+    return {
+        "source": [(s,) for s in case.sources],
+        "link": [(a, b, length(a, b)) for a, others in case.links.items() for b in others],
+        "dist": [(a, d, told.get(a, a)) for a, d in found.items()],
+    }
+
+
+def relaxation(case):
+    found = least_distances(case)
+    rows = {}
+    for catom, d, via in case.outcome.facts["shortest"]:
+        if catom in found and catom not in case.sources and (via not in case.links[catom] or found[via] + length(catom, via) != d):
+            raise AssertionError(f"@{catom} is not reached over @{via} in {d}")
+        rows[catom] = via
+    return {"shortest": [(a, found.get(a, 1_000_000), rows.get(a, a)) for a in case.links]}
+
+
+def ranks(case, rounds):
+    now = {a: 1.0 for a in case.links}
+    for _ in range(rounds):
+        now = {a: 0.15 + 0.85 * math.fsum(now[b] / len(case.links[b]) for b in others) for a, others in case.links.items()}
+    return now
+
+
+def pagerank(case):
+    now = ranks(case, case.rounds)
+    # A catom without neighbours has nobody to give to and stays in round 0.
+    alone = {a for a, others in case.links.items() if not others}
+    case.expect_messages(case.rounds * sum(len(others) for others in case.links.values()))
+    return {"rank": [(a, 0, 1.0) if a in alone else (a, case.rounds, r) for a, r in now.items()]}
+
+
+def pagerank_async(case):
+    exact = ranks(case, 300)
+    left = {a: e for a, e in case.outcome.facts["residue"]}
+    for a, r in case.outcome.facts["rank"]:
+        if case.links[a] and (left[a] > case.enough or not exact[a] - 40 * case.enough <= r <= exact[a] + 1e-9):
+            raise AssertionError(f"the rank of @{a} is {r} with {left[a]} left, and should be {exact[a]}")
+    if sorted(left) != sorted(case.links) or sorted(a for a, _ in case.outcome.facts["rank"]) != sorted(case.links):
+        raise AssertionError("each catom must have one rank and one residue")
+    return {name: case.outcome.facts[name] for name in ("rank", "residue")}
+
+
+def bipartite(case):
+    found = hops(case.links, case.sources)
+    odd = {a for a in found if any(found[b] % 2 == found[a] % 2 for b in case.links[a])}
+    bad = set(hops(case.links, odd))
+    return {
+        "root": [(s,) for s in case.sources],
+        "hops": list(found.items()),
+        "side": [(a, h % 2) for a, h in found.items()],
+        "odd": [(a,) for a in odd],
+        "not-bipartite": [(a,) for a in bad],
+        "bipartite": [(a,) for a in found if a not in bad],
+    }
+
+
+def colouring(case):
+    colour = {}
+    for a in sorted(case.links, reverse=True):
+        colour[a] = next(c for c in itertools.count() if all(colour.get(b) != c for b in case.links[a]))
+    higher = {a: [b for b in others if b > a] for a, others in case.links.items()}
+    return {
+        "colour": list(colour.items()),
+        "taken": [(a, c) for a in case.links for c in {colour[b] for b in higher[a]}],
+        "higher": [(a, len(others)) for a, others in higher.items() if others],
+    }
+
+
+def minimum_spanning_tree(case):
+    def weight(a, b):
+        return (a + b) * 37 % 101 * 1_000_000 + max(a, b) * 1000 + min(a, b)
+
+    # Kruskal's algorithm; what is heaviest on the way between two catoms is the link that joined their parts.
+    part = {a: {a} for a in case.links}
+    tree, ease = [], [(a, a, 0) for a in case.links]
+    for w, a, b in sorted((weight(a, b), a, b) for a, others in case.links.items() for b in others if a < b):
+        if part[a] is part[b]:
+            continue
+        tree += [(a, b), (b, a)]
+        ease += [row for x in part[a] for y in part[b] for row in ((x, y, w), (y, x, w))]
+        part[a] |= part[b]
+        for c in part[b]:
+            part[c] = part[a]
+    return {"tree": tree, "ease": ease, "link": [(a, b, weight(a, b)) for a, others in case.links.items() for b in others]}
+
+
+def consensus(case):
+    found = hops(case.links, case.sources)
+    parent = parents(case.links, found)
+    votes = collections.Counter()
+    for catom in found:
+        vote = 1 if case.wants(case.outcome.cell_of[catom]) else -1
+        at = catom
+        votes[at] += vote
+        while at in parent:
+            at = parent[at]
+            votes[at] += vote
+    root = case.sources[0]
+    return {
+        "root": [(root,)],
+        "yes": [(a,) for a, cell in case.outcome.cell_of.items() if case.wants(cell)],
+        "hops": list(found.items()),
+        "parent": list(parent.items()),
+        "votes": [(a, votes[a]) for a in found],
+        "decision": [(a, int(votes[root] > 0)) for a in found],
+    }

@@ -61,9 +61,14 @@ def at(cell):
     return f"cell == {tuple(cell)}"
 
 
-def from_first(predicate):
+def few_worlds():
+    """Two that differ in everything, where a program's other worlds have shown what there is to be seen of worlds."""
+    return [standing_worlds()[i] for i in (2, 3)]
+
+
+def from_first(predicate, worlds=None):
     """Cases with one source, in the first cell of each world."""
-    for world in standing_worlds():
+    for world in worlds or standing_worlds():
         first = min(world.cells)
         yield Case(world, f'{predicate} = ["{at(first)}"]', sources=[first])
 
@@ -149,7 +154,62 @@ def walk():
     yield case("a crowd", box((-6, -6, 0), (6, 6, 2)), {(*start, 2): goal for start, goal in zip(places[::2], places[1::2])})
 
 
-PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk)}
+def life():
+    own = {(-18, 8, 0), (-17, 7, 0), (-19, 6, 0), (-18, 6, 0), (-17, 6, 0), (10, 3, 0), (11, 3, 0), (12, 3, 0)}
+    yield Case("life.toml", lattice="square", generations=24, first=own)
+    odd = World("three plates", "square", box((-9, -7, 0), (9, 8, 1)) + box((12, 0, 0), (17, 1, 1)) + box((20, 3, 0), (21, 9, 1)))
+    first = set(random.Random(5).sample(odd.cells, 90))
+    yield Case(odd, "alive = [" + ", ".join(f'"{at(cell)}"' for cell in sorted(first)) + "]", ("--set", "generations=9"), generations=9, first=first)
+
+
+def shortest_paths():
+    yield Case("shortest_paths.toml", lattice="fcc", sources=[(7, 0, 0)])
+    yield from from_first("source", few_worlds())
+
+
+def relaxation():
+    yield Case("relaxation.toml", lattice="fcc", sources=[(7, 0, 0)])
+    for world in few_worlds():
+        first = min(world.cells)
+        yield Case(world, f'offer = [{{ where = "{at(first)}", args = [0, "@0"] }}]', sources=[first])
+
+
+def pagerank():
+    yield Case("pagerank.toml", lattice="hex", rounds=30)
+    yield from (Case(world, options=("--set", "rounds=12"), rounds=12) for world in few_worlds())
+
+
+def pagerank_async():
+    yield Case("pagerank_async.toml", lattice="hex", enough=0.0001)
+    yield from (Case(world, options=("--set", "enough=0.003"), enough=0.003) for world in few_worlds())
+
+
+def bipartite():
+    yield Case("bipartite.toml", lattice="hex", sources=[(9, 0, 0)])
+    yield from from_first("root", few_worlds())
+
+
+def colouring():
+    yield Case("colouring.toml", lattice="fcc")
+    yield from (Case(world) for world in few_worlds())
+
+
+def minimum_spanning_tree():
+    yield Case("minimum_spanning_tree.toml", lattice="square")
+    yield Case(World("a small ball", "fcc", ball("fcc", 2)))
+    yield Case(World("two blocks", "cubic", box((0, 0, 0), (3, 3, 3)) + box((5, 0, 0), (7, 2, 3))))
+
+
+def consensus():
+    yield Case("consensus.toml", lattice="cubic", sources=[(-10, -10, -3)], wants=lambda cell: cell[0] < -2 or cell[1] > 4)
+    for world in few_worlds():
+        first = min(world.cells)
+        yield Case(world, f'root = ["{at(first)}"]\nyes = ["x < -1"]', sources=[first], wants=lambda cell: cell[0] < -1)
+
+
+PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk,
+                                             life, shortest_paths, relaxation, pagerank, pagerank_async, bipartite, colouring,
+                                             minimum_spanning_tree, consensus)}
 
 
 def equal(found, wanted):
