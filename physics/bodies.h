@@ -78,8 +78,10 @@ class Bodies {
     struct FeatureState {
         std::uint32_t on = 0;
         std::uint32_t reversed = 0;
+        // C V^2 of the body's plates, in this tick and the one before.
+        float charge_j = 0;
+        float charge_before_j = 0;
         std::uint16_t table = 0;
-        std::uint16_t unused = 0;
     };
 
     // These two may be longer than count(): behind the bodies stands one motionless entry a block, for lanes without a body.

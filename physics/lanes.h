@@ -8,9 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
+#include "physics/simd.h"
 
 #define MELD_INLINE inline __attribute__((always_inline))
 
@@ -20,17 +18,14 @@ inline constexpr int kLanes = 8;
 
 using Lanes = float __attribute__((vector_size(32)));
 using LaneMask = std::int32_t __attribute__((vector_size(32)));
-using Quad = float __attribute__((vector_size(16)));
-using DoubleQuad = double __attribute__((vector_size(32)));
-
-enum class SimdLevel { Baseline, Avx2 };
-
-// The best level of this processor, unless set_simd_level has lowered it (for tests that compare the levels).
-SimdLevel simd_level();
-void set_simd_level(SimdLevel level);
+// These two are also laid over records of plain numbers.
+using Quad = float __attribute__((vector_size(16), may_alias));
+using DoubleQuad = double __attribute__((vector_size(32), may_alias));
 
 MELD_INLINE Lanes lanes(float value) { return Lanes{value, value, value, value, value, value, value, value}; }
 MELD_INLINE Lanes select(LaneMask mask, Lanes yes, Lanes no) { return mask ? yes : no; }
+// The value where the mask is set, 0 elsewhere.
+MELD_INLINE Lanes keep(LaneMask mask, Lanes value) { return reinterpret_cast<Lanes>(mask & reinterpret_cast<LaneMask>(value)); }
 // As std::max and std::min: the first argument where either is not a number.
 MELD_INLINE Lanes max_lanes(Lanes a, Lanes b) { return a < b ? b : a; }
 MELD_INLINE Lanes min_lanes(Lanes a, Lanes b) { return b < a ? b : a; }
@@ -43,17 +38,19 @@ MELD_INLINE bool any(LaneMask mask) {
 }
 
 MELD_INLINE Lanes join(Quad low, Quad high) { return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7); }
-MELD_INLINE Quad low_half(Lanes value) { return __builtin_shufflevector(value, value, 0, 1, 2, 3); }
-MELD_INLINE Quad high_half(Lanes value) { return __builtin_shufflevector(value, value, 4, 5, 6, 7); }
+// Through bytes, which g++ makes an extraction of, where a shuffle would become a permutation.
+MELD_INLINE Quad half_of(const Lanes& value, int half) {
+    Quad result;
+    __builtin_memcpy(&result, reinterpret_cast<const char*>(&value) + 16 * half, sizeof result);
+    return result;
+}
 
+// The layer is compiled with -fno-math-errno, so that this is one instruction or two.
 MELD_INLINE Lanes sqrt_lanes(Lanes value) {
-#if defined(__SSE__)
-    return join(_mm_sqrt_ps(low_half(value)), _mm_sqrt_ps(high_half(value)));
-#else
     Lanes result;
+#pragma GCC unroll 8
     for (int i = 0; i < kLanes; ++i) result[i] = __builtin_sqrtf(value[i]);
     return result;
-#endif
 }
 
 // Two 4x4 transpositions side by side: row i holds quads i and i + 4; column k of all eight goes to columns[k].
@@ -79,10 +76,10 @@ MELD_INLINE void scatter(Quad* records, int stride, int half, const std::uint32_
     Lanes rows[4];
     transpose(columns, rows);
     const auto at = [&](int i) -> Quad& { return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)]; };
-    at(0) = low_half(rows[0]), at(4) = high_half(rows[0]);
-    at(1) = low_half(rows[1]), at(5) = high_half(rows[1]);
-    at(2) = low_half(rows[2]), at(6) = high_half(rows[2]);
-    at(3) = low_half(rows[3]), at(7) = high_half(rows[3]);
+    at(0) = half_of(rows[0], 0), at(4) = half_of(rows[0], 1);
+    at(1) = half_of(rows[1], 0), at(5) = half_of(rows[1], 1);
+    at(2) = half_of(rows[2], 0), at(6) = half_of(rows[2], 1);
+    at(3) = half_of(rows[3], 0), at(7) = half_of(rows[3], 1);
 }
 
 }  // namespace meld::physics

@@ -1,5 +1,5 @@
 // Which variant of the kernels runs.
-#include "physics/lanes.h"
+#include "physics/simd.h"
 
 namespace meld::physics {
 

@@ -1,0 +1,336 @@
+// The stages of a step over blocks.
+#include "physics/block_engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <tuple>
+
+#include "physics/broadphase.h"
+#include "physics/kernels.h"
+#include "physics/ode_library.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kSlotsPerJob = 16384;
+// Contacts are looked for this far ahead, as a share of the smallest diameter: a body at a third of its diameter per tick
+// is stopped at the surface instead of inside it.
+constexpr double kLookAheadShare = 0.02;
+
+float squared(double value) { return static_cast<float>(value * value); }
+
+}  // namespace
+
+std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
+    using Kind = Stage::Kind;
+    const SolverSettings& solver = world_.settings.solver;
+    const bool soft = solver.mode == SolverMode::Soft, bounces = world_.bounces();
+    std::vector<Stage> stages;
+    const auto coloured = [&](Kind kind) {
+        for (int colour = 0; colour < kColours; ++colour) stages.push_back({kind, colour});
+    };
+    stages.push_back({Kind::Prepare});
+    if (bounces) stages.push_back({Kind::NoteApproach});
+    if (world_.has_features()) coloured(Kind::Actuate);
+    for (int substep = 0; substep < times.substeps; ++substep) {
+        stages.push_back({Kind::Accelerate});
+        if (soft) coloured(Kind::WarmStart);
+        for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
+        // A body may be stopped in a sweep and let go in the next, or stopped only by the relaxing one.
+        if (bounces) stages.push_back({Kind::NotePeak});
+        stages.push_back({Kind::Move});
+        stages.push_back({Kind::Refresh});
+        for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
+        if (bounces && soft) stages.push_back({Kind::NotePeak});
+    }
+    if (bounces) coloured(Kind::Bounce);
+    stages.push_back({Kind::Finish});
+    return stages;
+}
+
+Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
+    for (const Stage& stage : plan(times))
+        if (auto done = run(stage, times, workers); !done) return tl::unexpected(done.error());
+    return report();
+}
+
+Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
+    const Rules rules = rules_for(world_.settings, times);
+    Bodies& bodies = world_.bodies;
+    const auto over_colour = [&](const auto& f) { for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); }); };
+    const auto with_bounces = [&](const auto& f) {
+        for_blocks(active_, workers, [&](int, std::uint32_t block) {
+            const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
+            f(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()));
+            f(obstacles, std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()));
+        });
+    };
+    switch (stage.kind) {
+        case Stage::Kind::Prepare: return prepare(times, workers);
+        case Stage::Kind::Actuate: {
+            const StageClock clock(world_.times.actuation);
+            if (stage.colour == 0) begin_actuation(times.dt_s, workers);
+            over_colour([&](std::uint32_t block) { actuate_block(block); });
+            return {};
+        }
+        case Stage::Kind::Accelerate: {
+            const StageClock clock(world_.times.move);
+            const Push* pushes = bodies.pushes.empty() ? nullptr : bodies.pushes.data();
+            const Push* pulls = world_.has_features() ? pulls_.data() : nullptr;
+            for_blocks(awake_, workers, [&](int, std::uint32_t block) {
+                accelerate(bodies.motion.data(), bodies.place.data(), pushes, pulls, grid_.blocks()[block].first, grid_.blocks()[block].count, rules.move);
+            });
+            return {};
+        }
+        case Stage::Kind::WarmStart: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) {
+                warm_start(contacts_.pairs(block), bodies.motion.data());
+                warm_start(contacts_.obstacle_contacts(block), bodies.motion.data());
+            });
+            return {};
+        }
+        case Stage::Kind::Solve: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
+            return {};
+        }
+        case Stage::Kind::Relax: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
+            return {};
+        }
+        case Stage::Kind::NoteApproach: {
+            const auto speed = static_cast<float>(world_.settings.solver.least_bounce_m_s);
+            with_bounces([&](auto batches, auto bounces) { note_approach(batches, bounces, bodies.motion.data(), speed); });
+            return {};
+        }
+        case Stage::Kind::NotePeak: with_bounces([&](auto batches, auto bounces) { note_peak(batches, bounces); }); return {};
+        case Stage::Kind::Bounce: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) {
+                const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
+                bounce(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()), bodies.motion.data());
+                bounce(obstacles, std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()), bodies.motion.data());
+            });
+            return {};
+        }
+        case Stage::Kind::Move: return move(times, workers);
+        case Stage::Kind::Refresh: return refresh(workers);
+        case Stage::Kind::Finish: {
+            if (world_.has_features()) settle_charges(workers);
+            find_events(workers);
+            last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
+            return {};
+        }
+    }
+    return {};
+}
+
+void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s) {
+    Motion* motions = world_.bodies.motion.data();
+    for (int i = 0; i < sweeps; ++i) {
+        if (contacts_.adhesion.empty())
+            sweep(contacts_.pairs(block), motions, rule);
+        else
+            sweep_adhesive(contacts_.pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, motions, rule);
+        sweep(contacts_.obstacle_contacts(block), motions, rule);
+    }
+}
+
+Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
+    world_.events.clear();
+    rebuilt_in_step_ = false;
+    count_still_ticks();
+    if (rebuild_ || list_is_old(times))
+        if (auto built = rebuild(workers); !built) return built;
+    keep_last_good(workers);
+    update_sleep();
+    world_.obstacles.prepare(workers.threads());
+    if (world_.bounces())
+        contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
+    if (!fresh_)
+        if (auto refreshed = refresh(workers); !refreshed) return refreshed;
+    // Cold solvers forget; a step of another length would make impulses of another size.
+    if (world_.settings.solver.mode == SolverMode::Pgs || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget();
+    for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
+    return {};
+}
+
+double BlockEngine::reach_m() const { return std::max(kLookAheadShare * 2 * smallest_radius_m_, world_.feature_range_m()); }
+
+// Old when what has moved, and may move in this step, could bring together two bodies that the list does not hold.
+bool BlockEngine::list_is_old(const StepTimes& times) const {
+    if (reach_m() > margin_m_) return true;
+    double farthest = 0;
+    for (const BlockState& state : states_)
+        farthest = std::max(farthest, std::sqrt(static_cast<double>(state.drift_squared)) + std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s);
+    return farthest > skin_m_ / 2;
+}
+
+Result<void> BlockEngine::rebuild(Workers& workers) {
+    Bodies& bodies = world_.bodies;
+    for (std::size_t b = 0; b < states_.size(); ++b) {
+        const Block& block = grid_.blocks()[b];
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) bodies.nature[slot].still_ticks = states_[b].still_ticks;
+        if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
+    }
+    const RadiusRange radii = radius_range(bodies);
+    smallest_radius_m_ = radii.least;
+    skin_m_ = world_.settings.skin_share * 2 * radii.least;
+    margin_m_ = reach_m();
+    contacts_.carry(bodies, workers);
+    Buffer<std::uint32_t> order;
+    {
+        const StageClock clock(world_.times.sort);
+        const GridShape shape = GridShape::fitting(radii.least, radii.largest, list_reach_m());
+        if (auto built = grid_.build(bodies, shape, list_reach_m(), workers, order); !built) return world_.wrong(built.error().problem, built.error().suggestion);
+    }
+    {
+        const StageClock clock(world_.times.pairs);
+        for (const CarriedContact& gone : contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m()}, workers))
+            world_.events.push_back({touch_of(gone.id, gone.partner), false});
+        grid_.forget_cells();
+    }
+    states_.assign(grid_.blocks().size(), {});
+    for (std::size_t b = 0; b < states_.size(); ++b) {
+        const Block& block = grid_.blocks()[b];
+        std::uint16_t still = std::numeric_limits<std::uint16_t>::max();
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
+            still = std::min(still, bodies.nature[slot].still_ticks);
+            bodies.drift[slot] = {0, 0, 0};
+            if (world_.has_features() && bodies.features[slot].table != 0) states_[b].has_features = true;
+        }
+        states_[b].still_ticks = still;
+    }
+    rebuild_ = fresh_ = false;
+    rebuilt_in_step_ = true;
+    return {};
+}
+
+void BlockEngine::keep_last_good(Workers& workers) {
+    const Bodies& bodies = world_.bodies;
+    LastGood& kept = world_.last_good;
+    const bool all = world_.settings.keep_last_good;
+    const std::size_t count = bodies.count();
+    kept.motion.resize(count), kept.place.resize(all ? count : 0), kept.turn.resize(all ? count : 0);
+    workers.run((count + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
+        const std::size_t begin = job * kSlotsPerJob, length = std::min(count - begin, kSlotsPerJob);
+        std::copy_n(bodies.motion.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.motion.begin() + static_cast<std::ptrdiff_t>(begin));
+        if (!all) return;
+        std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
+    });
+}
+
+Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
+    const StageClock clock(world_.times.move);
+    const float limit = squared(world_.settings.greatest_speed_m_s);
+    std::atomic<bool> fine{true};
+    for_blocks(awake_, workers, [&](int, std::uint32_t block) {
+        BlockState& state = states_[block];
+        const Moved moved = move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, static_cast<float>(times.substep_s()));
+        state.speed_squared = std::max(state.speed_squared, moved.speed_squared);
+        state.drift_squared = moved.drift_squared;
+        if (!(moved.speed_squared <= limit)) fine = false;
+    });
+    fresh_ = false;
+    if (!fine) return too_fast();
+    return {};
+}
+
+Result<void> BlockEngine::refresh(Workers& workers) {
+    const StageClock clock(world_.times.refresh);
+    const auto deepest = static_cast<float>(world_.settings.deepest_overlap_share);
+    std::atomic<std::uint32_t> crushed{kNoBlock};
+    std::mutex failing;
+    std::optional<std::pair<BodyId, std::string>> failure;
+    for_blocks(active_, workers, [&](int worker, std::uint32_t block) {
+        if (auto collided = refresh_obstacles(worker, block); !collided) {
+            const std::lock_guard lock(failing);
+            if (!failure || collided.error() < *failure) failure = collided.error();
+        }
+        if (!refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), deepest)) return;
+        std::uint32_t seen = crushed.load();
+        while (block < seen && !crushed.compare_exchange_weak(seen, block)) {
+        }
+    });
+    fresh_ = true;
+    if (failure) return world_.wrong(fmt::format("ODE cannot collide body {} with an obstacle ({})", failure->first, failure->second), "Check the obstacle's shape");
+    if (crushed != kNoBlock) return too_deep(crushed);
+    return {};
+}
+
+tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block) {
+    const std::span<Batch> batches = contacts_.obstacle_contacts(block);
+    const std::span<const ObstacleLane> lanes_of = contacts_.obstacle_lanes(block);
+    Bodies& bodies = world_.bodies;
+    struct Lane {
+        Batch* batch;
+        int lane;
+        ObstacleLane what;
+    };
+    // The parts of one contact lie in different batches, for they share the body; they are brought together by (body, obstacle).
+    thread_local std::vector<Lane> found;
+    found.clear();
+    for (std::size_t n = 0; n < batches.size(); ++n)
+        for (int i = 0; i < kLanes; ++i)
+            if (batches[n].a[i] < bodies.count()) found.push_back({&batches[n], i, lanes_of[n * kLanes + static_cast<std::size_t>(i)]});
+    const auto key = [](const Lane& lane) { return std::tuple(lane.batch->a[lane.lane], lane.what.obstacle, lane.what.part); };
+    const bool single = std::all_of(found.begin(), found.end(), [](const Lane& lane) { return lane.what.part == 0; });
+    if (!single) std::sort(found.begin(), found.end(), [&](const Lane& one, const Lane& other) { return key(one) < key(other); });
+
+    std::array<SurfaceContact, kMostSurfaceContacts> surfaces;
+    for (std::size_t begin = 0; begin < found.size();) {
+        const std::uint32_t slot = found[begin].batch->a[found[begin].lane], obstacle = found[begin].what.obstacle;
+        std::size_t end = begin + 1;
+        while (!single && end < found.size() && found[end].batch->a[found[end].lane] == slot && found[end].what.obstacle == obstacle) ++end;
+        const Place& p = bodies.place[slot];
+        int count = 0;
+        try {
+            // On uneven ground a look too far ahead would find more contacts than a body has lanes for.
+            const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
+            count = world_.obstacles.collide(worker, obstacle, {p.x, p.y, p.z}, p.radius, ahead, surfaces);
+        } catch (const OdeFailure& failure) {
+            return tl::unexpected(std::pair(bodies.nature[slot].id, std::string(failure.what())));
+        }
+        std::array<bool, kMostSurfaceContacts> used{};
+        for (std::size_t n = begin; n < end; ++n) {
+            Batch& batch = *found[n].batch;
+            const int i = found[n].lane;
+            // Each lane takes the contact whose normal is most like its last one.
+            int best = -1;
+            double likeness = -2;
+            for (int c = 0; c < count; ++c) {
+                const Vec3 normal = surfaces[static_cast<std::size_t>(c)].normal;
+                const double like = -(normal.x * static_cast<double>(batch.nx[i]) + normal.y * static_cast<double>(batch.ny[i]) + normal.z * static_cast<double>(batch.nz[i]));
+                if (!used[static_cast<std::size_t>(c)] && like > likeness) best = c, likeness = like;
+            }
+            if (best < 0) {
+                batch.gap[i] = kNoContactGap;
+                batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
+                continue;
+            }
+            used[static_cast<std::size_t>(best)] = true;
+            const SurfaceContact& surface = surfaces[static_cast<std::size_t>(best)];
+            const float nx = static_cast<float>(-surface.normal.x), ny = static_cast<float>(-surface.normal.y), nz = static_cast<float>(-surface.normal.z);
+            const float along = batch.tx[i] * nx + batch.ty[i] * ny + batch.tz[i] * nz;
+            batch.nx[i] = nx, batch.ny[i] = ny, batch.nz[i] = nz;
+            batch.gap[i] = static_cast<float>(surface.gap_m);
+            batch.tx[i] -= along * nx, batch.ty[i] -= along * ny, batch.tz[i] -= along * nz;
+        }
+        begin = end;
+    }
+    return {};
+}
+
+std::unique_ptr<Engine> make_block_engine(World& world) { return std::make_unique<BlockEngine>(world); }
+
+}  // namespace meld::physics

@@ -1,0 +1,135 @@
+// The engine for millions: blocks of space, coloured so that blocks of one colour share no body, solved colour after colour.
+//
+// A step is a list of stages, each a loop over blocks with nothing between the blocks; so it can be taken stage by stage, with
+// an exchange of velocities between processes after each coloured stage (decomposition.h).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "physics/block_grid.h"
+#include "physics/contacts.h"
+#include "physics/engine.h"
+
+namespace meld::physics {
+
+struct Stage {
+    enum class Kind {
+        // Candidate list if needed, copy of the state, fresh contacts, sleep.
+        Prepare,
+        // Magnets and plates of the blocks of a colour.
+        Actuate,
+        // Gravity and pushes.
+        Accelerate,
+        // By colour: the kept impulses; a sweep; a sweep that relaxes; restitution.
+        WarmStart,
+        Solve,
+        Relax,
+        Bounce,
+        // Approach speeds before the step, and largest impulses in it, where something bounces.
+        NoteApproach,
+        NotePeak,
+        Move,
+        Refresh,
+        // Touch events and the end of the tick.
+        Finish,
+    };
+    Kind kind;
+    int colour = -1;
+
+    // Whether bodies' velocities (or forces) of blocks of its colour and around have changed after it.
+    bool is_coloured() const { return colour >= 0; }
+};
+
+class BlockEngine final : public Engine {
+  public:
+    explicit BlockEngine(World& world) : world_(world) {}
+
+    Result<StepReport> step(const StepTimes& times, Workers& workers) override;
+    void structure_changed() override { rebuild_ = true; }
+    void body_changed(std::uint32_t slot, bool moved) override;
+    void state_restored() override;
+    bool asleep(std::uint32_t slot) const override;
+    void report_contacts(std::vector<ContactReport>& contacts) const override;
+    std::size_t bytes() const override;
+    double residual() override;
+
+    // The stages of a step, to be run in order.
+    std::vector<Stage> plan(const StepTimes& times) const;
+    Result<void> run(const Stage& stage, const StepTimes& times, Workers& workers);
+    StepReport report() const;
+
+    const BlockGrid& grid() const { return grid_; }
+
+  private:
+    // What is known of a block besides its bodies.
+    struct BlockState {
+        // Over the last tick, infinite if unknown; since the candidate list was made.
+        float speed_squared = 0;
+        float drift_squared = 0;
+        std::uint16_t still_ticks = 0;
+        bool asleep = false;
+        // Awake, or asleep beside one that is awake: its contacts are solved.
+        bool active = true;
+        bool has_features = false;
+    };
+
+    Result<void> prepare(const StepTimes& times, Workers& workers);
+    bool list_is_old(const StepTimes& times) const;
+    Result<void> rebuild(Workers& workers);
+    void keep_last_good(Workers& workers);
+    void count_still_ticks();
+    void update_sleep();
+    void list_blocks();
+    void set_asleep(std::uint32_t block, bool asleep);
+    void begin_actuation(double dt_s, Workers& workers);
+    void actuate_block(std::uint32_t block);
+    // Returns the force of the latches that hold, N.
+    double actuate_pair(const Batch& batch, int lane);
+    void settle_charges(Workers& workers);
+    Result<void> refresh(Workers& workers);
+    // The error: a body that ODE fails at, and what ODE says.
+    tl::expected<void, std::pair<BodyId, std::string>> refresh_obstacles(int worker, std::uint32_t block);
+    Result<void> move(const StepTimes& times, Workers& workers);
+    void find_events(Workers& workers);
+    void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
+    double list_reach_m() const { return margin_m_ + skin_m_; }
+    double reach_m() const;
+
+    tl::unexpected<Error> too_fast() const;
+    tl::unexpected<Error> too_deep(std::uint32_t block);
+
+    // Calls f(worker, block) for the blocks of a list.
+    template <class F>
+    static void for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f);
+
+    World& world_;
+    BlockGrid grid_;
+    Contacts contacts_;
+    std::vector<BlockState> states_;
+    std::vector<Push> pulls_;
+    std::vector<std::uint32_t> awake_, active_;
+    std::array<std::vector<std::uint32_t>, kColours> coloured_;
+    double smallest_radius_m_ = 0.5;
+    double skin_m_ = 0, margin_m_ = 0;
+    double last_dt_s_ = 0;
+    double last_substep_s_ = 0;
+    bool rebuild_ = true, fresh_ = false, rebuilt_in_step_ = false;
+};
+
+// Several blocks make a job, so that small blocks are not all overhead; few enough that all workers have some.
+template <class F>
+void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f) {
+    constexpr std::size_t kMostBlocksPerJob = 16;
+    const std::size_t per_job = std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMostBlocksPerJob);
+    workers.run((list.size() + per_job - 1) / per_job, [&](int worker, std::size_t job) {
+        const std::size_t end = std::min(list.size(), (job + 1) * per_job);
+        for (std::size_t i = job * per_job; i < end; ++i) f(worker, list[i]);
+    });
+}
+
+}  // namespace meld::physics

@@ -1,0 +1,26 @@
+// Comparing the contacts of two steps.
+#include "physics/contact_log.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace meld::physics {
+
+void ContactLog::update(World& world, std::vector<ContactReport> contacts) {
+    contacts_ = std::move(contacts);
+    std::vector<Touch> now;
+    for (const ContactReport& contact : contacts_) now.push_back(contact.touch);
+    std::sort(now.begin(), now.end());
+    now.erase(std::unique(now.begin(), now.end()), now.end());
+    const auto note = [&](const std::vector<Touch>& some, const std::vector<Touch>& others, bool began) {
+        std::vector<Touch> difference;
+        std::set_difference(some.begin(), some.end(), others.begin(), others.end(), std::back_inserter(difference));
+        for (const Touch& touch : difference) world.events.push_back({touch, began});
+    };
+    note(now, touching_, true);
+    note(touching_, now, false);
+    std::sort(world.events.begin(), world.events.end());
+    touching_ = std::move(now);
+}
+
+}  // namespace meld::physics

@@ -1,0 +1,22 @@
+// The contacts of an engine that finds them anew in every step, and the events that follow from comparing two steps.
+#pragma once
+
+#include <vector>
+
+#include "physics/engine.h"
+
+namespace meld::physics {
+
+class ContactLog {
+  public:
+    // Replaces the contacts by those of a step just done and appends the events to the world's, sorted.
+    void update(World& world, std::vector<ContactReport> contacts);
+    const std::vector<ContactReport>& contacts() const { return contacts_; }
+    std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
+
+  private:
+    std::vector<ContactReport> contacts_;
+    std::vector<Touch> touching_;
+};
+
+}  // namespace meld::physics

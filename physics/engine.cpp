@@ -1,0 +1,81 @@
+// What engines share: the rules of a step, errors, clocks.
+#include "physics/engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace meld::physics {
+
+namespace {
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+// A rate that makes any wider gap ask for nothing, yet whose products stay finite.
+constexpr float kNeverRate = 1e12f;
+
+}  // namespace
+
+StageClock::StageClock(double& seconds) : seconds_(seconds), begin_(now_s()) {}
+StageClock::~StageClock() { seconds_ += now_s() - begin_; }
+
+SolverSettings SolverSettings::pgs20() {
+    SolverSettings settings;
+    settings.mode = SolverMode::Pgs;
+    settings.sweeps = 20;
+    settings.inner_sweeps = 1;
+    return settings;
+}
+
+// Soft contacts as in E. Catto's "Solver2D" (2024): a spring of the given frequency and damping ratio, solved implicitly.
+Rules rules_for(const Settings& settings, const StepTimes& times) {
+    const SolverSettings& solver = settings.solver;
+    const double h = times.substep_s();
+    Rules rules{};
+    if (solver.mode == SolverMode::Pgs) {
+        rules.solve = {.apart_rate = kNeverRate,
+                       .overlap_rate = static_cast<float>(solver.error_reduction / h),
+                       .push_speed = static_cast<float>(solver.push_speed_m_s),
+                       .over_relaxation = static_cast<float>(solver.over_relaxation)};
+    } else {
+        const double omega = 2 * std::numbers::pi * solver.stiffness_share / h;
+        const double a = 2 * solver.damping_ratio + h * omega, b = h * omega * a, c = 1 / (1 + b);
+        rules.solve = {.apart_rate = static_cast<float>(1 / h),
+                       .overlap_rate = static_cast<float>(omega / a),
+                       .push_speed = static_cast<float>(solver.push_speed_m_s),
+                       .mass_scale = static_cast<float>(b * c),
+                       .impulse_scale = static_cast<float>(c)};
+    }
+    rules.relax = {.apart_rate = static_cast<float>(1 / h), .overlap_rate = 0, .push_speed = 0};
+    rules.move = {.step_s = static_cast<float>(h),
+                  .gravity = {static_cast<float>(settings.gravity_m_s2.x), static_cast<float>(settings.gravity_m_s2.y), static_cast<float>(settings.gravity_m_s2.z)},
+                  .linear_kept = static_cast<float>(1 / (1 + h * settings.linear_damping_per_s)),
+                  .angular_kept = static_cast<float>(1 / (1 + h * settings.angular_damping_per_s))};
+    return rules;
+}
+
+Touch touch_of(BodyId body, std::uint32_t partner) {
+    if (partner >= kMostBodies) return {body, obstacle_of_code(partner), true};
+    return {std::min(body, partner), std::max(body, partner), false};
+}
+
+tl::unexpected<Error> World::wrong(const std::string& problem, std::string suggestion) const {
+    return fail(fmt::format("step {}: {}", tick + 1, problem), std::move(suggestion), ExitCode::LimitHit);
+}
+
+double World::feature_range_m() const {
+    double range = 0;
+    if (!has_features()) return range;
+    for (const auto& table : tables)
+        for (const Feature& feature : table) range = std::max(range, feature.range_m);
+    return range;
+}
+
+bool World::bounces() const {
+    return std::any_of(materials.begin(), materials.end(), [](const Material& material) { return material.restitution > 0; });
+}
+
+}  // namespace meld::physics

@@ -1,0 +1,90 @@
+// The world's data that all engines share, and the interface of an engine.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/bodies.h"
+#include "physics/kernels.h"
+#include "physics/physics.h"
+
+namespace meld::physics {
+
+// The bodies as they were before the last step, by slot: motions always (accelerations come of them), the others if asked for.
+struct LastGood {
+    Buffer<Motion> motion;
+    Buffer<Place> place;
+    Buffer<Turn> turn;
+};
+
+// The partner is a body or an obstacle's code (contacts.h).
+Touch touch_of(BodyId body, std::uint32_t partner);
+
+struct World {
+    Settings settings;
+    Bodies bodies;
+    Obstacles obstacles;
+    std::vector<Material> materials{Material{}};
+    std::vector<std::vector<Feature>> tables{{}};
+    std::vector<TouchEvent> events;
+    double last_step_s = 0;
+    std::uint64_t tick = 0;
+    StageTimes times;
+    LastGood last_good;
+
+    // The error for something found wrong in the present tick.
+    tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
+    // The farthest that two features act on each other, surface to surface; 0 without features.
+    double feature_range_m() const;
+    bool has_features() const { return !bodies.features.empty(); }
+    bool bounces() const;
+};
+
+struct StepTimes {
+    double dt_s;
+    int substeps;
+    double substep_s() const { return dt_s / substeps; }
+};
+
+// The rules of a step's passes, from the settings and its times.
+struct Rules {
+    SweepRule solve, relax;
+    MoveRule move;
+};
+Rules rules_for(const Settings& settings, const StepTimes& times);
+
+class Engine {
+  public:
+    virtual ~Engine() = default;
+    virtual Result<StepReport> step(const StepTimes& times, Workers& workers) = 0;
+    // Bodies or obstacles were added or removed.
+    virtual void structure_changed() = 0;
+    // A body was pushed, switched or put elsewhere.
+    virtual void body_changed(std::uint32_t slot, bool moved) = 0;
+    // The bodies are again as before the step; nothing learnt in it holds.
+    virtual void state_restored() = 0;
+    virtual bool asleep(std::uint32_t) const { return false; }
+    // Appends what touches now; forces are averages over the last step.
+    virtual void report_contacts(std::vector<ContactReport>& contacts) const = 0;
+    virtual std::size_t bytes() const = 0;
+    virtual double residual() { return 0; }
+};
+
+std::unique_ptr<Engine> make_block_engine(World& world);
+std::unique_ptr<Engine> make_hash_engine(World& world);
+std::unique_ptr<Engine> make_ode_engine(World& world);
+
+// Sums the time of a stage into one of the world's StageTimes.
+class StageClock {
+  public:
+    explicit StageClock(double& seconds);
+    ~StageClock();
+    StageClock(const StageClock&) = delete;
+    StageClock& operator=(const StageClock&) = delete;
+
+  private:
+    double& seconds_;
+    double begin_;
+};
+
+}  // namespace meld::physics

@@ -1,0 +1,228 @@
+// The seed design's engine, for study: bins filled by atomic exchange, and a sweep in which all workers take contacts and write
+// velocities without locks. Two workers that write one body at once lose part of an impulse; later sweeps repair most of it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "physics/broadphase.h"
+#include "physics/contact_log.h"
+#include "physics/engine.h"
+#include "physics/kernels.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kPerJob = 2048;
+// A contact's second body where it is an obstacle.
+constexpr std::uint32_t kNobody = 0xffffffff;
+
+struct FlatContact {
+    std::uint32_t a, b;
+    std::uint32_t obstacle;
+    float normal[3];
+    float gap;
+    float friction;
+    float bounce_speed;
+    float impulse;
+    float tangent[3];
+};
+
+// Plain moves on every processor, but not undefined when another worker writes.
+float read(float& value) { return std::atomic_ref(value).load(std::memory_order_relaxed); }
+void add(float& value, float change) {
+    std::atomic_ref shared(value);
+    shared.store(shared.load(std::memory_order_relaxed) + change, std::memory_order_relaxed);
+}
+
+class HashEngine final : public Engine {
+  public:
+    explicit HashEngine(World& world) : world_(world) {}
+
+    Result<StepReport> step(const StepTimes& times, Workers& workers) override {
+        if (world_.has_features()) return fail("the engine 'hash' has no magnets, plates and latches", "Use the engine 'blocks'");
+        world_.events.clear();
+        if (auto dropped = drop_removed(workers); !dropped) return tl::unexpected(dropped.error());
+        Bodies& bodies = world_.bodies;
+        LastGood& kept = world_.last_good;
+        kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
+        if (world_.settings.keep_last_good) {
+            kept.place.assign(bodies.place.begin(), bodies.place.end());
+            kept.turn.assign(bodies.turn.begin(), bodies.turn.end());
+        }
+        world_.obstacles.prepare(workers.threads());
+        const Rules rules = rules_for(pgs_settings(), times);
+        for (int substep = 0; substep < times.substeps; ++substep)
+            if (auto done = substep_once(rules, workers); !done) return tl::unexpected(done.error());
+        report_events(times);
+        return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = candidates_, .rebuilt = true};
+    }
+
+    void structure_changed() override { removed_ = true; }
+    void body_changed(std::uint32_t, bool) override {}
+    void state_restored() override { contacts_.clear(); }
+    void report_contacts(std::vector<ContactReport>& contacts) const override { contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end()); }
+    std::size_t bytes() const override { return contacts_.capacity() * sizeof(FlatContact) + log_.bytes(); }
+    double residual() override {
+        double change = 0, impulse = 0;
+        for (FlatContact contact : contacts_) {
+            const float before = contact.impulse;
+            change += std::pow(static_cast<double>(wanted(contact) - before), 2);
+            impulse += std::pow(static_cast<double>(before), 2);
+        }
+        return impulse > 0 ? std::sqrt(change / impulse) : 0;
+    }
+
+  private:
+    Settings pgs_settings() const {
+        Settings settings = world_.settings;
+        settings.solver.mode = SolverMode::Pgs;
+        return settings;
+    }
+
+    Result<void> drop_removed(Workers& workers) {
+        if (!std::exchange(removed_, false)) return {};
+        Bodies& bodies = world_.bodies;
+        std::vector<std::uint32_t> kept;
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+            if ((bodies.nature[slot].flags & kRemoved) == 0) kept.push_back(slot);
+        if (kept.size() != bodies.count()) bodies.permute(kept, workers);
+        return {};
+    }
+
+    Result<void> substep_once(const Rules& rules, Workers& workers) {
+        Bodies& bodies = world_.bodies;
+        const auto count = static_cast<std::uint32_t>(bodies.count());
+        {
+            const StageClock clock(world_.times.pairs);
+            if (auto found = broadphase_->find(bodies, 0, workers); !found) return found;
+        }
+        {
+            const StageClock clock(world_.times.refresh);
+            if (auto collided = collide(workers); !collided) return collided;
+        }
+        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(), nullptr, 0, count, rules.move);
+        rule_ = rules.solve;
+        {
+            const StageClock clock(world_.times.solve);
+            const int sweeps = world_.settings.solver.sweeps * world_.settings.solver.inner_sweeps;
+            for (int sweep = 0; sweep < sweeps; ++sweep)
+                workers.run((contacts_.size() + kPerJob - 1) / kPerJob, [&](int, std::size_t job) {
+                    for (std::size_t i = job * kPerJob; i < std::min(contacts_.size(), (job + 1) * kPerJob); ++i) solve(contacts_[i]);
+                });
+        }
+        const StageClock clock(world_.times.move);
+        const double limit = world_.settings.greatest_speed_m_s;
+        const Moved moved = move_bodies(bodies, 0, count, rules.move.step_s);
+        if (!(static_cast<double>(moved.speed_squared) <= limit * limit)) return world_.wrong("a body is faster than greatest_speed_m_s, or its velocity is not a number", "Take a shorter step");
+        return {};
+    }
+
+    float friction(std::uint8_t one, std::uint8_t other) const { return std::sqrt(world_.materials[one].friction * world_.materials[other].friction); }
+
+    void add_contact(std::uint32_t a, std::uint32_t b, std::uint32_t obstacle, Vec3 normal, double gap, std::uint8_t other_material) {
+        Bodies& bodies = world_.bodies;
+        const std::uint8_t material = bodies.nature[a].material;
+        FlatContact contact{a, b, obstacle, {static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z)}, static_cast<float>(gap), friction(material, other_material), 0, 0, {}};
+        const float restitution = std::max(world_.materials[material].restitution, world_.materials[other_material].restitution);
+        const float parting = parting_speed(contact);
+        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.least_bounce_m_s)) contact.bounce_speed = -restitution * parting;
+        contacts_.push_back(contact);
+    }
+
+    Result<void> collide(Workers& workers) {
+        Bodies& bodies = world_.bodies;
+        contacts_.clear();
+        candidates_ = 0;
+        for (const auto& list : broadphase_->pairs) {
+            candidates_ += list.size();
+            for (const BodyPair pair : list) {
+                const Place &a = bodies.place[pair.first], &b = bodies.place[pair.second];
+                const Vec3 apart{b.x - a.x, b.y - a.y, b.z - a.z};
+                const double distance = length(apart), radii = a.radius + b.radius;
+                if (radii - distance > world_.settings.deepest_overlap_share * radii) {
+                    const auto [first, second] = std::minmax(bodies.nature[pair.first].id, bodies.nature[pair.second].id);
+                    return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m", first, second, radii - distance), "Move one of them away, or take a shorter step");
+                }
+                add_contact(pair.first, pair.second, 0, distance > 0 ? (1 / distance) * apart : Vec3{0, 0, 1}, distance - radii, bodies.nature[pair.second].material);
+            }
+        }
+        std::array<SurfaceContact, kMostSurfaceContacts> found;
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+            const Place& p = bodies.place[slot];
+            for (std::uint32_t obstacle = 0; obstacle < world_.obstacles.count(); ++obstacle) {
+                if ((bodies.nature[slot].flags & kFixed) || !world_.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, 0)) continue;
+                const int count = world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found);
+                for (int i = 0; i < count; ++i)
+                    add_contact(slot, kNobody, obstacle, -found[static_cast<std::size_t>(i)].normal, found[static_cast<std::size_t>(i)].gap_m, world_.obstacles.material(obstacle));
+            }
+        }
+        static_cast<void>(workers);
+        return {};
+    }
+
+    float parting_speed(const FlatContact& c) {
+        Motion& a = world_.bodies.motion[c.a];
+        float speed = 0;
+        for (int i = 0; i < 3; ++i) speed += c.normal[i] * ((c.b == kNobody ? 0.0f : read(world_.bodies.motion[c.b].velocity[i])) - read(a.velocity[i]));
+        return speed;
+    }
+
+    float wanted(const FlatContact& c) {
+        const float mass = 1 / (world_.bodies.motion[c.a].inverse_mass + (c.b == kNobody ? 0.0f : world_.bodies.motion[c.b].inverse_mass));
+        const float bias = std::min(std::max(c.gap * rule_.overlap_rate, -rule_.push_speed), -c.bounce_speed);
+        return std::max(c.impulse - rule_.over_relaxation * mass * (parting_speed(c) + bias), 0.0f);
+    }
+
+    void solve(FlatContact& c) {
+        Motion still{};
+        Motion &a = world_.bodies.motion[c.a], &b = c.b == kNobody ? still : world_.bodies.motion[c.b];
+        if (a.inverse_mass + b.inverse_mass == 0) return;
+        const float now = std::exchange(c.impulse, wanted(c)), change = c.impulse - now;
+        float rel[3], rim[3], along = 0;
+        for (int i = 0; i < 3; ++i) rel[i] = read(b.velocity[i]) - read(a.velocity[i]), rim[i] = read(b.rim[i]) + read(a.rim[i]), along += rel[i] * c.normal[i];
+        const float* n = c.normal;
+        const float twist[3] = {rim[1] * n[2] - rim[2] * n[1], rim[2] * n[0] - rim[0] * n[2], rim[0] * n[1] - rim[1] * n[0]};
+        const float mass = 1 / (a.inverse_mass + b.inverse_mass + a.inverse_rim_mass + b.inverse_rim_mass), limit = c.friction * c.impulse;
+        float tangent[3], squared = 0;
+        for (int i = 0; i < 3; ++i) tangent[i] = c.tangent[i] - rule_.over_relaxation * mass * (rel[i] - twist[i] - along * n[i]), squared += tangent[i] * tangent[i];
+        const float scale = squared > limit * limit ? limit / std::sqrt(squared) : 1;
+        float impulse[3], across[3];
+        for (int i = 0; i < 3; ++i) across[i] = scale * tangent[i] - c.tangent[i], c.tangent[i] = scale * tangent[i], impulse[i] = change * n[i] + across[i];
+        const float turn[3] = {n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2], n[0] * across[1] - n[1] * across[0]};
+        for (int i = 0; i < 3; ++i) {
+            add(a.velocity[i], -a.inverse_mass * impulse[i]), add(b.velocity[i], b.inverse_mass * impulse[i]);
+            add(a.rim[i], -a.inverse_rim_mass * turn[i]), add(b.rim[i], -b.inverse_rim_mass * turn[i]);
+        }
+    }
+
+    void report_events(const StepTimes& times) {
+        const StageClock clock(world_.times.events);
+        const double per_second = 1 / times.substep_s();
+        std::vector<ContactReport> reports;
+        for (const FlatContact& c : contacts_) {
+            const BodyId a = world_.bodies.nature[c.a].id;
+            const Touch touch = c.b == kNobody ? Touch{a, c.obstacle, true} : touch_of(a, world_.bodies.nature[c.b].id);
+            const double sign = touch.body == a ? 1 : -1;
+            const auto vector = [sign](const float (&v)[3]) { return sign * Vec3{static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; };
+            reports.push_back({touch, vector(c.normal), static_cast<double>(c.gap), per_second * static_cast<double>(c.impulse), per_second * vector(c.tangent)});
+        }
+        log_.update(world_, std::move(reports));
+    }
+
+    World& world_;
+    std::unique_ptr<Broadphase> broadphase_ = make_hash_broadphase();
+    std::vector<FlatContact> contacts_;
+    ContactLog log_;
+    SweepRule rule_{};
+    std::size_t candidates_ = 0;
+    bool removed_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_hash_engine(World& world) { return std::make_unique<HashEngine>(world); }
+
+}  // namespace meld::physics

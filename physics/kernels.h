@@ -1,0 +1,68 @@
+// The loops that take the time, over batches of contacts and ranges of bodies. Each is one pass in the order given; kernels of
+// different blocks of one colour may run at once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "physics/bodies.h"
+#include "physics/contacts.h"
+#include "physics/lanes.h"
+
+namespace meld::physics {
+
+// How a sweep moves the impulses of contacts. A contact `gap` apart is asked to close no faster than gap * apart_rate; one
+// that overlaps to open at gap * overlap_rate, at most at push_speed.
+struct SweepRule {
+    float apart_rate;
+    float overlap_rate;
+    float push_speed;
+    // Softness of overlapping contacts: the step is scaled by mass_scale, and impulse_scale of the impulse is taken back.
+    float mass_scale = 1;
+    float impulse_scale = 0;
+    float over_relaxation = 1;
+};
+
+// Normal and gap of each lane from the bodies' places; friction impulses are turned into the new tangent plane. Returns whether
+// some pair overlaps by more than `deepest` times the sum of its radii.
+bool refresh_pairs(std::span<Batch> batches, const Place* places, float deepest);
+
+// Gives the bodies the impulses kept from before.
+void warm_start(std::span<const Batch> batches, Motion* motions);
+
+// One Gauss-Seidel sweep: normal impulse, then friction, batch after batch.
+void sweep(std::span<Batch> batches, Motion* motions, const SweepRule& rule);
+
+// The same with latches: lane i's normal impulse may go down to -adhesion[i] * step_s, and friction sees it from there.
+void sweep_adhesive(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule);
+
+// What one sweep would change, if every contact saw the velocities as they are: the sum of squares of the normal impulses'
+// changes, and of the impulses themselves.
+struct SquareSums {
+    double change = 0, impulse = 0;
+};
+SquareSums measure_residual(std::span<const Batch> batches, const Motion* motions, const SweepRule& rule);
+
+// Restitution: notes at what speed each contact should part, given the velocities before the step; keeps the largest impulse;
+// at last makes the contacts that were pressed part at that speed.
+void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const Motion* motions, float least_speed);
+void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces);
+void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, Motion* motions);
+
+struct MoveRule {
+    float step_s;
+    float gravity[3];
+    // Factors that damping leaves of the velocities in a step.
+    float linear_kept = 1, angular_kept = 1;
+};
+// Velocities of the bodies first .. first + count - 1 under gravity and the pushes (null: none; two sets are added).
+void accelerate(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first, std::uint32_t count, const MoveRule& rule);
+
+struct Moved {
+    // The largest square of a body's speed, linear plus rim, m^2/s^2; infinite if some velocity is not a number.
+    float speed_squared = 0;
+    float drift_squared = 0;
+};
+// Places, orientations and drifts a step on.
+Moved move_bodies(Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s);
+}  // namespace meld::physics

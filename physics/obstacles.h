@@ -1,0 +1,87 @@
+// What bodies meet that is not a sphere: planes, boxes, terrain and meshes. Planes are computed here; for the others each
+// worker has its own ODE geometries, so that dCollide runs on all workers without sharing anything that it writes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "physics/types.h"
+#include "runtime/base/error.h"
+
+namespace meld::physics {
+
+// The points with dot(normal, p) <= offset_m are inside.
+struct Plane {
+    Vec3 normal{0, 0, 1};
+    double offset_m = 0;
+};
+
+struct Box {
+    Vec3 centre = {};
+    Vec3 size_m{1, 1, 1};
+    Quat orientation = {};
+};
+
+// Heights over a grid of columns x rows points that begins at `origin`, x running fastest. Below `origin.z + height` is ground.
+struct Terrain {
+    Vec3 origin = {};
+    double cell_m = 1;
+    int columns = 2;
+    int rows = 2;
+    std::vector<double> heights_m = {};
+};
+
+// Triangles by three indices each, counter-clockwise as seen from outside.
+struct Mesh {
+    std::vector<Vec3> points = {};
+    std::vector<std::uint32_t> triangles = {};
+};
+
+using Shape = std::variant<Plane, Box, Terrain, Mesh>;
+
+// Where a sphere touches an obstacle: the way out of the obstacle, and how far the surfaces are apart (negative: overlap).
+struct SurfaceContact {
+    Vec3 normal;
+    double gap_m;
+};
+
+// A sphere meets a plane or a box in at most one point that matters, uneven ground in several.
+inline constexpr int kMostSurfaceContacts = 4;
+
+class Obstacles {
+  public:
+    Obstacles();
+    ~Obstacles();
+    Obstacles(Obstacles&&) noexcept;
+    Obstacles& operator=(Obstacles&&) noexcept;
+
+    // The error says what is wrong with the shape.
+    Result<std::uint32_t> add(Shape shape, std::uint8_t material);
+    std::size_t count() const { return entries_.size(); }
+    const Shape& shape(std::size_t obstacle) const { return entries_[obstacle].shape; }
+    std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
+    // How many contacts with this obstacle a body can have.
+    int parts(std::size_t obstacle) const;
+    // Whether a sphere may come as near as `reach_m`; true too often rather than too seldom.
+    bool may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const;
+
+    // Makes the geometries of workers 0 .. threads - 1; one thread calls it.
+    void prepare(int threads);
+    // The contacts nearer than `reach_m`; returns their number. `worker` is the calling worker.
+    int collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m, std::array<SurfaceContact, kMostSurfaceContacts>& contacts);
+
+  private:
+    struct Entry {
+        Shape shape;
+        std::uint8_t material;
+        Vec3 low, high;
+    };
+    struct Geometries;
+    std::vector<Entry> entries_;
+    std::vector<std::unique_ptr<Geometries>> geometries_;
+};
+
+}  // namespace meld::physics

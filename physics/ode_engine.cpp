@@ -1,0 +1,231 @@
+// ODE as the reference: the bodies mirrored as dBody and dGeom, a hash space, and dWorldQuickStep. The mirror is made when first
+// needed and again when bodies or obstacles change; states are copied in when set from outside and out after every step.
+#include <fmt/format.h>
+#include <ode/ode.h>
+
+#include <cmath>
+
+#include "physics/contact_log.h"
+#include "physics/engine.h"
+#include "physics/ode_library.h"
+#include "physics/ode_shapes.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kMostContactsOfPair = 4;
+
+// ODE's objects for one set of bodies and obstacles.
+struct Mirror {
+    dWorldID world = dWorldCreate();
+    dSpaceID space = dHashSpaceCreate(nullptr);
+    dJointGroupID joints = dJointGroupCreate(0);
+    std::vector<dBodyID> bodies;
+    std::vector<dGeomID> spheres;
+    OdeShapes obstacles;
+
+    Mirror() = default;
+    Mirror(const Mirror&) = delete;
+    Mirror& operator=(const Mirror&) = delete;
+    ~Mirror() {
+        dJointGroupDestroy(joints);
+        for (std::size_t i = 0; i < obstacles.count(); ++i) dSpaceRemove(space, obstacles[i]);
+        for (const dGeomID sphere : spheres) dGeomDestroy(sphere);
+        dSpaceDestroy(space);
+        dWorldDestroy(world);
+    }
+};
+
+class OdeEngine final : public Engine {
+  public:
+    explicit OdeEngine(World& world) : world_(world) {}
+
+    Result<StepReport> step(const StepTimes& times, Workers& workers) override {
+        if (world_.has_features()) return fail("the engine 'ode' has no magnets, plates and latches", "Use the engine 'blocks'");
+        world_.events.clear();
+        drop_removed(workers);
+        Bodies& bodies = world_.bodies;
+        if (bodies.count() + world_.obstacles.count() > kMostOdeBodies)
+            return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMostOdeBodies, bodies.count()), "Use the engine 'blocks'");
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+            if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL)) return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
+        world_.last_good = {bodies.motion, bodies.place, bodies.turn};
+        try {
+            enter_ode_thread();
+            if (!mirror_) build();
+            if (stale_) copy_in();
+            const StageClock clock(world_.times.solve);
+            for (int substep = 0; substep < times.substeps; ++substep) step_once(times.substep_s(), substep + 1 == times.substeps);
+            copy_out();
+        } catch (const OdeFailure& failure) {
+            // What ODE was doing is half done; its objects are left to themselves and made anew.
+            static_cast<void>(mirror_.release());
+            return world_.wrong(fmt::format("ODE gave up ({})", failure.what()), "Check bodies that overlap or fly, or use the engine 'blocks'");
+        }
+        if (auto fine = check_speeds(); !fine) return tl::unexpected(fine.error());
+        log_.update(world_, std::move(reports_));
+        return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = log_.contacts().size(), .rebuilt = true};
+    }
+
+    void structure_changed() override { mirror_.reset(), changed_ = true; }
+    void body_changed(std::uint32_t, bool) override { stale_ = true; }
+    void state_restored() override { stale_ = true; }
+    void report_contacts(std::vector<ContactReport>& contacts) const override { contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end()); }
+    std::size_t bytes() const override { return log_.bytes(); }
+
+  private:
+    void drop_removed(Workers& workers) {
+        if (!std::exchange(changed_, false)) return;
+        Bodies& bodies = world_.bodies;
+        std::vector<std::uint32_t> kept;
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+            if ((bodies.nature[slot].flags & kRemoved) == 0) kept.push_back(slot);
+        if (kept.size() != bodies.count()) bodies.permute(kept, workers);
+    }
+
+    void build() {
+        mirror_ = std::make_unique<Mirror>();
+        const Settings& settings = world_.settings;
+        const Bodies& bodies = world_.bodies;
+        dWorldSetGravity(mirror_->world, settings.gravity_m_s2.x, settings.gravity_m_s2.y, settings.gravity_m_s2.z);
+        dWorldSetQuickStepNumIterations(mirror_->world, settings.solver.sweeps * settings.solver.inner_sweeps);
+        dWorldSetQuickStepW(mirror_->world, settings.solver.over_relaxation);
+        dWorldSetERP(mirror_->world, settings.solver.error_reduction);
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+            const Nature& nature = bodies.nature[slot];
+            const double radius = bodies.place[slot].radius, mass = static_cast<double>(nature.mass), inertia = static_cast<double>(nature.inertia_factor) * mass * radius * radius;
+            const dBodyID body = dBodyCreate(mirror_->world);
+            dMass inertial;
+            dMassSetParameters(&inertial, mass, 0, 0, 0, inertia, inertia, inertia, 0, 0, 0);
+            dBodySetMass(body, &inertial);
+            if (nature.flags & kFixed) dBodySetKinematic(body);
+            const dGeomID sphere = dCreateSphere(mirror_->space, radius);
+            dGeomSetBody(sphere, body);
+            dGeomSetData(sphere, reinterpret_cast<void*>(static_cast<std::uintptr_t>(slot)));
+            mirror_->bodies.push_back(body);
+            mirror_->spheres.push_back(sphere);
+        }
+        for (std::size_t i = 0; i < world_.obstacles.count(); ++i) {
+            const dGeomID geom = mirror_->obstacles.add(world_.obstacles.shape(i));
+            dGeomSetData(geom, reinterpret_cast<void*>(i));
+            dSpaceAdd(mirror_->space, geom);
+        }
+        stale_ = true;
+    }
+
+    void copy_in() {
+        const Bodies& bodies = world_.bodies;
+        const auto d = [](float value) { return static_cast<double>(value); };
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+            const dBodyID body = mirror_->bodies[slot];
+            const Place& p = bodies.place[slot];
+            const Turn& t = bodies.turn[slot];
+            const Motion& m = bodies.motion[slot];
+            dBodySetPosition(body, p.x, p.y, p.z);
+            const dQuaternion q = {d(t.w), d(t.x), d(t.y), d(t.z)};
+            dBodySetQuaternion(body, q);
+            dBodySetLinearVel(body, d(m.velocity[0]), d(m.velocity[1]), d(m.velocity[2]));
+            dBodySetAngularVel(body, d(m.rim[0]) / p.radius, d(m.rim[1]) / p.radius, d(m.rim[2]) / p.radius);
+        }
+        stale_ = false;
+    }
+
+    void copy_out() {
+        Bodies& bodies = world_.bodies;
+        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+            const dReal *p = dBodyGetPosition(mirror_->bodies[slot]), *q = dBodyGetQuaternion(mirror_->bodies[slot]);
+            const dReal *v = dBodyGetLinearVel(mirror_->bodies[slot]), *w = dBodyGetAngularVel(mirror_->bodies[slot]);
+            Place& place = bodies.place[slot];
+            place = {p[0], p[1], p[2], place.radius};
+            bodies.turn[slot] = {static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]), static_cast<float>(q[3])};
+            for (int i = 0; i < 3; ++i) bodies.motion[slot].velocity[i] = static_cast<float>(v[i]), bodies.motion[slot].rim[i] = static_cast<float>(place.radius * w[i]);
+        }
+    }
+
+    void step_once(double step_s, bool last) {
+        const Bodies& bodies = world_.bodies;
+        for (std::uint32_t slot = 0; slot < bodies.pushes.size(); ++slot) {
+            const Push& push = bodies.pushes[slot];
+            dBodyAddForce(mirror_->bodies[slot], static_cast<double>(push.force[0]), static_cast<double>(push.force[1]), static_cast<double>(push.force[2]));
+            dBodyAddTorque(mirror_->bodies[slot], static_cast<double>(push.torque[0]), static_cast<double>(push.torque[1]), static_cast<double>(push.torque[2]));
+        }
+        const Settings& settings = world_.settings;
+        dWorldSetLinearDamping(mirror_->world, 1 - 1 / (1 + step_s * settings.linear_damping_per_s));
+        dWorldSetAngularDamping(mirror_->world, 1 - 1 / (1 + step_s * settings.angular_damping_per_s));
+        reports_.clear();
+        feedback_.clear();
+        keep_reports_ = last;
+        dSpaceCollide(mirror_->space, this, [](void* self, dGeomID a, dGeomID b) { static_cast<OdeEngine*>(self)->near(a, b); });
+        for (std::size_t i = 0; i < feedback_.size(); ++i) dJointSetFeedback(feedback_[i].joint, &feedback_[i].forces);
+        dWorldQuickStep(mirror_->world, step_s);
+        for (std::size_t i = 0; i < reports_.size(); ++i) {
+            // Force on the second body is what the first's joint forces are not.
+            const dReal* f = feedback_[i].forces.f1;
+            const Vec3 on_other = -feedback_[i].sign * Vec3{f[0], f[1], f[2]};
+            reports_[i].normal_force_n = dot(on_other, reports_[i].normal);
+            reports_[i].friction_n = on_other - reports_[i].normal_force_n * reports_[i].normal;
+        }
+        dJointGroupEmpty(mirror_->joints);
+    }
+
+    void near(dGeomID a, dGeomID b) {
+        const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
+        if (!body_a && !body_b) return;
+        if (!body_a) return near(b, a);
+        const auto index = [](dGeomID geom) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom))); };
+        const Nature& first = world_.bodies.nature[index(a)];
+        const std::uint8_t other = body_b ? world_.bodies.nature[index(b)].material : world_.obstacles.material(index(b));
+        if ((first.flags & kFixed) && (!body_b || (world_.bodies.nature[index(b)].flags & kFixed))) return;
+        std::array<dContact, kMostContactsOfPair> contacts{};
+        const int count = dCollide(a, b, kMostContactsOfPair, &contacts[0].geom, sizeof(dContact));
+        for (int i = 0; i < count; ++i) {
+            dContact& contact = contacts[static_cast<std::size_t>(i)];
+            contact.surface.mode = dContactApprox1;
+            contact.surface.mu = std::sqrt(static_cast<double>(world_.materials[first.material].friction) * static_cast<double>(world_.materials[other].friction));
+            const double restitution = static_cast<double>(std::max(world_.materials[first.material].restitution, world_.materials[other].restitution));
+            if (restitution > 0) {
+                contact.surface.mode |= dContactBounce;
+                contact.surface.bounce = restitution;
+                contact.surface.bounce_vel = world_.settings.solver.least_bounce_m_s;
+            }
+            const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
+            dJointAttach(joint, body_a, body_b);
+            if (!keep_reports_) continue;
+            const Touch touch = body_b ? touch_of(first.id, world_.bodies.nature[index(b)].id) : Touch{first.id, index(b), true};
+            const double sign = touch.body == first.id ? 1 : -1;
+            // ODE's normal leads from b to a.
+            reports_.push_back({touch, -sign * Vec3{contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]}, -contact.geom.depth, 0, {}});
+            feedback_.push_back({joint, sign, {}});
+        }
+    }
+
+    Result<void> check_speeds() const {
+        const double limit = world_.settings.greatest_speed_m_s;
+        for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) {
+            double squared = 0;
+            for (const float v : world_.bodies.motion[slot].velocity) squared += static_cast<double>(v) * static_cast<double>(v);
+            if (!(squared <= limit * limit)) return world_.wrong(fmt::format("body {} moves at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", world_.bodies.nature[slot].id, std::sqrt(squared), limit), "Take a shorter step, check the forces on it, or raise the limit");
+        }
+        return {};
+    }
+
+    struct Feedback {
+        dJointID joint;
+        double sign;
+        dJointFeedback forces;
+    };
+
+    World& world_;
+    std::unique_ptr<Mirror> mirror_;
+    std::vector<ContactReport> reports_;
+    std::vector<Feedback> feedback_;
+    ContactLog log_;
+    bool stale_ = true, changed_ = false, keep_reports_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_ode_engine(World& world) { return std::make_unique<OdeEngine>(world); }
+
+}  // namespace meld::physics

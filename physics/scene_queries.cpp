@@ -1,0 +1,169 @@
+// Reading a scene: states, contacts by body, sums, digest.
+#include <algorithm>
+#include <cstring>
+#include <numbers>
+
+#include "physics/engine.h"
+#include "physics/physics.h"
+
+namespace meld::physics {
+
+namespace {
+
+Vec3 vector_of(const float (&v)[3]) { return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; }
+Vec3 position(const Place& p) { return {p.x, p.y, p.z}; }
+
+}  // namespace
+
+bool Scene::has(BodyId body) const {
+    const Bodies& bodies = world_->bodies;
+    return bodies.has(body) && (bodies.nature[bodies.slot(body)].flags & kRemoved) == 0;
+}
+
+std::size_t Scene::body_count() const {
+    const auto& nature = world_->bodies.nature;
+    return static_cast<std::size_t>(std::count_if(nature.begin(), nature.end(), [](const Nature& one) { return (one.flags & (kRemoved | kGhost)) == 0; }));
+}
+
+std::vector<BodyId> Scene::bodies() const {
+    std::vector<BodyId> ids;
+    for (const Nature& nature : world_->bodies.nature)
+        if ((nature.flags & (kRemoved | kGhost)) == 0) ids.push_back(nature.id);
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+BodyState Scene::state(BodyId body) const {
+    const Bodies& bodies = world_->bodies;
+    const std::uint32_t slot = bodies.slot(body);
+    const Place& place = bodies.place[slot];
+    const Turn& turn = bodies.turn[slot];
+    return {position(place),
+            {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)},
+            vector_of(bodies.motion[slot].velocity),
+            (1 / place.radius) * vector_of(bodies.motion[slot].rim)};
+}
+
+Vec3 Scene::acceleration(BodyId body) const {
+    const std::uint32_t slot = world_->bodies.slot(body);
+    if (slot >= world_->last_good.motion.size() || world_->last_step_s == 0) return {};
+    return (1 / world_->last_step_s) * (vector_of(world_->bodies.motion[slot].velocity) - vector_of(world_->last_good.motion[slot].velocity));
+}
+
+double Scene::radius(BodyId body) const { return world_->bodies.place[world_->bodies.slot(body)].radius; }
+
+double Scene::pressure(BodyId body) {
+    double force = 0;
+    for (const std::uint32_t index : contacts_of(body)) force += std::max(0.0, contacts()[index].normal_force_n);
+    return force / (4 * std::numbers::pi * radius(body) * radius(body));
+}
+
+double Scene::energy_drawn_j(BodyId body) const {
+    const Bodies& bodies = world_->bodies;
+    return bodies.energy.empty() ? 0 : bodies.energy[bodies.slot(body)];
+}
+
+bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
+std::span<const TouchEvent> Scene::events() const { return world_->events; }
+
+std::span<const ContactReport> Scene::contacts() {
+    if (contacts_known_) return contacts_;
+    contacts_.clear();
+    engine_->report_contacts(contacts_);
+    std::sort(contacts_.begin(), contacts_.end(), [](const ContactReport& a, const ContactReport& b) { return a.touch < b.touch; });
+    const std::size_t count = world_->bodies.count();
+    contact_start_.assign(count + 1, 0);
+    const auto ends = [&](const ContactReport& contact, const auto& f) {
+        f(world_->bodies.slot(contact.touch.body));
+        if (!contact.touch.other_is_obstacle) f(world_->bodies.slot(contact.touch.other));
+    };
+    for (const ContactReport& contact : contacts_) ends(contact, [&](std::uint32_t slot) { ++contact_start_[slot + 1]; });
+    for (std::size_t slot = 0; slot < count; ++slot) contact_start_[slot + 1] += contact_start_[slot];
+    contact_index_.resize(contact_start_[count]);
+    std::vector<std::uint32_t> next(contact_start_.begin(), contact_start_.end() - 1);
+    for (std::size_t i = 0; i < contacts_.size(); ++i) ends(contacts_[i], [&](std::uint32_t slot) { contact_index_[next[slot]++] = static_cast<std::uint32_t>(i); });
+    contacts_known_ = true;
+    return contacts_;
+}
+
+std::span<const std::uint32_t> Scene::contacts_of(BodyId body) {
+    contacts();
+    const std::uint32_t slot = world_->bodies.slot(body);
+    if (slot + 1u >= contact_start_.size()) return {};
+    return {contact_index_.data() + contact_start_[slot], contact_index_.data() + contact_start_[slot + 1]};
+}
+
+double Scene::kinetic_energy_j() const {
+    const Bodies& bodies = world_->bodies;
+    double sum = 0;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        if (bodies.nature[slot].flags & (kFixed | kRemoved)) continue;
+        const Vec3 v = vector_of(bodies.motion[slot].velocity), u = vector_of(bodies.motion[slot].rim);
+        sum += static_cast<double>(bodies.nature[slot].mass) / 2 * (dot(v, v) + static_cast<double>(bodies.nature[slot].inertia_factor) * dot(u, u));
+    }
+    return sum;
+}
+
+double Scene::potential_energy_j() const {
+    const Bodies& bodies = world_->bodies;
+    double sum = 0;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0) sum -= static_cast<double>(bodies.nature[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
+    return sum;
+}
+
+Vec3 Scene::momentum() const {
+    const Bodies& bodies = world_->bodies;
+    Vec3 sum;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0) sum = sum + static_cast<double>(bodies.nature[slot].mass) * vector_of(bodies.motion[slot].velocity);
+    return sum;
+}
+
+Vec3 Scene::angular_momentum() const {
+    const Bodies& bodies = world_->bodies;
+    Vec3 sum;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        if (bodies.nature[slot].flags & (kFixed | kRemoved)) continue;
+        const double mass = static_cast<double>(bodies.nature[slot].mass), radius = bodies.place[slot].radius;
+        sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.motion[slot].velocity)) +
+              mass * radius * static_cast<double>(bodies.nature[slot].inertia_factor) * vector_of(bodies.motion[slot].rim);
+    }
+    return sum;
+}
+
+Digest Scene::digest() const {
+    struct Row {
+        Place place;
+        Turn turn;
+        float velocity[3], rim[3];
+        std::uint32_t id;
+        // Named, so that no byte of a row is left to chance.
+        std::uint32_t zero;
+    };
+    static_assert(sizeof(Row) == 96);
+    const Bodies& bodies = world_->bodies;
+    Digest digest;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        if (bodies.nature[slot].flags & (kRemoved | kGhost)) continue;
+        Row row;
+        std::memset(&row, 0, sizeof row);
+        row.place = bodies.place[slot];
+        row.turn = bodies.turn[slot];
+        std::memcpy(row.velocity, bodies.motion[slot].velocity, sizeof row.velocity);
+        std::memcpy(row.rim, bodies.motion[slot].rim, sizeof row.rim);
+        row.id = bodies.nature[slot].id;
+        digest.add_bytes(std::as_bytes(std::span(&row, 1)));
+    }
+    return digest;
+}
+
+std::uint64_t Scene::tick() const { return world_->tick; }
+StageTimes Scene::stage_times() const { return world_->times; }
+std::size_t Scene::bytes() const {
+    const LastGood& kept = world_->last_good;
+    return world_->bodies.bytes() + engine_->bytes() + kept.motion.capacity() * sizeof(Motion) + kept.place.capacity() * sizeof(Place) + kept.turn.capacity() * sizeof(Turn);
+}
+double Scene::residual() { return engine_->residual(); }
+
+}  // namespace meld::physics
