@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/tuple/facts.h"
+#include "runtime/tuple/value_text.h"
 
 namespace meld::record {
 
@@ -26,7 +28,8 @@ Result<void> Recorder::start(sim::PartState& part) {
             const PredicateInfo& p = part.module.predicates[i];
             if (name != p.name || p.auxiliary || p.column == kNone16) continue;
             found = true;
-            recorded_.push_back({i, name, p.arity > 0 && p.fields[0].type == ValueType::Float});
+            const ValueType type = p.arity > 0 ? p.fields[0].type : ValueType::Int;
+            recorded_.push_back({i, name, type == ValueType::Float ? As::Real : type == ValueType::Vec3 ? As::Vector : type >= ValueType::String ? As::Text : As::Integer});
             break;
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
@@ -73,35 +76,122 @@ void Recorder::finish(sim::PartState& part) {
     else outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
 }
 
-// Part 0 gets every catom's position, colour and values, and writes them in the order of ids.
-Result<void> Recorder::write(sim::PartState& part) {
-    last_step_ = part.abi.now;
-    struct Row {
-        u64 id;
-        world::Vec3 position;
-        std::uint32_t rgb;
-    };
-    std::vector<std::byte> mine;
+namespace {
+
+struct Row {
+    u64 id;
+    world::Vec3 position;
+    std::uint32_t rgb;
+};
+
+constexpr std::uint32_t kGrey = 0xb0b0b0;
+
+std::string take_text(const std::byte*& from) {
+    const auto size = take_value<std::uint32_t>(from);
+    std::string text(reinterpret_cast<const char*>(from), size);
+    from += size;
+    return text;
+}
+
+}  // namespace
+
+// A step as its columns.
+struct Recorder::Step {
+    std::vector<u64> ids;
+    std::vector<world::Vec3> positions;
+    std::vector<std::uint8_t> colours;
+    std::vector<std::vector<u64>> numbers;         // By recorded predicate, as words.
+    std::vector<std::vector<std::string>> texts;
+};
+
+// What the first fact of the predicate has as its first argument. Where there is no such fact a number is -1, a vector is
+// not a number, a text is empty; a predicate without arguments is 1 or 0.
+void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const {
+    const PredicateInfo& p = part.module.predicates[recorded.predicate];
+    const bool plain = p.arity == 0;
+    bool found = false;
+    Value first{};
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, recorded.predicate, catom, [&](const Value* v) {
+        if (!found && !plain) first = v[0];
+        found = true;
+    });
+    switch (recorded.as) {
+        case As::Integer:
+            if (plain) first.integer = found ? 1 : 0;
+            else if (!found) first.integer = -1;
+            return put(out, first);
+        case As::Real:
+            if (!found) first.real = -1;
+            return put(out, first);
+        case As::Vector:
+            for (std::size_t i = 0; i < 3; ++i) put(out, i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
+            return;
+        case As::Text: {
+            const std::string text = found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "";
+            put(out, static_cast<std::uint32_t>(text.size()));
+            const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+            out.insert(out.end(), bytes, bytes + text.size());
+        }
+    }
+}
+
+// This part's catoms, each with its position, colour and values.
+std::vector<std::byte> Recorder::pack(sim::PartState& part) const {
+    std::vector<std::byte> out;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
         const auto colour = colours_.find(part.ensemble.id(c));
-        put(mine, Row{part.ensemble.id(c), part.ensemble.position(c), colour == colours_.end() ? 0xb0b0b0u : colour->second});
-        for (const Recorded& r : recorded_) {
-            Value value{};
-            bool first = true;
-            // -1 says that there is no such fact; a predicate without arguments is 1 or 0.
-            if (part.module.predicates[r.predicate].arity > 0) {
-                if (r.real) value.real = -1;
-                else value.integer = -1;
+        put(out, Row{part.ensemble.id(c), part.ensemble.position(c), colour == colours_.end() ? kGrey : colour->second});
+        for (const Recorded& r : recorded_) put_value(part, r, c, out);
+    }
+    return out;
+}
+
+// The rows of all parts into columns, in the order of ids.
+void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) const {
+    std::vector<std::pair<u64, const std::byte*>> rows;
+    for (const auto& bytes : all)
+        for (const std::byte* at = bytes.data(); at != bytes.data() + bytes.size();) {
+            rows.emplace_back(0, at);
+            rows.back().first = take_value<Row>(at).id;
+            for (const Recorded& r : recorded_) {
+                if (r.as == As::Text) at += take_value<std::uint32_t>(at);
+                else at += (r.as == As::Vector ? 3 : 1) * sizeof(double);
             }
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, r.predicate, c, [&](const Value* v) {
-                if (first && part.module.predicates[r.predicate].arity > 0) value = v[0];
-                else if (first) value.integer = 1;
-                first = false;
-            });
-            put(mine, value);
+        }
+    std::sort(rows.begin(), rows.end());
+    step.numbers.resize(recorded_.size());
+    step.texts.resize(recorded_.size());
+    for (const auto& [id, start] : rows) {
+        const std::byte* at = start;
+        const auto row = take_value<Row>(at);
+        step.ids.push_back(id);
+        step.positions.push_back(row.position);
+        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(row.rgb >> shift));
+        for (std::size_t i = 0; i < recorded_.size(); ++i) {
+            if (recorded_[i].as == As::Text) step.texts[i].push_back(take_text(at));
+            else
+                for (int k = recorded_[i].as == As::Vector ? 3 : 1; k > 0; --k) step.numbers[i].push_back(take_value<u64>(at));
         }
     }
+}
+
+Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all) {
+    Step step;
+    read_rows(all, step);
+    std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
+    for (std::size_t i = 0; i < recorded_.size(); ++i) {
+        const Recorded& r = recorded_[i];
+        if (r.as == As::Text) arrays.push_back({r.name, RecordedArray::Text, step.texts[i].data(), 1});
+        else arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(), r.as == As::Vector ? 3 : 1});
+    }
+    return file_->step(static_cast<double>(part.abi.now), step.positions, step.ids, arrays);
+}
+
+// Part 0 gets everything and writes it.
+Result<void> Recorder::write(sim::PartState& part) {
+    last_step_ = part.abi.now;
+    std::vector<std::byte> mine = pack(part);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
     if (part.comm.part() == 0) all.push_back(std::move(mine));
@@ -111,27 +201,7 @@ Result<void> Recorder::write(sim::PartState& part) {
     Error error;
     bool fine = true;
     if (file_) {
-        const std::size_t stride = sizeof(Row) + recorded_.size() * sizeof(Value);
-        std::vector<const std::byte*> rows;
-        for (const auto& bytes : all)
-            for (std::size_t at = 0; at < bytes.size(); at += stride) rows.push_back(bytes.data() + at);
-        const auto id_of = [](const std::byte* row) { return take_value<u64>(row); };
-        std::sort(rows.begin(), rows.end(), [&](const std::byte* a, const std::byte* b) { return id_of(a) < id_of(b); });
-        std::vector<std::array<double, 3>> positions;
-        std::vector<u64> ids;
-        std::vector<std::uint8_t> colours;
-        std::vector<std::vector<Value>> values(recorded_.size());
-        for (const std::byte* at : rows) {
-            const auto row = take_value<Row>(at);
-            ids.push_back(row.id);
-            positions.push_back(row.position);
-            for (const int shift : {16, 8, 0}) colours.push_back(static_cast<std::uint8_t>(row.rgb >> shift));
-            for (auto& column : values) column.push_back(take_value<Value>(at));
-        }
-        std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, colours.data(), 3}};
-        for (std::size_t i = 0; i < recorded_.size(); ++i)
-            arrays.push_back({recorded_[i].name, recorded_[i].real ? RecordedArray::Float64 : RecordedArray::Int64, values[i].data(), 1});
-        const Result<void> done = file_->step(static_cast<double>(part.abi.now), positions, ids, arrays);
+        const Result<void> done = write_step(part, all);
         fine = done.has_value();
         if (!fine) error = done.error();
         else ++steps_;

@@ -15,7 +15,7 @@ namespace meld::record {
 
 class Recorder : public sim::SimModule {
   public:
-    // predicates: names of predicates whose first argument after the catom is recorded (1 or 0 where there is none).
+    // predicates: names of predicates whose first argument after the catom is recorded (1 or 0 where it has none).
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
     Result<void> start(sim::PartState& part) override;
     Result<void> after(sim::PartState& part) override;
@@ -23,12 +23,19 @@ class Recorder : public sim::SimModule {
     std::string outcome() const override { return outcome_; }
 
   private:
+    // What is recorded of a predicate, by the type of its first argument: a number, three, or the value as text.
+    enum class As { Integer, Real, Vector, Text };
     struct Recorded {
         u32 predicate;
         std::string name;
-        bool real;
+        As as;
     };
+    struct Step;
     Result<void> write(sim::PartState& part);
+    void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const;
+    std::vector<std::byte> pack(sim::PartState& part) const;
+    void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) const;
+    Result<void> write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all);
     void colour(sim::PartState& part);
 
     std::string path_;

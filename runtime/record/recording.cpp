@@ -22,6 +22,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/record/disk_space.h"
 #include "runtime/record/hdf5_file.h"
+#include "runtime/record/text_table.h"
 #include "runtime/record/xdmf.h"
 
 namespace meld::record {
@@ -45,7 +46,8 @@ constexpr std::uint64_t kReserveBytes = 512 << 10;
 
 ElementType element_type(RecordedArray::Type type) {
     switch (type) {
-        case RecordedArray::Int64: return ElementType::Int64;
+        case RecordedArray::Int64:
+        case RecordedArray::Text: return ElementType::Int64;
         case RecordedArray::Float64: return ElementType::Float64;
         case RecordedArray::UInt8: return ElementType::UInt8;
     }
@@ -91,6 +93,7 @@ struct Recording::State {
     std::array<ColumnIndex, 4> number_of_cells = {}, number_of_connectivity_ids = {}, offsets = {}, connectivity = {};
     std::optional<SeriesColumn> points;
     std::map<std::string, SeriesColumn> arrays;
+    std::map<std::string, TextTable> texts;
 
     std::map<std::uint64_t, Part> part_of_rows;
     std::int64_t next_cell_offset = 0;
@@ -112,6 +115,9 @@ struct Recording::State {
         file->write_rows(column, static_cast<std::uint64_t>(steps), 1, value);
     }
 
+    // Arrays of texts become arrays of their numbers, which stand in `numbers`.
+    void number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::vector<std::vector<std::int64_t>>& numbers);
+    void write_texts();
     std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const;
     tl::unexpected<Error> cannot_write(const std::string& why) const;
 };
@@ -127,14 +133,30 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
     std::uint64_t row_bytes = 3 * sizeof(float) + 2 * sizeof(std::int64_t);  // Its position, and its place in a new part.
     for (const RecordedArray& array : given)
         row_bytes += static_cast<std::uint64_t>(array.components) * size_of(element_type(array.type)) + kTableBytesARow;
-    return (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+    std::uint64_t text_bytes = 0;
+    for (const auto& [name, table] : texts) text_bytes += table.waiting_bytes();
+    return text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+}
+
+void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::vector<std::vector<std::int64_t>>& numbers) {
+    numbers.reserve(given.size());
+    for (RecordedArray& array : given) {
+        if (array.type != RecordedArray::Text) continue;
+        numbers.push_back(texts[array.name].numbers({static_cast<const std::string*>(array.data), rows}));
+        array.type = RecordedArray::Int64;
+        array.data = numbers.back().data();
+    }
+}
+
+void Recording::State::write_texts() {
+    for (auto& [name, table] : texts) table.write(*file, "/meld/texts/" + name);
 }
 
 void Recording::State::make_layout(const RecordingInfo& info) {
     file->make_group("/VTKHDF");
     file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
     file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
-    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld"}) file->make_group(group);
+    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld", "/meld/texts"}) file->make_group(group);
     file->set_attribute("/VTKHDF/Steps", "NSteps", std::int64_t{0});
 
     const ColumnShape one_a_step = {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk};
@@ -344,10 +366,16 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     // Ids are below 2^63, and readers know only signed ones as ids.
     std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
     all.insert(all.end(), arrays.begin(), arrays.end());
+    std::vector<std::vector<std::int64_t>> numbers;
+    state.number_texts(all, rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
-    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all))) return state.cannot_write(*reason);
+    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all))) {
+        for (auto& [name, table] : state.texts) table.forget();
+        return state.cannot_write(*reason);
+    }
 
     state.most_rows = std::max(state.most_rows, rows);
+    state.write_texts();
     state.write_points(positions);
     for (const RecordedArray& array : all) state.write_array(array, rows);
     state.write_row_of_step(time, rows);

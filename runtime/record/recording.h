@@ -26,7 +26,9 @@ struct RecordingInfo {
 // One value (or vector of `components` values) for each catom of a step, in the order of its ids. Two names are taken: "id"
 // and none that contains '/' or '.', which HDF5 gives a meaning.
 struct RecordedArray {
-    enum Type { Int64, Float64, UInt8 };
+    // Of texts, std::strings, the file has each once, and the array the numbers of those under /meld/texts/NAME; −1 for the
+    // empty text, which stands for none. An array of texts is in every step.
+    enum Type { Int64, Float64, UInt8, Text };
     std::string name;
     Type type = Int64;
     const void* data = nullptr;

@@ -28,6 +28,7 @@ class Expected:
         self.dist = n * n - shift
         self.force = np.stack([0.5 * x, x, 1.5 * x], axis=1).reshape(-1, 3)
         self.awake = ((n + shift) % 2).astype("u1")
+        self.label = ["" if k % 3 == 0 else f"[{k}, é]" for k in n + shift]
 
 
 def rows(root, step, path, offset):
@@ -44,6 +45,17 @@ def rows(root, step, path, offset):
 
 def array(root, step, name):
     return rows(root, step, f"PointData/{name}", f"PointDataOffsets/{name}")
+
+
+def texts(file, name):
+    """The texts that an array's numbers stand for; -1, the last one, for none."""
+    table = file["meld/texts"][name]
+    ends, everything = table["ends"][:], table["text"][:].tobytes()
+    return [everything[begin:end].decode() for begin, end in zip([0, *ends], ends)] + [""]
+
+
+def labels(file, step, known):
+    return [known[number] for number in array(file["VTKHDF"], step, "label")]
 
 
 def check_vertices(root, step):
@@ -154,11 +166,17 @@ def check_layout(writer, folder):
                 assert np.isnan(blank).all() if blank.dtype.kind == "f" else (blank == 0).all()
             check_vertices(root, step)
 
+        known = texts(file, "label")
+        assert len(set(known)) == len(known)
+        for step, (_, ensemble, _, _) in enumerate(expected):
+            label = moved.label if ensemble is mixed else ensemble.label
+            assert labels(file, step, known) == label, step
+
         offsets = {name: list(column) for name, column in steps["PointDataOffsets"].items()}
-        assert set(offsets) == {"id", *three}
+        assert set(offsets) == {"id", "label", *three}
         # Nothing changed: all offsets repeat. Then one array is the same, the others are not.
         assert steps["PointOffsets"][1] == steps["PointOffsets"][0] != steps["PointOffsets"][2]
-        assert all(offsets[name][1] == offsets[name][0] for name in ["id", "dist", "awake"])
+        assert all(offsets[name][1] == offsets[name][0] for name in ["id", "dist", "awake", "label"])
         assert offsets["dist"][2] == offsets["dist"][0] and offsets["id"][2] == offsets["id"][0]
         assert offsets["awake"][2] != offsets["awake"][0]
         for name in ["Points", *(f"PointData/{name}" for name in offsets)]:
@@ -182,12 +200,14 @@ def check_steps(path, at_least):
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         count = root["Steps"].attrs["NSteps"]
+        known = texts(file, "label") if "label" in file["meld/texts"] else []
         assert count >= at_least, (count, at_least)
         for step in range(count):
             ensemble = Expected(1000, step)
             assert (rows(root, step, "Points", "PointOffsets") == ensemble.points).all(), step
             assert (array(root, step, "dist") == ensemble.dist).all(), step
             assert (array(root, step, "awake") == ensemble.awake).all(), step
+            assert labels(file, step, known) == ensemble.label, step
     xml.parse(path + ".xdmf")
     return count
 

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numeric>
+#include <string>
 #include <string_view>
 
 #include "runtime/record/recording.h"
@@ -18,6 +19,7 @@ struct Ensemble {
     std::vector<std::int64_t> distances;
     std::vector<double> forces;
     std::vector<std::uint8_t> awake;
+    std::vector<std::string> labels;
 
     // Everything is a function of the count and the shift, which check_recording.py knows too.
     Ensemble(std::size_t count, std::int64_t shift) {
@@ -29,11 +31,13 @@ struct Ensemble {
             distances.push_back(n * n - shift);
             forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
             awake.push_back(static_cast<std::uint8_t>((n + shift) % 2));
+            labels.push_back((n + shift) % 3 == 0 ? "" : "[" + std::to_string(n + shift) + ", \xC3\xA9]");
         }
     }
 
     RecordedArray distance() const { return {"dist", RecordedArray::Int64, distances.data(), 1}; }
     RecordedArray force() const { return {"force", RecordedArray::Float64, forces.data(), 3}; }
+    RecordedArray label() const { return {"label", RecordedArray::Text, labels.data(), 1}; }
     RecordedArray wakefulness() const { return {"awake", RecordedArray::UInt8, awake.data(), 1}; }
 };
 
@@ -58,6 +62,7 @@ void write_layout(const char* path) {
                                 .radius = 0.5e-3};
     Recording recording = expect(Recording::create(path, info));
     const auto step = [&](double time, const Ensemble& e, std::vector<RecordedArray> arrays) {
+        arrays.push_back(e.label());
         expect(recording.step(time, e.positions, e.ids, arrays));
     };
     const Ensemble first(100, 0), moved(100, 1), fewer(30, 2), nobody(0, 0), big(200000, 3);
@@ -75,7 +80,7 @@ void write_endless(const char* path) {
     Recording recording = expect(Recording::create(path, {}));
     for (std::int64_t shift = 0;; ++shift) {
         const Ensemble ensemble(1000, shift);
-        const RecordedArray arrays[] = {ensemble.distance(), ensemble.wakefulness()};
+        const RecordedArray arrays[] = {ensemble.distance(), ensemble.wakefulness(), ensemble.label()};
         expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays));
         std::printf("%d\n", static_cast<int>(shift + 1));
         std::fflush(stdout);

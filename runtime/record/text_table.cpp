@@ -1,0 +1,59 @@
+#include "runtime/record/text_table.h"
+
+namespace meld::record {
+
+namespace {
+
+// Not compressed, so that what is added to a chunk leaves what stands in it where it is.
+constexpr std::uint64_t kTextChunk = 16384;  // Bytes
+constexpr std::uint64_t kEndsChunk = 1024;
+constexpr std::uint64_t kChunkTableBytes = 4096;  // What HDF5 needs to find a table's chunks, in a step.
+
+}  // namespace
+
+std::vector<std::int64_t> TextTable::numbers(std::span<const std::string> texts) {
+    std::vector<std::int64_t> result;
+    result.reserve(texts.size());
+    for (const std::string& text : texts) {
+        if (text.empty()) {
+            result.push_back(-1);
+            continue;
+        }
+        const auto [place, is_new] = numbers_.try_emplace(text, static_cast<std::int64_t>(numbers_.size()));
+        if (is_new) waiting_.push_back(text);
+        result.push_back(place->second);
+    }
+    return result;
+}
+
+std::uint64_t TextTable::waiting_bytes() const {
+    std::uint64_t bytes = kTextChunk + kEndsChunk * sizeof(std::int64_t) + kChunkTableBytes;
+    for (const std::string& text : waiting_) bytes += text.size() + sizeof(std::int64_t) + 1;
+    return bytes;
+}
+
+void TextTable::write(Hdf5File& file, const std::string& group) {
+    if (!columns_) {
+        file.make_group(group);
+        columns_ = {file.make_column(group + "/text", {.type = ElementType::UInt8, .components = 1, .chunk_rows = kTextChunk}),
+                    file.make_column(group + "/ends", {.type = ElementType::Int64, .components = 1, .chunk_rows = kEndsChunk})};
+    }
+    if (waiting_.empty()) return;
+    std::string all;
+    std::vector<std::int64_t> ends;
+    for (const std::string& text : waiting_) {
+        all += text;
+        ends.push_back(bytes_ + static_cast<std::int64_t>(all.size()));
+    }
+    file.write_rows(columns_->text, static_cast<std::uint64_t>(bytes_), all.size(), all.data());
+    file.write_rows(columns_->ends, file.rows(columns_->ends), ends.size(), ends.data());
+    bytes_ += static_cast<std::int64_t>(all.size());
+    waiting_.clear();
+}
+
+void TextTable::forget() {
+    for (const std::string& text : waiting_) numbers_.erase(text);
+    waiting_.clear();
+}
+
+}  // namespace meld::record
