@@ -132,7 +132,7 @@ struct Part {
     bool tombstones = false; // Whether this part may remember a loss.
     u64 max_derivations = 0;
     u64 max_facts = 0;
-    u64 max_list = 0;        // The most elements of a list, or bytes of a string.
+    u64 max_list = kNone32;  // The most elements of a list, or bytes of a string.
 };
 
 struct Tombstone {
@@ -151,6 +151,7 @@ enum class Trap : u32 {
     BadIndex,
     TooDeep,
     TooLong,  // A list; of how many items, and how many are the most (Part::max_list).
+    TooMuchMemory,  // Scratch memory of one catom's evaluation, in bytes.
 };
 
 struct Host;

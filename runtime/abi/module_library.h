@@ -28,9 +28,14 @@ inline bool as<bool>(u64 w) {
 inline u32 count_of(ListRef l) { return l == nullptr ? 0 : l->count; }
 inline i64 length(Eval&, u32, ListRef l) { return count_of(l); }
 
-// A list over words that live as long as the evaluation.
+// A list over words that live as long as the evaluation. One that is too long is cut here, where all are made, before it
+// grows further: the evaluation ends soon, but not at once.
 inline ListRef list_over(Eval& e, const u64* items, u64 count) {
     if (count == 0) return nullptr;
+    if (count > e.part->max_list) {
+        trap(e, Trap::TooLong, kNone32, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
+        return nullptr;
+    }
     List* l = static_cast<List*>(scratch(e, sizeof(List)));
     *l = List{items, static_cast<u32>(count), 0};
     return l;

@@ -8,6 +8,7 @@
 #include "runtime/abi/module_values.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
+#include "runtime/base/units.h"
 
 namespace meld::eval {
 
@@ -16,6 +17,9 @@ namespace {
 // Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
 constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
+// Chunks double, so an evaluation may have twice this in all. More is a program that runs away by copying, which the limit of
+// derivations stops only after the machine's memory is gone.
+constexpr std::size_t kMostChunk = std::size_t{1} << 31;
 // Expired memories are forgotten in the same ticks on every part, however many it has: ranks that grow by more than one a
 // tick can make one matter again, and then all parts must agree on whether it is still there.
 constexpr i64 kSweepTicks = 64;
@@ -128,7 +132,10 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.more_arena = [](Eval* e, u64 bytes) {
         Thread& t = of(e);
         const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
-        t.new_chunk(std::max<std::size_t>(before * 2, bytes * 2));
+        const std::size_t size = std::max<std::size_t>(before * 2, bytes * 2);
+        if (size > kMostChunk) meld::trap(*e, Trap::TooMuchMemory, kNone32, static_cast<i64>(size));
+        // After that the evaluation ends at its next check; until then it has what it asks for.
+        t.new_chunk(size > kMostChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
     host_.export_record = [](Eval* e, u16 column, const void* record) {
         Thread& t = of(e);
@@ -315,6 +322,7 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
         case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
         case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
         case Trap::TooLong: return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
+        case Trap::TooMuchMemory: return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMostChunk), where);
         case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
     }
     return "";

@@ -183,6 +183,8 @@ u64* copy_items(Type type, const List& from, List& into, u64* to) {
 
 }  // namespace
 
+ListStore::~ListStore() { MELD_ENSURE(bytes() == 0, "{} bytes of lists are nobody's", bytes()); }
+
 const List* ListStore::keep(Type type, const List* list, int pool) {
     if (length(list) == 0) return nullptr;
     if (list->stored != 0) {

@@ -72,6 +72,7 @@ Value unpack(Type type, const std::byte*& from, Arena& arena);
 class ListStore {
   public:
     explicit ListStore(int pools) : pools_(static_cast<std::size_t>(pools)) {}
+    ~ListStore();  // All lists must have been released.
     ListStore(const ListStore&) = delete;
     ListStore& operator=(const ListStore&) = delete;
 
