@@ -19,7 +19,7 @@ constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
 // Chunks double, so an evaluation may have twice this in all. More is a program that runs away by copying, which the limit of
 // derivations stops only after the machine's memory is gone.
-constexpr std::size_t kMostChunk = std::size_t{1} << 31;
+constexpr std::size_t kMostChunk = std::size_t{1} << 29;
 // Expired memories are forgotten in the same ticks on every part, however many it has: ranks that grow by more than one a
 // tick can make one matter again, and then all parts must agree on whether it is still there.
 constexpr i64 kSweepTicks = 64;

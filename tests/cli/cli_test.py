@@ -246,6 +246,25 @@ class Endings(Case):
         self.ends("type d(node, int).\nd(@0, 0).\nd(B, N + 1) :- neighbor(A, B), d(A, N).\n", limits="[limits]\nmax_facts_per_catom = 50\n", code=4,
                   says=["more than 50 facts", "at catom @", "max_facts_per_catom"])
 
+    def test_list_that_doubles(self):
+        self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n", code=4,
+                  says=["a list has 192 items, and 100 are the most at catom @0 in tick 1", "max_list"])
+
+    def test_list_that_grows_for_ever_in_scratch_memory(self):
+        self.ends("type linear l(node, list int).\nl(@0, []).\nl(A, L) -o l(A, [1 | L]).\n", code=4, processes=(1,),
+                  says=["the rules of a catom take more than 1 GiB of memory in one tick at catom @0 in tick 1"])
+
+    def test_given_list_that_is_too_long(self):
+        self.write("d.meld", "type l(node, list int).\ntype n(node, int).\nn(A, llength(L)) :- l(A, L).\n")
+        self.write("long.toml", SQUARE + "[limits]\nmax_list = 2\n[facts]\nl = { args = [[1, 2, 3]] }\n")
+        for n in (1, 2):
+            self.refused("meldsim", "run", "d.meld", "--world", "long.toml", "--quiet", "-n", n, code=4, says=["an argument of l has a list of 3 items, and 2 are the most", "max_list"])
+
+    def test_arguments_that_the_program_does_not_read(self):
+        self.write("d.meld", "type n(node).\nn(@0).\n")
+        self.refused("meldsim", "run", "d.meld", "--quiet", "--arg", "1", code=2, says="the program does not read the argument @arg1")
+        self.refused("meldsim", "run", "d.meld", "--quiet", *["--arg", "1"] * 10, code=2, says="no more than nine")
+
     def test_token_that_never_rests(self):
         self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks"])
 
