@@ -1,10 +1,10 @@
 #include "compiler/driver/compile.h"
 
-#include <filesystem>
+#include <utility>
 
 #include "compiler/build/build.h"
-#include "compiler/check/check.h"
 #include "compiler/driver/embedded.h"
+#include "compiler/driver/front_end.h"
 #include "compiler/emit/emit.h"
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
@@ -41,28 +41,20 @@ std::optional<Stage> stage_named(const std::string& name) {
 }
 
 Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out) {
-    const std::uint32_t prelude = out.files.add("stdlib/prelude.meld", kPrelude);
+    const std::uint32_t prelude_files = add_prelude(out.files);
     const Result<std::uint32_t> file = out.files.read(path);
     if (!file) return tl::unexpected<Error>(file.error());
     if (options.last == Stage::Tokens) {
         out.result = syntax::print_tokens(out.files, *file, out.report);
         return {};
     }
-    syntax::Tree tree = syntax::parse(out.files, prelude, out.report);
-    syntax::Tree program_tree = syntax::parse(out.files, *file, out.report, {options.library_paths});
+    ParsedProgram parsed = parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
     if (options.last == Stage::Tree) {
-        out.result = syntax::print(program_tree);
+        out.result = syntax::print(parsed.program);
         return {};
     }
-    for (syntax::Item& item : program_tree.items) tree.items.push_back(std::move(item));
-    tree.lost = std::move(program_tree.lost);
-    tree.lost_file = program_tree.lost_file;
-
-    // Items that were read are checked even where others were not: all mistakes in one run.
-    check::Program program = check::check(out.files, tree, prelude + 1, out.report);
+    check::Program program = check_program(out.files, *file, prelude_files, std::move(parsed), out.report);
     if (out.report.has_errors()) return {};
-    program.name = std::filesystem::path(path).stem().string();
-    program.source_text = out.files.file(*file).text();
     if (options.last == Stage::Program) {
         out.result = check::print(program);
         return {};

@@ -2,7 +2,9 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 
@@ -93,6 +95,16 @@ int run_explain(const Options& options) {
     return fail_with({"there is no message '" + options.code + "'", near.empty() ? "Codes look like E0301" : "Did you mean " + near + "?"});
 }
 
+// The language server is a program of its own: it loads LLVM, which meldc itself does not need. Returns only if it cannot be started.
+int run_language_server() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::string server = (program.parent_path() / "meldc-lsp").string();
+    char* const arguments[] = {const_cast<char*>(server.c_str()), nullptr};
+    ::execv(server.c_str(), arguments);
+    return fail_with({"cannot start " + server + ": " + std::strerror(errno), "Keep meldc-lsp beside meldc"});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -121,12 +133,15 @@ int main(int argc, char** argv) {
     format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")->required();
     format->add_flag("--check", options.format.check, "Change nothing: name the files that would change, and exit with 1 if there are any");
     format->add_flag("--stdout", options.format.to_stdout, "Print the result instead of replacing the file");
+    CLI::App* lsp = app.add_subcommand("lsp", "Serve an editor over standard input and output (Language Server Protocol).\nExample: meldc lsp --stdio");
+    bool over_stdio = true;
+    lsp->add_flag("--stdio", over_stdio, "What editors say; there is no other way to talk");
 
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-            static constexpr std::string_view known[] = {"check", "compile", "explain", "fmt"};
+            static constexpr std::string_view known[] = {"check", "compile", "explain", "fmt", "lsp"};
             std::cerr << "meldc: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
             return static_cast<int>(ExitCode::UsageOrWorld);
         }
@@ -135,6 +150,7 @@ int main(int argc, char** argv) {
     }
     if (*check) return run_check(options);
     if (*compile) return run_compile(options);
+    if (*lsp) return run_language_server();
     if (*format) return run_format(options.format);
     return run_explain(options);
 }

@@ -59,7 +59,7 @@ class Usage(Case):
             self.assertIn("Example: ", out)
             self.assertIn("Exit codes: 0 fine, 1 program wrong, 2 usage", out)
             self.assertEqual(err, "")
-        for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldc", "fmt"), ("meldsim", "run"), ("meldsim", "world")):
+        for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldc", "fmt"), ("meldc", "lsp"), ("meldsim", "run"), ("meldsim", "world")):
             self.assertIn(f"Example: {tool} {command} ", self.call(tool, command, "--help")[0])
 
     def test_version(self):

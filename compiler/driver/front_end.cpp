@@ -1,0 +1,40 @@
+// The stages in front of planning, a function each.
+#include "compiler/driver/front_end.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "compiler/check/check.h"
+#include "compiler/driver/embedded.h"
+#include "runtime/base/assert.h"
+
+namespace meld::driver {
+
+std::uint32_t add_prelude(source::FileSet& files) {
+    MELD_EXPECT(files.count() == 0);
+    files.add("stdlib/prelude.meld", kPrelude);
+    return 1;
+}
+
+ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
+                            const syntax::ParseOptions& options) {
+    ParsedProgram parsed;
+    for (std::uint32_t i = 0; i < prelude_files; ++i) {
+        syntax::Tree tree = syntax::parse(files, i, report);
+        for (syntax::Item& item : tree.items) parsed.prelude.items.push_back(std::move(item));
+    }
+    parsed.program = syntax::parse(files, file, report, options);
+    return parsed;
+}
+
+check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report) {
+    syntax::Tree tree = std::move(parsed.program);
+    std::swap(tree.items, parsed.prelude.items);
+    for (syntax::Item& item : parsed.prelude.items) tree.items.push_back(std::move(item));
+    check::Program program = check::check(files, tree, prelude_files, report);
+    program.name = std::filesystem::path(files.file(file).path()).stem().string();
+    program.source_text = files.file(file).text();
+    return program;
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,28 @@
+// From text to checked program: what `meldc check`, `meldc compile` and the language server have in common.
+#pragma once
+
+#include <cstdint>
+
+#include "compiler/check/program.h"
+#include "compiler/diagnostics/diagnostics.h"
+#include "compiler/source/source.h"
+#include "compiler/syntax/parse.h"
+
+namespace meld::driver {
+
+// Puts the prelude into the set, which must be empty: its files come first. Returns how many they are.
+std::uint32_t add_prelude(source::FileSet& files);
+
+// Parses the program in a file of the set with what it includes.
+struct ParsedProgram {
+    syntax::Tree prelude;
+    syntax::Tree program;
+};
+ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
+                            const syntax::ParseOptions& options);
+
+// Checks it. Items that were read are checked even where others were not: all mistakes in one run. The result is complete only if no
+// error was reported.
+check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report);
+
+}  // namespace meld::driver

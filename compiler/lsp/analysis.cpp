@@ -1,0 +1,117 @@
+// The front end of the compiler does the checking; names are looked up in the tokens, so that there is an answer also where it gave up.
+#include "compiler/lsp/analysis.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "compiler/driver/front_end.h"
+
+namespace meld::lsp {
+
+namespace fs = std::filesystem;
+
+Analysis::Analysis(const std::string& path, const OpenTexts& open) {
+    prelude_files_ = driver::add_prelude(files_);
+    for (const auto& [name, text] : open) {
+        const std::uint32_t index = files_.add(name, text);
+        if (name == path) root_ = index;
+    }
+    driver::ParsedProgram parsed = driver::parse_program(files_, root_, prelude_files_, report_, {});
+    program_ = driver::check_program(files_, root_, prelude_files_, std::move(parsed), report_);
+    for (std::uint32_t i = 0; i < prelude_files_; ++i) add_file(i);
+    add_file(root_);
+    for (const auto& [file, tokens] : tokens_) add_declared(tokens, declared_);
+    for (const auto& [file, tokens] : tokens_) occurrences_[file] = find_occurrences(tokens, file, declared_);
+}
+
+// With the files it includes; those that could not be found are not in the set.
+void Analysis::add_file(std::uint32_t file) {
+    const FileTokens& tokens = tokens_[file] = read_items(files_.file(file), file);
+    for (const Item& item : tokens.items) {
+        const bool named = item.kind == TokenKind::Include || item.kind == TokenKind::Use;
+        if (item.kind != TokenKind::IncludePath && !(named && item.begin + 1 < item.end)) continue;
+        const Token& name = tokens.tokens[item.begin + (named ? 1 : 0)];
+        const fs::path path = (fs::path(files_.file(file).path()).parent_path() / name.text).lexically_normal();
+        for (std::uint32_t i = 0; i < files_.count(); ++i) {
+            const fs::path known = fs::path(files_.file(i).path()).lexically_normal();
+            if ((known != path && known != fs::path(path).concat(".meld")) || tokens_.contains(i)) continue;
+            included_at_[i] = name.span;
+            add_file(i);
+        }
+    }
+}
+
+std::optional<std::uint32_t> Analysis::included(const std::string& name) const {
+    for (const auto& [file, where] : included_at_) {
+        if (where.file == root_ && files_.text(where).find(name) != std::string_view::npos) return file;
+    }
+    return std::nullopt;
+}
+
+bool Analysis::uses(const std::string& path) const {
+    return std::any_of(tokens_.begin(), tokens_.end(), [&](const auto& entry) { return !is_prelude(entry.first) && files_.file(entry.first).path() == path; });
+}
+
+Place Analysis::place(Span span) const { return {is_prelude(span.file) ? "" : files_.file(span).path(), range_of(files_, span)}; }
+
+// The include in the program's own file through which a place of another file is reached.
+Span Analysis::shown_at(Span span) const {
+    while (span.file != root_) {
+        const auto where = included_at_.find(span.file);
+        if (where == included_at_.end()) return {root_, 0, 0};
+        span = where->second;
+    }
+    return span;
+}
+
+std::vector<Message> Analysis::messages() const {
+    std::vector<Message> messages;
+    for (const diagnostics::Diagnostic& diagnostic : report_.sorted()) {
+        const diagnostics::KindInfo& kind = diagnostics::info(diagnostic.kind);
+        Message message{range_of(files_, shown_at(diagnostic.span)), kind.severity, std::string(kind.code), diagnostic.message, {}};
+        if (diagnostic.span.file != root_) message.related.emplace_back(place(diagnostic.span), diagnostic.message);
+        for (const diagnostics::Label& label : diagnostic.labels) message.related.emplace_back(place(label.span), label.text);
+        if (!diagnostic.help.empty()) message.text += "\nhelp: " + diagnostic.help;
+        messages.push_back(std::move(message));
+    }
+    return messages;
+}
+
+const Occurrence* Analysis::at(Position position) const {
+    const std::size_t offset = offset_of(root().text(), position);
+    // A cursor right behind a name still means the name.
+    const Occurrence* best = nullptr;
+    for (const Occurrence& occurrence : occurrences_.at(root_)) {
+        if (occurrence.span.begin <= offset && offset <= occurrence.span.end) best = &occurrence;
+    }
+    return best;
+}
+
+std::vector<std::pair<std::uint32_t, const Occurrence*>> Analysis::all(const Symbol& symbol) const {
+    std::vector<std::pair<std::uint32_t, const Occurrence*>> found;
+    for (const auto& [file, list] : occurrences_) {
+        for (const Occurrence& occurrence : list) {
+            if (occurrence.symbol == symbol) found.emplace_back(file, &occurrence);
+        }
+    }
+    return found;
+}
+
+std::optional<std::pair<std::uint32_t, const Occurrence*>> Analysis::declaration(const Symbol& symbol) const {
+    const auto found = all(symbol);
+    // A program may declare a predicate of the prelude again: its own declaration is the one to show.
+    for (auto one = found.rbegin(); one != found.rend(); ++one) {
+        if (one->second->role == Role::Declaration) return *one;
+    }
+    if (symbol.kind == SymbolKind::Variable && !found.empty()) return found.front();
+    return std::nullopt;
+}
+
+const plan::Plan* Analysis::plan() const {
+    if (report_.has_errors()) return nullptr;
+    if (!plan_) plan_ = plan::make_plan(program_);
+    return &*plan_;
+}
+
+}  // namespace meld::lsp

@@ -1,0 +1,11 @@
+// The prelude as a file, so that an editor can show it.
+#pragma once
+
+#include <string>
+
+namespace meld::lsp {
+
+// The path of a file with the prelude's text in the user's cache, written if it is not there; empty if that cannot be done.
+std::string prelude_path();
+
+}  // namespace meld::lsp

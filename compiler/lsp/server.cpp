@@ -1,0 +1,376 @@
+// The protocol is LLVM's (its JSON transport and messages); what is answered comes from describe.h. One request is served at a time, so an
+// answer is always about the text as it is.
+#include "compiler/lsp/server.h"
+
+#include <mlir/Tools/lsp-server-support/Logging.h>
+#include <mlir/Tools/lsp-server-support/Protocol.h>
+#include <mlir/Tools/lsp-server-support/Transport.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "compiler/format/format.h"
+#include "compiler/lsp/describe.h"
+#include "compiler/lsp/prelude_file.h"
+
+namespace meld::lsp {
+
+namespace json = llvm::json;
+namespace protocol = mlir::lsp;
+
+// Parameters that LLVM's library does not know.
+struct RenameParams : protocol::TextDocumentPositionParams {
+    std::string name;
+};
+
+static bool fromJSON(const json::Value& value, RenameParams& result, json::Path path) {
+    if (!protocol::fromJSON(value, static_cast<protocol::TextDocumentPositionParams&>(result), path)) return false;
+    json::ObjectMapper map(value, path);
+    return map && map.map("newName", result.name);
+}
+
+struct FormattingParams {
+    protocol::TextDocumentIdentifier document;
+};
+
+static bool fromJSON(const json::Value& value, FormattingParams& result, json::Path path) {
+    json::ObjectMapper map(value, path);
+    return map && map.map("textDocument", result.document);
+}
+
+namespace {
+
+template <class T>
+using Reply = protocol::Callback<T>;
+
+Position from(const protocol::Position& position) { return {position.line, position.character}; }
+protocol::Position to(Position position) { return {position.line, position.character}; }
+protocol::Range to(Range range) { return {to(range.start), to(range.end)}; }
+
+llvm::Error failed(const std::string& why) { return llvm::make_error<protocol::LSPError>(why, protocol::ErrorCode::RequestFailed); }
+
+std::string normal(llvm::StringRef path) { return std::filesystem::path(path.str()).lexically_normal().string(); }
+
+int severity(diagnostics::Severity severity) {
+    switch (severity) {
+        case diagnostics::Severity::Error: return 1;
+        case diagnostics::Severity::Warning: return 2;
+        case diagnostics::Severity::Note: return 3;
+    }
+    return 1;
+}
+
+protocol::CompletionItemKind to(Completion::Kind kind) {
+    switch (kind) {
+        case Completion::Kind::Predicate: return protocol::CompletionItemKind::Struct;
+        case Completion::Kind::Action: return protocol::CompletionItemKind::Event;
+        case Completion::Kind::Constant: return protocol::CompletionItemKind::Constant;
+        case Completion::Kind::Function: return protocol::CompletionItemKind::Function;
+        case Completion::Kind::Variable: return protocol::CompletionItemKind::Variable;
+        case Completion::Kind::Keyword: return protocol::CompletionItemKind::Keyword;
+    }
+    return protocol::CompletionItemKind::Text;
+}
+
+protocol::SymbolKind to(Outline::Kind kind) {
+    switch (kind) {
+        case Outline::Kind::Predicate: return protocol::SymbolKind::Struct;
+        case Outline::Kind::Action: return protocol::SymbolKind::Event;
+        case Outline::Kind::Constant: return protocol::SymbolKind::Constant;
+        case Outline::Kind::Function: return protocol::SymbolKind::Function;
+        case Outline::Kind::Rule: return protocol::SymbolKind::Operator;
+        case Outline::Kind::File: return protocol::SymbolKind::File;
+    }
+    return protocol::SymbolKind::Null;
+}
+
+std::optional<protocol::Location> location(const Place& place) {
+    const std::string path = place.path.empty() ? prelude_path() : place.path;
+    if (path.empty()) return std::nullopt;
+    auto uri = protocol::URIForFile::fromFile(path);
+    if (!uri) {
+        llvm::consumeError(uri.takeError());
+        return std::nullopt;
+    }
+    return protocol::Location(*uri, to(place.range));
+}
+
+class Server {
+  public:
+    explicit Server(protocol::JSONTransport& transport) : handler_(transport), publish_(handler_.outgoingNotification<json::Value>("textDocument/publishDiagnostics")) {
+        handler_.method("initialize", this, &Server::initialize);
+        handler_.method("shutdown", this, &Server::shutdown);
+        handler_.method("textDocument/hover", this, &Server::hover);
+        handler_.method("textDocument/definition", this, &Server::definition);
+        handler_.method("textDocument/references", this, &Server::references);
+        handler_.method("textDocument/rename", this, &Server::rename);
+        handler_.method("textDocument/completion", this, &Server::complete);
+        handler_.method("textDocument/documentSymbol", this, &Server::symbols);
+        handler_.method("textDocument/formatting", this, &Server::format);
+        handler_.notification("initialized", this, &Server::ignore);
+        handler_.notification("textDocument/didOpen", this, &Server::opened);
+        handler_.notification("textDocument/didChange", this, &Server::changed);
+        handler_.notification("textDocument/didClose", this, &Server::closed);
+        handler_.notification("textDocument/didSave", this, &Server::ignore);
+        handler_.notification("$/cancelRequest", this, &Server::ignore);
+        handler_.notification("$/setTrace", this, &Server::ignore);
+        handler_.notification("workspace/didChangeConfiguration", this, &Server::ignore);
+    }
+
+    protocol::MessageHandler& handler() { return handler_; }
+    bool was_shut_down() const { return shut_down_; }
+
+  private:
+    struct Document {
+        protocol::URIForFile uri;
+        std::int64_t version = 0;
+        std::unique_ptr<Analysis> analysis = nullptr;
+    };
+
+    // ---- life
+
+    void initialize(const protocol::InitializeParams&, Reply<json::Value> reply) {
+        reply(json::Object{
+            {"serverInfo", json::Object{{"name", "meldc"}, {"version", "0.1.0"}}},
+            {"capabilities",
+             json::Object{
+                 {"positionEncoding", "utf-16"},
+                 {"textDocumentSync", json::Object{{"openClose", true}, {"change", static_cast<int>(protocol::TextDocumentSyncKind::Incremental)}, {"save", true}}},
+                 {"hoverProvider", true},
+                 {"definitionProvider", true},
+                 {"referencesProvider", true},
+                 {"renameProvider", true},
+                 {"completionProvider", json::Object{{"triggerCharacters", json::Array{}}}},
+                 {"documentSymbolProvider", true},
+                 {"documentFormattingProvider", true},
+             }},
+        });
+    }
+
+    void shutdown(const protocol::NoParams&, Reply<std::nullptr_t> reply) {
+        shut_down_ = true;
+        reply(nullptr);
+    }
+
+    void ignore(const protocol::NoParams&) {}
+
+    // ---- texts
+
+    void opened(const protocol::DidOpenTextDocumentParams& params) {
+        const std::string path = normal(params.textDocument.uri.file());
+        texts_[path] = params.textDocument.text;
+        documents_[path] = {params.textDocument.uri, params.textDocument.version};
+        analyse(path);
+    }
+
+    void changed(const protocol::DidChangeTextDocumentParams& params) {
+        const std::string path = normal(params.textDocument.uri.file());
+        const auto text = texts_.find(path);
+        if (text == texts_.end()) return;
+        for (const protocol::TextDocumentContentChangeEvent& change : params.contentChanges) {
+            std::optional<Range> range;
+            if (change.range) range = Range{from(change.range->start), from(change.range->end)};
+            apply_change(text->second, range, change.text);
+        }
+        documents_[path].version = params.textDocument.version;
+        analyse(path);
+    }
+
+    void closed(const protocol::DidCloseTextDocumentParams& params) {
+        const std::string path = normal(params.textDocument.uri.file());
+        const auto document = documents_.find(path);
+        if (document == documents_.end()) return;
+        publish(document->second, {});
+        documents_.erase(document);
+        texts_.erase(path);
+        analyse_users(path);
+    }
+
+    void analyse(const std::string& path) {
+        Document& document = documents_[path];
+        document.analysis = std::make_unique<Analysis>(path, texts_);
+        publish(document, document.analysis->messages());
+        analyse_users(path);
+    }
+
+    // The other open programs that include the file.
+    void analyse_users(const std::string& path) {
+        for (auto& [other, document] : documents_) {
+            if (other == path || !document.analysis || !document.analysis->uses(path)) continue;
+            document.analysis = std::make_unique<Analysis>(other, texts_);
+            publish(document, document.analysis->messages());
+        }
+    }
+
+    // The library's JSON of an address borrows its text; a message that outlives the address must own it.
+    static json::Object owned(const protocol::Location& where) {
+        return json::Object{{"uri", where.uri.uri().str()}, {"range", protocol::toJSON(where.range)}};
+    }
+
+    void publish(const Document& document, const std::vector<Message>& messages) {
+        json::Array list;
+        for (const Message& message : messages) {
+            json::Array related;
+            for (const auto& [place, text] : message.related) {
+                if (const auto where = location(place)) related.push_back(json::Object{{"location", owned(*where)}, {"message", text}});
+            }
+            list.push_back(json::Object{{"range", protocol::toJSON(to(message.range))},
+                                        {"severity", severity(message.severity)},
+                                        {"code", message.code},
+                                        {"source", "meldc"},
+                                        {"message", message.text},
+                                        {"relatedInformation", std::move(related)}});
+        }
+        publish_(json::Object{{"uri", document.uri.uri().str()}, {"version", document.version}, {"diagnostics", std::move(list)}});
+    }
+
+    // ---- questions
+
+    const Analysis* analysis(const protocol::TextDocumentIdentifier& document) const {
+        const auto found = documents_.find(normal(document.uri.file()));
+        return found == documents_.end() ? nullptr : found->second.analysis.get();
+    }
+
+    // The program of the document first, then the other open ones.
+    std::vector<const Analysis*> programs(const Analysis& first) const {
+        std::vector<const Analysis*> list{&first};
+        for (const auto& [path, document] : documents_) {
+            if (document.analysis && document.analysis.get() != &first) list.push_back(document.analysis.get());
+        }
+        return list;
+    }
+
+    static llvm::Error not_open() { return failed("this document is not open"); }
+
+    void hover(const protocol::TextDocumentPositionParams& params, Reply<std::optional<protocol::Hover>> reply) {
+        const Analysis* program = analysis(params.textDocument);
+        if (program == nullptr) return reply(not_open());
+        const auto text = lsp::hover(*program, from(params.position));
+        if (!text) return reply(std::nullopt);
+        protocol::Hover result(to(text->range));
+        result.contents.value = text->markdown;
+        reply(std::move(result));
+    }
+
+    void definition(const protocol::TextDocumentPositionParams& params, Reply<std::vector<protocol::Location>> reply) {
+        const Analysis* program = analysis(params.textDocument);
+        if (program == nullptr) return reply(not_open());
+        std::vector<protocol::Location> list;
+        const Occurrence* occurrence = program->at(from(params.position));
+        if (occurrence != nullptr && occurrence->symbol.kind == SymbolKind::Include) {
+            const auto file = program->included(occurrence->symbol.name);
+            const auto where = file ? location(program->place({*file, 0, 0})) : std::nullopt;
+            if (where) list.push_back(*where);
+        } else if (occurrence != nullptr) {
+            const auto declared = program->declaration(occurrence->symbol);
+            const auto where = declared ? location(program->place(declared->second->span)) : std::nullopt;
+            if (where) list.push_back(*where);
+        }
+        reply(std::move(list));
+    }
+
+    void references(const protocol::ReferenceParams& params, Reply<std::vector<protocol::Location>> reply) {
+        const Analysis* first = analysis(params.textDocument);
+        if (first == nullptr) return reply(not_open());
+        std::vector<protocol::Location> list;
+        const Occurrence* occurrence = first->at(from(params.position));
+        for (const Analysis* program : occurrence != nullptr ? programs(*first) : std::vector<const Analysis*>{}) {
+            if (program != first && (occurrence->symbol.kind == SymbolKind::Variable || !shares(*first, *program, occurrence->symbol))) continue;
+            for (const auto& [file, one] : program->all(occurrence->symbol)) {
+                if (one->role == Role::Declaration && !params.context.includeDeclaration) continue;
+                const auto where = location(program->place(one->span));
+                if (where && std::find(list.begin(), list.end(), *where) == list.end()) list.push_back(*where);
+            }
+        }
+        reply(std::move(list));
+    }
+
+    // Whether the symbol is the same one in both programs: they share the file that declares it.
+    static bool shares(const Analysis& first, const Analysis& other, const Symbol& symbol) {
+        const auto declared = first.declaration(symbol);
+        if (!declared) return false;
+        return first.is_prelude(declared->first) || other.uses(first.files().file(declared->first).path());
+    }
+
+    void rename(const RenameParams& params, Reply<protocol::WorkspaceEdit> reply) {
+        const Analysis* first = analysis(params.textDocument);
+        if (first == nullptr) return reply(not_open());
+        const auto edits = lsp::rename(programs(*first), from(params.position), params.name);
+        if (!edits) return reply(failed(edits.error().problem));
+        protocol::WorkspaceEdit result;
+        for (const Edit& edit : *edits) {
+            if (const auto where = location({edit.path, edit.range})) result.changes[where->uri.uri().str()].push_back({where->range, params.name});
+        }
+        reply(std::move(result));
+    }
+
+    void complete(const protocol::CompletionParams& params, Reply<protocol::CompletionList> reply) {
+        const Analysis* program = analysis(params.textDocument);
+        if (program == nullptr) return reply(not_open());
+        const Completions found = lsp::complete(*program, from(params.position));
+        protocol::CompletionList list;
+        for (const Completion& completion : found.list) {
+            protocol::CompletionItem item(completion.name, to(completion.kind));
+            item.detail = completion.detail;
+            if (!completion.doc.empty()) item.documentation = protocol::MarkupContent{protocol::MarkupKind::Markdown, completion.doc};
+            item.textEdit = protocol::TextEdit{to(found.replaced), completion.name};
+            // Variables of the rule first, words of the language last.
+            item.sortText = (completion.kind == Completion::Kind::Variable ? "0" : completion.kind == Completion::Kind::Keyword ? "2" : "1") + completion.name;
+            list.items.push_back(std::move(item));
+        }
+        reply(std::move(list));
+    }
+
+    void symbols(const protocol::DocumentSymbolParams& params, Reply<std::vector<protocol::DocumentSymbol>> reply) {
+        const Analysis* program = analysis(params.textDocument);
+        if (program == nullptr) return reply(not_open());
+        std::vector<protocol::DocumentSymbol> list;
+        for (const Outline& entry : outline(*program)) {
+            protocol::DocumentSymbol symbol(entry.name, to(entry.kind), to(entry.range), to(entry.name_range));
+            symbol.detail = entry.detail;
+            list.push_back(std::move(symbol));
+        }
+        reply(std::move(list));
+    }
+
+    void format(const FormattingParams& params, Reply<std::vector<protocol::TextEdit>> reply) {
+        const Analysis* program = analysis(params.document);
+        if (program == nullptr) return reply(not_open());
+        source::FileSet files;
+        const std::uint32_t file = files.add(program->root().path(), program->root().text());
+        diagnostics::Reporter report;
+        const auto text = format::format(files, file, report);
+        if (!text) return reply(failed(text.error().message()));
+        if (!*text) return reply(failed("a program with syntax errors is not formatted"));
+        std::vector<protocol::TextEdit> edits;
+        const std::string& before = program->root().text();
+        if (**text != before) edits.push_back({to(Range{{}, position_of(program->root(), static_cast<std::uint32_t>(before.size()))}), **text});
+        reply(std::move(edits));
+    }
+
+    protocol::MessageHandler handler_;
+    protocol::OutgoingNotification<json::Value> publish_;
+    OpenTexts texts_;
+    std::map<std::string, Document> documents_;
+    bool shut_down_ = false;
+};
+
+}  // namespace
+
+int serve(std::FILE* in, std::FILE* out) {
+    // The library reports requests of unknown methods and broken messages to the editor itself; its log would only repeat them.
+    llvm::raw_fd_ostream stream(fileno(out), false);
+    protocol::JSONTransport transport(in, stream);
+    Server server(transport);
+    if (llvm::Error error = transport.run(server.handler())) {
+        llvm::errs() << "meldc-lsp: " << llvm::toString(std::move(error)) << "\n";
+        return 1;
+    }
+    return server.was_shut_down() ? 0 : 1;
+}
+
+}  // namespace meld::lsp
