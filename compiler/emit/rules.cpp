@@ -1,5 +1,6 @@
 // Emits one function per rule: nested loops over the plan's steps, innermost what the rule makes.
 #include <algorithm>
+#include <utility>
 
 #include "compiler/emit/writer.h"
 
@@ -337,7 +338,8 @@ class RuleEmitter {
     // None of the ways to satisfy the inner steps exists.
     void absent(const Step& s) {
         const Scope before = scope_;
-        const std::vector<Consumed> taken = consumed_;
+        // It sees all facts, those too that the rule is about to consume.
+        const std::vector<Consumed> taken = std::exchange(consumed_, {});
         const std::string found = fresh("found");
         w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
         const std::size_t outside = w_.depth();

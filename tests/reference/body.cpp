@@ -7,12 +7,12 @@
 namespace meld::reference {
 
 const char* name_of(Kind kind) {
-    constexpr const char* kNames[] = {"int", "float", "bool", "node"};
+    constexpr const char* kNames[] = {"int", "float", "bool", "node", "string", "list int", ":(int, node)"};
     return kNames[static_cast<int>(kind)];
 }
 
 std::string Body::fresh(Kind kind) {
-    constexpr const char* kStems[] = {"X", "F", "T", "N"};
+    constexpr const char* kStems[] = {"X", "F", "T", "N", "S", "L", "P"};
     const std::string name = fmt::format("{}{}", kStems[static_cast<int>(kind)], ++next_);
     variables_[kind].push_back(name);
     return name;
@@ -77,6 +77,7 @@ std::string Body::argument(Kind kind, bool may_bind) {
     if (way < 12) return "_";
     if (way < 40 && bound) return variable(kind);
     if (way < 46 && kind != Kind::Node) return literal(kind);
+    if (may_bind && way < 75 && kind >= Kind::List) return "[]";
     if (way < 50 && bound && kind == Kind::Int) return fmt::format("{} + {}", variable(kind), below(random_, 3));
     return may_bind ? "?" : "_";
 }
@@ -85,9 +86,32 @@ void Body::read(const Known& k, const std::string& at) {
     std::vector<std::string> arguments;
     for (const Kind kind : k.arguments) arguments.push_back(argument(kind, true));
     // New variables only now, so that none is used within its own fact.
-    for (std::size_t i = 0; i < arguments.size(); ++i)
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
         if (arguments[i] == "?") arguments[i] = fresh(k.arguments[i]);
+        if (arguments[i] == "[]") arguments[i] = pattern(k.arguments[i]);
+    }
     read(k, at, arguments);
+}
+
+// A list or a struct taken apart.
+std::string Body::pattern(Kind kind) {
+    const auto part = [&](Kind k) { return has(k) && k != Kind::Node && chance(random_, 20) ? variable(k) : chance(random_, 15) ? "_" : fresh(k); };
+    if (kind == Kind::Pair) {
+        const std::string first = part(Kind::Int);
+        return ":(" + first + ", " + part(Kind::Node) + ")";
+    }
+    switch (below(random_, 4)) {
+        case 0: return "[]";
+        case 1: return "[" + part(Kind::Int) + "]";
+        case 2: {
+            const std::string first = part(Kind::Int);
+            return "[" + first + ", " + part(Kind::Int) + "]";
+        }
+        default: {
+            const std::string head = part(Kind::Int);
+            return "[" + head + " | " + part(Kind::List) + "]";
+        }
+    }
 }
 
 void Body::read(const Known& k, const std::string& at, const std::vector<std::string>& arguments) {
@@ -128,7 +152,13 @@ void Body::test() {
     constexpr const char* kComparisons[] = {"=", "<>", "<", "<=", ">", ">="};
     const std::string sign = kComparisons[below(random_, 6)];
     std::string text;
-    switch (below(random_, 7)) {
+    switch (below(random_, 8)) {
+        case 7: {
+            const Kind kind = static_cast<Kind>(4 + below(random_, 3));
+            if (!has(kind)) return;
+            text = fmt::format("{} {} {}", variable(kind), sign == "=" || chance(random_, 60) ? "<>" : sign, compound_expression(kind));
+            break;
+        }
         case 0:
             if (!has(Kind::Float)) return;
             text = fmt::format("{} {} {}", variable(Kind::Float), sign, float_expression());
@@ -231,6 +261,9 @@ std::string Body::literal(Kind kind) {
         case Kind::Float: return fmt::format("{}.{}", below(random_, 4), pick(random_, std::vector<std::string>{"0", "25", "5", "75"}));
         case Kind::Bool: return chance(random_, 50) ? "true" : "false";
         case Kind::Node: return "@" + std::to_string(below(random_, 5));
+        case Kind::String: return pick(random_, std::vector<std::string>{"\"\"", "\"a\"", "\"ab\"", "\"b\""});
+        case Kind::List: return pick(random_, std::vector<std::string>{"[]", "[1]", "[2, 0]", "[1, 2, 3]"});
+        case Kind::Pair: return ":(" + std::to_string(below(random_, 4)) + ", @1)";
     }
     return "";
 }
@@ -238,6 +271,7 @@ std::string Body::literal(Kind kind) {
 std::string Body::int_expression() {
     if (!has(Kind::Int)) return chance(random_, 70) ? literal(Kind::Int) : "node2int(" + variable(Kind::Node) + ")";
     const std::string x = variable(Kind::Int);
+    if (has(Kind::List) && chance(random_, 30)) return "llength(" + variable(Kind::List) + ")";
     switch (below(random_, 14)) {
         case 0: return fmt::format("({} + {}) % 7", x, variable(Kind::Int));
         case 1: return fmt::format("{} - {}", x, literal(Kind::Int));
@@ -269,8 +303,25 @@ std::string Body::float_expression() {
     }
 }
 
+std::string Body::compound_expression(Kind kind) {
+    const std::string own = has(kind) ? variable(kind) : literal(kind);
+    const auto number = [&] { return has(Kind::Int) ? variable(Kind::Int) : literal(Kind::Int); };
+    if (kind == Kind::Pair) return chance(random_, 40) ? own : ":(" + number() + ", " + variable(Kind::Node) + ")";
+    if (kind == Kind::String) return chance(random_, 60) ? own : chance(random_, 50) ? own + " ++ " + literal(kind) : fmt::format("if {} > 2 then {} else {} end", number(), own, literal(kind));
+    switch (below(random_, 6)) {
+        case 0: return fmt::format("[{} | {}]", number(), own);
+        case 1: return fmt::format("{} ++ [{}]", own, number());
+        case 2: return fmt::format("[{}, {}]", number(), number());
+        case 3: return fmt::format("{} ++ {}", own, literal(kind));
+        default: return own;
+    }
+}
+
 std::string Body::expression(Kind kind) {
     switch (kind) {
+        case Kind::String:
+        case Kind::List:
+        case Kind::Pair: return compound_expression(kind);
         case Kind::Int: return int_expression();
         case Kind::Float: return float_expression();
         case Kind::Bool:

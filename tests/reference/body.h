@@ -10,7 +10,8 @@ namespace meld::reference {
 using retraction::Random;
 using retraction::below;
 
-enum class Kind { Int, Float, Bool, Node };
+// List is a list of ints, Pair a struct of an int and a catom.
+enum class Kind { Int, Float, Bool, Node, String, List, Pair };
 const char* name_of(Kind kind);
 
 // A predicate that rules may read.
@@ -70,8 +71,10 @@ class Body {
 
   private:
     std::string argument(Kind kind, bool may_bind);
+    std::string pattern(Kind kind);
     std::string int_expression();
     std::string float_expression();
+    std::string compound_expression(Kind kind);
     std::string negated_atom();
     void world_fact(const std::string& at);
     std::vector<const Known*> readable() const;

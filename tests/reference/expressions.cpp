@@ -1,5 +1,6 @@
 #include "expressions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -91,7 +92,49 @@ Result binary(Op op, const Value& a, const Value& b) {
     }
 }
 
-Value constant_of(const check::Constant& c) { return is_real(c.type) ? value_of(c.real) : value_of(c.integer); }
+Value constant_of(const check::Constant& c) {
+    if (c.type == check::Type::String) return {c.text};
+    return is_real(c.type) ? value_of(c.real) : value_of(c.integer);
+}
+
+// ---- values with items
+
+Result vector(Op op, const Values& a, const Value& b) {
+    Values sum;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double other = b.has_items() ? b.items()[i].real() : b.real();
+        // v - w is v + w * -1, which matters for the sign of zero alone.
+        const Result one = reals(op == Op::Subtract ? Op::Add : op, a[i].real(), op == Op::Subtract ? other * -1 : other);
+        if (!one || one->real() != one->real()) return std::nullopt;
+        sum.push_back(*one);
+    }
+    return value_of(std::move(sum));
+}
+
+Result joined(const Value& a, const Value& b) {
+    if (a.is_text()) return Value{a.text() + b.text()};
+    Values all = a.items();
+    all.insert(all.end(), b.items().begin(), b.items().end());
+    return value_of(std::move(all));
+}
+
+Result cons(const Value& head, const Value& tail) {
+    Values all{head};
+    all.insert(all.end(), tail.items().begin(), tail.items().end());
+    return value_of(std::move(all));
+}
+
+Result library(const std::string& name, const Values& arguments) {
+    if (name == "llength") return value_of(static_cast<std::int64_t>(arguments[0].items().size()));
+    return std::nullopt;
+}
+
+// A function of the program: its parameters are the first of its variables.
+Result call(const Scene& scene, const check::Function& f, const Values& arguments) {
+    Environment env(f.variables.count());
+    std::copy(arguments.begin(), arguments.end(), env.begin());
+    return evaluate(scene, f.body, env);
+}
 
 }  // namespace
 
@@ -101,29 +144,54 @@ bool all_bound(const Term& term, const Environment& env) {
     return all;
 }
 
-std::optional<Value> evaluate(const Program& program, const Term& term, const Environment& env) {
+std::optional<Value> evaluate(const Scene& scene, const Term& term, const Environment& env) {
     switch (term.op) {
         case Op::Variable: return env[term.variable.index()];
         case Op::Int:
         case Op::Bool:
         case Op::Node: return value_of(term.integer);
         case Op::Float: return value_of(term.real);
-        case Op::Constant: return constant_of(program.constants[term.constant]);
+        case Op::String: return Value{term.text};
+        case Op::Constant: return constant_of(scene.program->constants[term.constant]);
+        case Op::WorldSize: return value_of(scene.first_catoms);
+        case Op::Now: return value_of(scene.tick);
         case Op::And:
         case Op::Or:
         case Op::If: {
             // These look at their other operands only where the first leaves the answer open.
-            const Result first = evaluate(program, term.operands[0], env);
+            const Result first = evaluate(scene, term.operands[0], env);
             if (!first) return std::nullopt;
-            if (term.op == Op::If) return evaluate(program, term.operands[first->truth() ? 1 : 2], env);
-            return first->truth() == (term.op == Op::And) ? evaluate(program, term.operands[1], env) : first;
+            if (term.op == Op::If) return evaluate(scene, term.operands[first->truth() ? 1 : 2], env);
+            return first->truth() == (term.op == Op::And) ? evaluate(scene, term.operands[1], env) : first;
+        }
+        case Op::Let: {
+            Environment inner = env;
+            inner[term.variable.index()] = evaluate(scene, term.operands[0], env);
+            return inner[term.variable.index()] ? evaluate(scene, term.operands[1], inner) : std::nullopt;
         }
         default: break;
     }
-    const Result a = evaluate(program, term.operands[0], env);
-    if (!a || term.operands.size() == 1) return a ? unary(term.op, *a) : a;
-    const Result b = evaluate(program, term.operands[1], env);
-    return b ? binary(term.op, *a, *b) : b;
+    Values operands;
+    for (const Term& operand : term.operands) {
+        const Result value = evaluate(scene, operand, env);
+        if (!value || (value->is_real() && term.op >= Op::List && term.op <= Op::Tuple && value->real() != value->real())) return std::nullopt;
+        operands.push_back(*value);
+    }
+    switch (term.op) {
+        case Op::List:
+        case Op::Struct:
+        case Op::Tuple: return value_of(std::move(operands));
+        case Op::Cons: return cons(operands[0], operands[1]);
+        case Op::Append: return joined(operands[0], operands[1]);
+        case Op::Library: return library(term.text, operands);
+        case Op::Call: return call(scene, scene.program->functions[term.function], operands);
+        default: break;
+    }
+    if (operands.size() == 1) return unary(term.op, operands[0]);
+    const bool arithmetic = term.op >= Op::Add && term.op <= Op::Power;
+    if (arithmetic && operands[0].has_items()) return vector(term.op, operands[0].items(), operands[1]);
+    if (arithmetic && operands[1].has_items()) return vector(term.op, operands[1].items(), operands[0]);
+    return binary(term.op, operands[0], operands[1]);
 }
 
 }  // namespace meld::reference

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "value.h"
+#include "scene.h"
 
 namespace meld::reference {
 
@@ -14,6 +14,6 @@ bool all_bound(const check::Term& term, const Environment& env);
 
 // The value of a term whose variables are all bound. Nothing: an arithmetic error, which stops a run: overflow, division by
 // zero, a conversion that has no result.
-std::optional<Value> evaluate(const Program& program, const check::Term& term, const Environment& env);
+std::optional<Value> evaluate(const Scene& scene, const check::Term& term, const Environment& env);
 
 }  // namespace meld::reference

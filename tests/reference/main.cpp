@@ -28,7 +28,7 @@ struct Options {
 const std::vector<Setting> kSettings = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
 
 // The first words of a trouble say its kind; a smaller trial must show the same.
-std::string kind_of(const std::string& trouble) { return trouble.substr(0, trouble.find_first_of(":\n")); }
+std::string kind_of(const std::string& trouble) { return trouble.substr(0, trouble.find_first_of(trouble.starts_with("refused") ? "]\n" : ":\n")); }
 
 Trial trial_of(const Draft& draft, std::uint64_t seed, std::uint64_t world) {
     return {draft, retraction::make_case(seed * 1000 + world, draft.given)};

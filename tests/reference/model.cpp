@@ -71,6 +71,10 @@ bool reduce(const Predicate& p, const std::vector<Row>& derived, const Rows* cho
                 if (!add_up(group, p.aggregate_at, result.back())) return false;
                 break;
             case Aggregate::Count: result.back() = value_of(static_cast<std::int64_t>(group.size())); break;
+            case Aggregate::SetUnion:
+            case Aggregate::Append:
+            case Aggregate::Collect:
+            case Aggregate::Custom: return false;
             default: result = best(p, group, chosen);
         }
         out.insert(std::move(result));
@@ -78,25 +82,25 @@ bool reduce(const Predicate& p, const std::vector<Row>& derived, const Rows* cho
     return true;
 }
 
-std::optional<Row> head_row(const Program& program, const check::Atom& head, const Environment& env) {
-    const Predicate& p = program.predicates[head.predicate];
+std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env) {
+    const Predicate& p = scene.program->predicates[head.predicate];
     Row row;
     for (std::size_t i = 0; i < head.arguments.size(); ++i) {
         const bool counted = p.aggregate == Aggregate::Count && p.aggregate_at == i;
-        const std::optional<Value> value = counted ? value_of(std::int64_t{1}) : evaluate(program, head.arguments[i], env);
+        const std::optional<Value> value = counted ? value_of(std::int64_t{1}) : evaluate(scene, head.arguments[i], env);
         if (!value || (value->is_real() && value->real() != value->real())) return std::nullopt;
         row.push_back(*value);
     }
     return row;
 }
 
-bool derive(const Program& program, const Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit) {
-    Solver solver(program, scene, facts);
+bool derive(const Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit) {
+    Solver solver(scene, facts);
     Environment env(rule.variables.count());
     env[rule.home.index()] = value_of(home);
     bool failed = false;
     solver.solve(rule.body, env, [&] {
-        std::optional<Row> row = head_row(program, rule.heads[0].atom, env);
+        std::optional<Row> row = head_row(scene, rule.heads[0].atom, env);
         failed = failed || !row;
         if (row) visit(std::move(*row));
         return false;
@@ -104,7 +108,8 @@ bool derive(const Program& program, const Rule& rule, const Scene& scene, const 
     return !failed && !solver.failed();
 }
 
-Model make_model(const Program& program, const Scene& scene, const Facts& given, const Facts& chosen) {
+Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
+    const Program& program = *scene.program;
     Model m;
     m.facts.resize(program.predicates.count());
     for (const Component& c : program.components) {
@@ -120,7 +125,7 @@ Model make_model(const Program& program, const Scene& scene, const Facts& given,
             for (const check::RuleId id : c.rules) {
                 const Rule& rule = program.rules[id];
                 std::vector<Row>& rows = derived[rule.heads[0].atom.predicate];
-                for (const auto& [home, links] : scene.links) m.failed = !derive(program, rule, scene, m.facts, home, [&](Row row) { rows.push_back(std::move(row)); }) || m.failed;
+                for (const auto& [home, links] : scene.links) m.failed = !derive(rule, scene, m.facts, home, [&](Row row) { rows.push_back(std::move(row)); }) || m.failed;
                 count += rows.size();
             }
             if (m.failed || count > kMaxRows) {

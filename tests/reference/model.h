@@ -2,7 +2,9 @@
 // component, until nothing is new.
 #pragma once
 
-#include "scene.h"
+#include <functional>
+
+#include "expressions.h"
 
 namespace meld::reference {
 
@@ -16,7 +18,7 @@ struct Model {
 // chosen where the language leaves it to history; taken if it is one of them, so that what follows from it is checked too.
 // That is the value of `first`, and what rides along with equal values of a recursive min or max, where the lowest rank
 // wins. A choice that is not possible, or hangs on itself, is not taken, and shows as a difference.
-Model make_model(const Program& program, const Scene& scene, const Facts& given, const Facts& chosen);
+Model make_model(const Scene& scene, const Facts& given, const Facts& chosen);
 
 // The facts of one predicate, of all that was given or derived, with repeats. chosen: null where the language decides.
 // Returns false where a sum grew too large.
@@ -26,9 +28,9 @@ bool reduce(const check::Predicate& p, const std::vector<Row>& derived, const Ro
 bool left_to_history(const check::Predicate& p, const check::Component& component);
 
 // Calls visit(row) for everything the view rule makes at one catom; false: some expression had no value.
-bool derive(const Program& program, const check::Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit);
+bool derive(const check::Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.
-std::optional<Row> head_row(const Program& program, const check::Atom& head, const std::vector<std::optional<Value>>& env);
+std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env);
 
 }  // namespace meld::reference

@@ -9,6 +9,7 @@
 #include "runtime/comm/communicator.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/tuple/facts.h"
+#include "runtime/tuple/values.h"
 #include "runtime/world/target.h"
 #include "tests/retraction/changes.h"
 #include "ticks.h"
@@ -29,7 +30,13 @@ struct Found {
     std::vector<Bag> linear;
 };
 
-Value value_at(ValueType type, meld::Value v) { return type == ValueType::Float ? value_of(v.real) : value_of(v.integer); }
+Value value_at(tuple::Type type, meld::Value v) {
+    if (type.kind() == ValueType::String) return {v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count)};
+    if (!type.compound()) return type.kind() == ValueType::Float ? value_of(v.real) : value_of(v.integer);
+    Values items;
+    for (std::size_t i = 0; i < tuple::length(v.list); ++i) items.push_back(value_at(type.item(i), tuple::item(v.list, i)));
+    return value_of(std::move(items));
+}
 
 Found collect(sim::PartState& part, const check::Program& program) {
     Found found{Facts(program.predicates.count()), std::vector<Bag>(program.predicates.count())};
@@ -42,7 +49,7 @@ Found collect(sim::PartState& part, const check::Program& program) {
             if (!part.owned(c)) continue;
             tuple::each_fact(part.module, part.columns, part.abi.geometry, *index, c, [&](const meld::Value* v) {
                 Row row{value_of(static_cast<std::int64_t>(part.ensemble.id(c)))};
-                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(info.fields[i].type, v[i]));
+                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(part.module, info.fields[i]), v[i]));
                 if (p.linear()) found.linear[id.index()].insert(row);
                 else found.facts[id.index()].insert(row);
             });
@@ -106,7 +113,7 @@ class Watcher {
     // Linear rules and what is certain in every tick. Returns the trouble.
     std::string compare_tick(std::int64_t now, sim::PartState& part, bool trapped) {
         if (!linear_) return "";
-        ticks_.step(make_scene(program_, mirror_.at, trial_.world.lattice, now));
+        ticks_.step(scene(now));
         if (ticks_.ran_away() || ticks_.failed()) return "";
         if (trapped) return fmt::format("trap in tick {}, and the reference sees no error", now);
         Found found = collect(part, program_);
@@ -128,7 +135,7 @@ class Watcher {
     std::string compare_model(std::int64_t now, sim::PartState& part) {
         const Found found = collect(part, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
-        const Model model = make_model(program_, make_scene(program_, mirror_.at, trial_.world.lattice, now), given, found.facts);
+        const Model model = make_model(scene(now), given, found.facts);
         if (model.failed || !model.settled) return "";
         std::string text;
         for (const PredicateId p : program_.predicates.ids()) {
@@ -147,11 +154,12 @@ class Watcher {
     bool lost_track() const { return ticks_.ran_away() || ticks_.failed(); }
     // Whether the model has an error, so that a trap is right.
     bool model_fails(std::int64_t now) {
-        const Model model = make_model(program_, make_scene(program_, mirror_.at, trial_.world.lattice, now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
+        const Model model = make_model(scene(now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
         return model.failed || !model.settled;
     }
 
   private:
+    Scene scene(std::int64_t now) const { return make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size()); }
     void count_losses(const Facts& now) {
         for (std::size_t p = 0; p < before_.size(); ++p)
             for (const Row& row : before_[p]) tally.lost += !now[p].contains(row);

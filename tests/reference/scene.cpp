@@ -32,9 +32,9 @@ std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, world
 
 }  // namespace
 
-Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind kind, std::int64_t tick) {
+Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind kind, std::int64_t tick, std::size_t first_catoms) {
     const world::Lattice lattice(kind);
-    Scene scene;
+    Scene scene{.program = &program, .tick = tick, .first_catoms = static_cast<std::int64_t>(first_catoms), .links = {}, .world = {}};
     scene.world.resize(program.predicates.count());
     for (const auto& [cell, id] : at) {
         std::vector<Link>& links = scene.links[static_cast<std::int64_t>(id)];

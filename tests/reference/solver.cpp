@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
+#include "model.h"
+
 namespace meld::reference {
 
+using check::Aggregate;
 using check::Atom;
 using check::Clause;
 using check::Op;
@@ -13,130 +16,210 @@ using check::WorldSource;
 namespace {
 
 bool is_neighbor(const check::Predicate& p) { return p.world == WorldSource::Neighbor || p.world == WorldSource::NeighborPort; }
-
-void unbind(Environment& env, std::vector<std::size_t>& bound, std::size_t keep) {
-    for (; bound.size() > keep; bound.pop_back()) env[bound.back()].reset();
-}
+bool is_pattern(const Term& t) { return t.op == Op::List || t.op == Op::Cons || t.op == Op::Struct || t.op == Op::Tuple; }
 
 }  // namespace
 
-bool Solver::solve(const std::vector<Clause>& body, Environment& env, const std::function<bool()>& found) {
+class Solver::Mark {
+  public:
+    Mark(Solver& solver, Environment& env) : solver_(solver), env_(env), bound_(solver.bound_.size()), deferred_(solver.deferred_.size()) {}
+    ~Mark() {
+        for (; solver_.bound_.size() > bound_; solver_.bound_.pop_back()) env_[solver_.bound_.back()].reset();
+        solver_.deferred_.resize(deferred_, {});
+    }
+    Mark(const Mark&) = delete;
+    Mark& operator=(const Mark&) = delete;
+
+  private:
+    Solver& solver_;
+    Environment& env_;
+    std::size_t bound_, deferred_;
+};
+
+bool Solver::solve(const std::vector<Clause>& body, Environment& env, const Found& found) {
     Clauses open;
     for (const Clause& c : body) open.push_back(&c);
-    return atoms(std::move(open), env, found);
+    return step(std::move(open), env, found);
+}
+
+bool Solver::step(Clauses open, Environment& env, const Found& found) {
+    Next next = next_test(open, env);
+    if (next == open.end()) next = next_choice(open, env);
+    if (next == open.end()) next = std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Aggregate; });
+    if (next == open.end()) return finish(open, env, found);
+    const Clause& clause = **next;
+    open.erase(next);
+    switch (clause.kind) {
+        case Clause::Kind::Test: return try_test(clause, std::move(open), env, found);
+        case Clause::Kind::Atom: return try_atom(clause.atom, std::move(open), env, found);
+        case Clause::Kind::Element: return try_elements(clause, std::move(open), env, found);
+        case Clause::Kind::Aggregate: return try_aggregate(clause, std::move(open), env, found);
+        default: return false;
+    }
+}
+
+// ---- tests: in the order of the text, those first whose variables are known; an equality binds
+
+Solver::Next Solver::next_test(const Clauses& open, const Environment& env) const {
+    return std::find_if(open.begin(), open.end(), [&](const Clause* c) {
+        if (c->kind != Clause::Kind::Test) return false;
+        if (all_bound(c->test, env)) return true;
+        if (c->test.op != Op::Equal) return false;
+        for (const std::size_t side : {0u, 1u}) {
+            const Term &target = c->test.operands[side], &value = c->test.operands[1 - side];
+            if ((target.is_variable() || is_pattern(target)) && all_bound(value, env)) return true;
+        }
+        return false;
+    });
+}
+
+bool Solver::try_test(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
+    const Mark mark(*this, env);
+    const Term& test = clause.test;
+    if (all_bound(test, env)) {
+        const std::optional<Value> truth = value(test, env);
+        return truth && truth->truth() && step(std::move(rest), env, found);
+    }
+    const std::size_t side = all_bound(test.operands[0], env) ? 1 : 0;
+    const std::optional<Value> is = value(test.operands[1 - side], env);
+    return is && unify(test.operands[side], *is, env) && step(std::move(rest), env, found);
+}
+
+// ---- choices: facts and elements
+
+Solver::Next Solver::next_choice(const Clauses& open, const Environment& env) const {
+    const auto first = std::find_if(open.begin(), open.end(), [&](const Clause* c) {
+        return (c->kind == Clause::Kind::Atom && readable(c->atom, env)) || (c->kind == Clause::Kind::Element && all_bound(c->test, env));
+    });
+    return first != open.end() ? first : std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Atom; });
 }
 
 bool Solver::readable(const Atom& a, const Environment& env) const {
     for (std::size_t i = 1; i < a.arguments.size(); ++i)
-        if (!a.arguments[i].is_variable() && a.arguments[i].op != Op::Anonymous && !all_bound(a.arguments[i], env)) return false;
+        if (!a.arguments[i].is_variable() && !is_pattern(a.arguments[i]) && a.arguments[i].op != Op::Anonymous && !all_bound(a.arguments[i], env)) return false;
     if (env[a.arguments[0].variable.index()]) return true;
     return program_.predicates[a.predicate].route && a.arguments[1].is_variable() && env[a.arguments[1].variable.index()];
 }
 
-Solver::Clauses::const_iterator Solver::next_atom(const Clauses& open, const Environment& env) const {
-    const auto is_atom = [](const Clause* c) { return c->kind == Clause::Kind::Atom; };
-    const auto first = std::find_if(open.begin(), open.end(), [&](const Clause* c) { return is_atom(c) && readable(c->atom, env); });
-    return first != open.end() ? first : std::find_if(open.begin(), open.end(), is_atom);
-}
-
-bool Solver::atoms(Clauses open, Environment& env, const std::function<bool()>& found) {
-    const auto next = next_atom(open, env);
-    if (next == open.end()) return tests(std::move(open), env, found);
-    const Atom& atom = (*next)->atom;
-    open.erase(next);
-    const bool consumes = program_.predicates[atom.predicate].linear() && !atom.read_only && negations_ == 0;
-    std::vector<std::size_t> bound;
+bool Solver::try_atom(const Atom& atom, Clauses rest, Environment& env, const Found& found) {
+    const bool consumes = program_.predicates[atom.predicate].linear() && !atom.read_only && !inside_;
     for (const Row& row : candidates(atom, env)) {
-        const std::size_t deferred = deferred_.size();
-        bool stop = false;
-        if (match(atom, row, env, bound)) {
-            if (consumes) taken_.push_back({atom.predicate, row});
-            stop = atoms(open, env, found);
-            if (consumes) taken_.pop_back();
-        }
-        deferred_.resize(deferred, {});
-        unbind(env, bound, 0);
+        const Mark mark(*this, env);
+        if (!match(atom, row, env)) continue;
+        if (consumes) taken_.push_back({atom.predicate, row});
+        const bool stop = step(rest, env, found);
+        if (consumes) taken_.pop_back();
         if (stop) return true;
     }
     return false;
 }
 
-bool Solver::tests(Clauses open, Environment& env, const std::function<bool()>& found) {
-    std::vector<std::size_t> bound;
-    bool satisfied = run_tests(open, env, bound);
-    for (const Deferred& d : deferred_) {
-        const std::optional<Value> value = satisfied ? evaluate(program_, *d.term, env) : std::nullopt;
-        failed_ = failed_ || (satisfied && !value);
-        satisfied = satisfied && value && *value == d.value;
+bool Solver::try_elements(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
+    const std::optional<Value> list = value(clause.test, env);
+    if (!list) return false;
+    for (const Value& element : list->items()) {
+        const Mark mark(*this, env);
+        std::optional<Value>& variable = env[clause.variable.index()];
+        if (variable && *variable != element) continue;
+        if (!variable) bind(clause.variable.index(), element, env);
+        if (step(rest, env, found)) return true;
     }
-    for (const Clause* c : open) satisfied = satisfied && nothing_satisfies(c->inner, env);
-    const bool stop = satisfied && found();
-    unbind(env, bound, 0);
-    return stop;
+    return false;
 }
 
-// Tests in the order of the text, those first whose variables are known; an equality gives a variable its value. Leaves the
-// negations in `open`.
-bool Solver::run_tests(Clauses& open, Environment& env, std::vector<std::size_t>& bound) {
-    const auto ready = [&](const Clause* c) {
-        if (c->kind != Clause::Kind::Test) return false;
-        if (all_bound(c->test, env)) return true;
-        if (c->test.op != Op::Equal) return false;
-        for (const std::size_t side : {0u, 1u})
-            if (c->test.operands[side].is_variable() && all_bound(c->test.operands[1 - side], env)) return true;
+// ---- what looks at all the ways to satisfy an inner body
+
+bool Solver::try_aggregate(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
+    check::Predicate group;
+    group.aggregate = clause.aggregate;
+    std::vector<Row> values;
+    Solver inner(scene_, facts_, linear_);
+    inner.inside_ = true;
+    inner.solve(clause.inner, env, [&] {
+        const std::optional<Value> one = clause.aggregate == Aggregate::Count ? value_of(std::int64_t{1}) : inner.value(clause.test, env);
+        if (one) values.push_back({*one});
         return false;
-    };
-    for (auto next = std::find_if(open.begin(), open.end(), ready); next != open.end(); next = std::find_if(open.begin(), open.end(), ready)) {
-        const Term& test = (*next)->test;
-        open.erase(next);
-        if (all_bound(test, env)) {
-            if (!holds(test, env)) return false;
-            continue;
-        }
-        const std::size_t side = all_bound(test.operands[0], env) ? 1 : 0;
-        const std::size_t variable = test.operands[side].variable.index();
-        env[variable] = evaluate(program_, test.operands[1 - side], env);
-        if (!env[variable]) {
-            failed_ = true;
-            return false;
-        }
-        bound.push_back(variable);
+    });
+    failed_ = failed_ || inner.failed_;
+    Rows result;
+    if (failed_ || !reduce(group, values, nullptr, result)) {
+        failed_ = true;
+        return false;
     }
-    return true;
+    const Mark mark(*this, env);
+    if (values.empty()) {
+        if (clause.aggregate == Aggregate::Min || clause.aggregate == Aggregate::Max) return false;
+        const bool real = is_real(clause.test.type);
+        const bool number = clause.aggregate == Aggregate::Sum || clause.aggregate == Aggregate::Count;
+        result.insert({!number ? value_of(Values{}) : real && clause.aggregate == Aggregate::Sum ? value_of(0.0) : value_of(std::int64_t{0})});
+    }
+    const Value& is = (*result.begin())[0];
+    std::optional<Value>& variable = env[clause.variable.index()];
+    if (variable && *variable != is) return false;
+    if (!variable) bind(clause.variable.index(), is, env);
+    return step(std::move(rest), env, found);
 }
 
-bool Solver::holds(const Term& test, const Environment& env) {
-    const std::optional<Value> value = evaluate(program_, test, env);
-    failed_ = failed_ || !value;
-    return value && value->truth();
+bool Solver::finish(const Clauses& negations, Environment& env, const Found& found) {
+    for (const Deferred& d : deferred_) {
+        const std::optional<Value> is = value(*d.term, env);
+        if (!is || *is != d.value) return false;
+    }
+    for (const Clause* c : negations)
+        if (c->kind != Clause::Kind::Not || !nothing_satisfies(c->inner, env)) return false;
+    return found();
 }
 
+// A negation sees all facts, those too that the rule is about to consume.
 bool Solver::nothing_satisfies(const std::vector<Clause>& inner, Environment& env) {
-    std::vector<Deferred> outside;
-    std::swap(outside, deferred_);
-    ++negations_;
-    const bool any = solve(inner, env, [] { return true; });
-    --negations_;
-    std::swap(outside, deferred_);
+    Solver solver(scene_, facts_, linear_);
+    solver.inside_ = true;
+    const bool any = solver.solve(inner, env, [] { return true; });
+    failed_ = failed_ || solver.failed_;
     return !any;
 }
 
-bool Solver::match(const Atom& atom, const Row& row, Environment& env, std::vector<std::size_t>& bound) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-        const Term& t = atom.arguments[i];
-        if (t.op == Op::Anonymous) continue;
-        if (t.is_variable() && !env[t.variable.index()]) {
-            env[t.variable.index()] = row[i];
-            bound.push_back(t.variable.index());
-        } else if (all_bound(t, env)) {
-            const std::optional<Value> value = evaluate(program_, t, env);
-            failed_ = failed_ || !value;
-            if (!value || *value != row[i]) return false;
-        } else {
-            deferred_.push_back({&t, row[i]});
-        }
-    }
+// ---- matching
+
+bool Solver::match(const Atom& atom, const Row& row, Environment& env) {
+    for (std::size_t i = 0; i < row.size(); ++i)
+        if (!unify(atom.arguments[i], row[i], env)) return false;
     return true;
+}
+
+// Makes the term equal to the value, by binding what is not bound, part by part.
+bool Solver::unify(const Term& t, const Value& is, Environment& env) {
+    if (t.op == Op::Anonymous) return true;
+    if (t.is_variable() && !env[t.variable.index()]) {
+        if (is.is_real() && is.real() != is.real()) failed_ = true;
+        bind(t.variable.index(), is, env);
+        return true;
+    }
+    if (all_bound(t, env) && !is_pattern(t)) {
+        const std::optional<Value> own = value(t, env);
+        return own && *own == is;
+    }
+    if (!is_pattern(t)) {
+        deferred_.push_back({&t, is});
+        return true;
+    }
+    const Values& items = is.items();
+    if (t.op == Op::Cons) return !items.empty() && unify(t.operands[0], items[0], env) && unify(t.operands[1], value_of(Values(items.begin() + 1, items.end())), env);
+    if (t.operands.size() != items.size()) return false;
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (!unify(t.operands[i], items[i], env)) return false;
+    return true;
+}
+
+void Solver::bind(std::size_t variable, const Value& is, Environment& env) {
+    env[variable] = is;
+    bound_.push_back(variable);
+}
+
+std::optional<Value> Solver::value(const Term& term, const Environment& env) {
+    std::optional<Value> result = evaluate(scene_, term, env);
+    failed_ = failed_ || !result;
+    return result;
 }
 
 std::vector<Row> Solver::candidates(const Atom& atom, const Environment& env) const {
@@ -170,7 +253,7 @@ std::vector<Row> Solver::linked(const Atom& atom, const std::optional<Value>& pl
             for (const Link& link : found->second) add(place->integer(), link.other, link.port);
         return rows;
     }
-    const check::Term& end = atom.arguments[1];
+    const Term& end = atom.arguments[1];
     const Value* other = end.is_variable() && env[end.variable.index()] ? &*env[end.variable.index()] : nullptr;
     for (const auto& [catom, links] : scene_.links) {
         if (other != nullptr && other->integer() != catom) continue;

@@ -1,4 +1,5 @@
-// Finds the ways to satisfy a body, by nested loops: facts first, then tests, then negations.
+// Finds the ways to satisfy a body, one clause after the other: what has become known is tested at once, and facts are
+// tried by nested loops; aggregates and negations come when nothing else is left.
 #pragma once
 
 #include <functional>
@@ -16,8 +17,7 @@ struct Taken {
 class Solver {
   public:
     // facts: what can be seen of persistent facts. linear: the bags of linear facts of one catom, by predicate, or null.
-    Solver(const Program& program, const Scene& scene, const Facts& facts, const std::vector<Bag>* linear = nullptr)
-        : program_(program), scene_(scene), facts_(facts), linear_(linear) {}
+    Solver(const Scene& scene, const Facts& facts, const std::vector<Bag>* linear = nullptr) : program_(*scene.program), scene_(scene), facts_(facts), linear_(linear) {}
 
     // Calls found() for each way to satisfy the body after what env binds, until it returns true; returns whether it did.
     // Facts are tried in the order of the text, as soon as their catom is known, lowest fact first, neighbours by port.
@@ -30,29 +30,41 @@ class Solver {
 
   private:
     using Clauses = std::vector<const check::Clause*>;
+    using Found = std::function<bool()>;
+    using Next = Clauses::const_iterator;
     struct Deferred {
         const check::Term* term;
         Value value;
     };
+    // What is bound on the way is forgotten on the way back.
+    class Mark;
 
-    bool atoms(Clauses open, Environment& env, const std::function<bool()>& found);
-    bool tests(Clauses open, Environment& env, const std::function<bool()>& found);
-    bool run_tests(Clauses& open, Environment& env, std::vector<std::size_t>& bound);
-    bool nothing_satisfies(const std::vector<check::Clause>& inner, Environment& env);
-    Clauses::const_iterator next_atom(const Clauses& open, const Environment& env) const;
+    bool step(Clauses open, Environment& env, const Found& found);
+    bool try_test(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
+    bool try_atom(const check::Atom& atom, Clauses rest, Environment& env, const Found& found);
+    bool try_elements(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
+    bool try_aggregate(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
+    bool finish(const Clauses& negations, Environment& env, const Found& found);
+
+    Next next_test(const Clauses& open, const Environment& env) const;
+    Next next_choice(const Clauses& open, const Environment& env) const;
     bool readable(const check::Atom& atom, const Environment& env) const;
+    bool nothing_satisfies(const std::vector<check::Clause>& inner, Environment& env);
     std::vector<Row> candidates(const check::Atom& atom, const Environment& env) const;
     std::vector<Row> linked(const check::Atom& atom, const std::optional<Value>& place, const Environment& env) const;
-    bool match(const check::Atom& atom, const Row& row, Environment& env, std::vector<std::size_t>& bound);
-    bool holds(const check::Term& test, const Environment& env);
+    bool match(const check::Atom& atom, const Row& row, Environment& env);
+    bool unify(const check::Term& term, const Value& value, Environment& env);
+    void bind(std::size_t variable, const Value& value, Environment& env);
+    std::optional<Value> value(const check::Term& term, const Environment& env);
 
     const Program& program_;
     const Scene& scene_;
     const Facts& facts_;
     const std::vector<Bag>* linear_;
+    std::vector<std::size_t> bound_;  // The variables bound so far, in this order.
     std::vector<Taken> taken_;
     std::vector<Deferred> deferred_;  // Arguments that were expressions over variables not yet known.
-    int negations_ = 0;               // Around the present body: what is matched there is not consumed.
+    bool inside_ = false;             // A negation or an aggregate: what is matched there is not consumed.
     bool failed_ = false;
 };
 

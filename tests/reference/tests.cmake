@@ -1,7 +1,12 @@
 # Random programs against the reference evaluator.
 file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
-set(reference_shared ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
-add_executable(test_random ${reference_sources} ${reference_shared})
-target_link_libraries(test_random PRIVATE compiler_driver runtime_record runtime_module)
-add_test(NAME random_programs COMMAND test_random --seeds 150 --out ${CMAKE_BINARY_DIR}/random_failures)
+list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
+add_library(tests_reference STATIC ${reference_sources} ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
+target_link_libraries(tests_reference PUBLIC compiler_driver runtime_record runtime_module)
+
+add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
+target_link_libraries(test_random PRIVATE tests_reference)
+add_test(NAME random_programs COMMAND test_random --seeds 120 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs PROPERTIES TIMEOUT 600)
+
+meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)

@@ -24,8 +24,8 @@ bool is_neighbor(const Predicate& p) { return p.world == WorldSource::Neighbor |
 // What one application of a linear rule does, gathered before any of it is done.
 class Application {
   public:
-    Application(const Program& program, const Rule& rule, const Scene& scene, const Facts& facts, std::vector<Bag>& linear)
-        : program_(program), rule_(rule), scene_(scene), facts_(facts), linear_(linear) {}
+    Application(const Rule& rule, const Scene& scene, const Facts& facts, std::vector<Bag>& linear)
+        : program_(*scene.program), rule_(rule), scene_(scene), facts_(facts), linear_(linear) {}
 
     struct Made {
         PredicateId predicate;
@@ -46,7 +46,7 @@ class Application {
   private:
     // Leaves the first way in env.
     bool consume_first(const std::vector<Clause>& body, Environment& env) {
-        Solver solver(program_, scene_, facts_, &linear_);
+        Solver solver(scene_, facts_, &linear_);
         Environment first;
         std::vector<Taken> taken;
         const bool any = solver.solve(body, env, [&] {
@@ -69,7 +69,7 @@ class Application {
             if (h.kind == Head::Kind::Comprehension) {
                 comprehension(h, env);
             } else {
-                std::optional<Row> row = head_row(program_, h.atom, env);
+                std::optional<Row> row = head_row(scene_, h.atom, env);
                 failed = failed || !row;
                 if (row) made.push_back({h.atom.predicate, std::move(*row)});
             }
@@ -84,7 +84,7 @@ class Application {
             for (Environment inner = env; consume_first(h.body, inner) && !failed; inner = env) heads(h.heads, inner);
             return;
         }
-        Solver solver(program_, scene_, facts_, &linear_);
+        Solver solver(scene_, facts_, &linear_);
         Environment inner = env;
         solver.solve(h.body, inner, [&] {
             heads(h.heads, inner);
@@ -209,7 +209,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
             for (const PredicateId p : c.predicates) derived[p].assign(catom.given[p.index()].begin(), catom.given[p.index()].end());
             for (const check::RuleId rule : c.rules) {
                 std::vector<Row>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
-                failed_ = !derive(program_, program_.rules[rule], scene, seen, id, [&](Row row) { rows.push_back(std::move(row)); }) || failed_;
+                failed_ = !derive(program_.rules[rule], scene, seen, id, [&](Row row) { rows.push_back(std::move(row)); }) || failed_;
             }
             changing = false;
             for (const PredicateId p : c.predicates) {
@@ -230,7 +230,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
 // Heads come into being when the whole rule has been applied: none of its comprehensions sees them.
 bool Ticks::fire(const Rule& rule, const Scene& scene, std::int64_t id, Catom& catom) {
     const Facts seen = visible(scene, id, catom);
-    Application application(program_, rule, scene, seen, catom.linear);
+    Application application(rule, scene, seen, catom.linear);
     const bool fired = application.run(id);
     failed_ = failed_ || application.failed;
     if (!fired) return false;

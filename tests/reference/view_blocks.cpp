@@ -20,9 +20,10 @@ Kind any_kind(Random& random) {
     return kKinds[below(random, 6)];
 }
 
-std::vector<Kind> some_kinds(Random& random, std::int64_t most) {
+// compound: how many in a hundred are strings, lists and structs.
+std::vector<Kind> some_kinds(Random& random, std::int64_t most, int compound) {
     std::vector<Kind> kinds(static_cast<std::size_t>(below(random, most + 1)));
-    for (Kind& k : kinds) k = any_kind(random);
+    for (Kind& k : kinds) k = chance(random, compound) ? static_cast<Kind>(4 + below(random, 3)) : any_kind(random);
     return kinds;
 }
 
@@ -60,7 +61,7 @@ std::string atom(const std::string& name, const std::string& at, const std::vect
 Block given_block(Random& random, const std::vector<Known>&, int names) {
     Block block;
     retraction::Given given{.predicate = fmt::format("g{}", names), .arguments = {}, .per_mille = static_cast<int>(80 + below(random, 600))};
-    std::vector<Kind> kinds = some_kinds(random, 2);
+    std::vector<Kind> kinds = some_kinds(random, 2, 0);
     for (const Kind k : kinds) given.arguments.push_back(k == Kind::Bool ? std::pair<std::int64_t, std::int64_t>(0, 1) : k == Kind::Node ? std::pair<std::int64_t, std::int64_t>(0, 12) : std::pair<std::int64_t, std::int64_t>(0, 5));
     block.declarations.push_back({given.predicate, signature(given.predicate, kinds)});
     block.known.push_back({.name = given.predicate, .arguments = kinds});
@@ -71,7 +72,7 @@ Block given_block(Random& random, const std::vector<Known>&, int names) {
 Block view_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
     const std::string name = fmt::format("v{}", names);
-    std::vector<Kind> kinds = some_kinds(random, 3);
+    std::vector<Kind> kinds = some_kinds(random, 3, 18);
     std::string aggregate;
     std::size_t at = 0;
     if (!kinds.empty() && chance(random, 45)) {

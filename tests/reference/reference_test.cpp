@@ -1,0 +1,125 @@
+// The tester itself: that it notices what is wrong, makes it small, and reads what it has written.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "generate.h"
+#include "isolated.h"
+#include "model.h"
+#include "run.h"
+#include "shrink.h"
+
+namespace meld::reference {
+namespace {
+
+retraction::Given source() { return {.predicate = "source", .arguments = {{0, 5}}, .per_mille = 200}; }
+
+constexpr const char* kProgram = R"(
+type source(node, int).
+type dist(node, min int).
+type near(node, node).
+type many(node, sum int).
+type far(node).
+type linear walker(node, int).
+type seen(node, int).
+dist(A, X) :- source(A, X).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+near(A, B) :- neighbor(A, B), dist(A, D), dist(B, D).
+many(A, D) :- neighbor(A, B), neighbor(B, C), dist(C, D).
+far(A) :- id(A, _), not (neighbor(A, B), dist(B, D), D < 3).
+walker(@0, 2).
+walker(A, N), N > 0 -o seen(A, N), { B | neighbor(A, B) | walker(B, N - 1) }.
+walker(A, 0) -o seen(A, 0).
+)";
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+    const std::size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    return text.replace(at, what.size(), with);
+}
+
+// What the runtime runs differs from what the reference knows: that must show.
+TEST(Tester, NoticesOtherPrograms) {
+    const std::vector<std::pair<std::string, std::string>> changes = {
+        {"D + 1", "D + 2"}, {"dist(B, D).", "dist(B, _)."}, {"sum int", "max int"}, {"not (neighbor(A, B), dist(B, D), D < 3)", "not (neighbor(A, B), dist(B, D), D < 2)"}, {"N - 1", "N - 2"}, {"walker(A, 0) -o", "walker(A, 1) -o"}, {"min int", "max int"}};
+    Workshop workshop;
+    const Result<check::Program> program = checked(kProgram);
+    ASSERT_TRUE(program) << program.error().message();
+    for (const auto& [what, with] : changes) {
+        // A value that holds itself up grows for ever as a maximum.
+        const std::string text = what == "min int" ? replaced(replaced(kProgram, what, with), "D + 1", "D - 1") : replaced(kProgram, what, with);
+        const Result<Module> module = workshop.module(text);
+        ASSERT_TRUE(module) << module.error().message();
+        int noticed = 0;
+        for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            const Trial trial{{.declarations = {}, .rules = {}, .text = text, .given = {source()}}, retraction::make_case(seed, {source()})};
+            noticed += !run(trial, *program, info_of(*module), {}, Watch::Reference).trouble.empty();
+        }
+        EXPECT_GE(noticed, 3) << what << " for " << with;
+    }
+}
+
+TEST(Tester, FindsNoDifferenceWhereThereIsNone) {
+    Workshop workshop;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        const Trial trial{{.declarations = {}, .rules = {}, .text = kProgram, .given = {source()}}, retraction::make_case(seed, {source()})};
+        EXPECT_EQ(trouble_of(trial, workshop, {{3, 1}, {2, 2}}), "");
+    }
+}
+
+TEST(Tester, SaysWhatDoesNotCompile) {
+    Workshop workshop;
+    const Trial trial{{.declarations = {}, .rules = {}, .text = "type p(node).\np(A) :- q(A).\n", .given = {}}, retraction::make_case(1, {source()})};
+    EXPECT_TRUE(trouble_of(trial, workshop, {}).starts_with("refused: ")) << trouble_of(trial, workshop, {});
+}
+
+TEST(Isolated, ReturnsWhatIsSaidAndWhatGoesWrong) {
+    EXPECT_EQ(isolated([] { return std::string("fine\nindeed"); }), "fine\nindeed");
+    const std::string ended = isolated([]() -> std::string { std::_Exit(70); });
+    EXPECT_TRUE(ended.starts_with("crash: exit code 70")) << ended;
+    const std::string endless = isolated([]() -> std::string { for (;;) pause(); }, 1);
+    EXPECT_TRUE(endless.starts_with("crash: signal")) << endless;
+}
+
+TEST(Shrinker, KeepsWhatTheFailureNeeds) {
+    const Generated made = make_program(11);
+    Trial trial{made.draft, retraction::make_case(11, made.draft.given)};
+    ASSERT_GT(trial.draft.rules.size(), 2u);
+    const std::string rule = print(trial.draft.rules[1]);
+    const auto fails = [&](const Trial& t) {
+        const bool rules = std::any_of(t.draft.rules.begin(), t.draft.rules.end(), [&](const DraftRule& r) { return print(r) == rule; });
+        return rules && t.world.cells.size() >= 2 && !t.world.bursts[0].empty();
+    };
+    const Trial small = shrink(trial, fails, 5000);
+    EXPECT_EQ(small.draft.rules.size(), 1u);
+    EXPECT_TRUE(small.draft.declarations.empty());
+    EXPECT_EQ(small.world.cells.size(), 2u);
+    EXPECT_EQ(small.world.bursts.size(), 1u);
+    EXPECT_EQ(small.world.bursts[0].size(), 1u);
+}
+
+TEST(TrialFile, ReadsWhatItWrote) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        const Generated made = make_program(seed);
+        const Trial trial{made.draft, retraction::make_case(seed, made.draft.given)};
+        const Result<Trial> read = parse_trial(print(trial));
+        ASSERT_TRUE(read) << read.error().message();
+        // Empty lines before the changes are the only thing that grows.
+        EXPECT_EQ(print(*read), replaced(print(trial), "\n//: seed", "\n\n//: seed"));
+    }
+    EXPECT_FALSE(parse_trial("type p(node).\n"));
+    EXPECT_FALSE(parse_trial("type p(node).\n//: catom 0,0\n//: burst\n"));
+    EXPECT_FALSE(parse_trial("type p(node).\n//: catom 0,0,0\n//: burst\n//: 3 jump 0,0,0\n"));
+}
+
+// Every rule has results on the sample, and the programs are not all alike.
+TEST(Generator, MakesProgramsOfAllConstructs) {
+    std::string all;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) all += print(make_program(seed).draft);
+    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", "A, @", "linear t"})
+        EXPECT_NE(all.find(what), std::string::npos) << what;
+}
+
+}  // namespace
+}  // namespace meld::reference
