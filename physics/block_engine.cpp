@@ -242,8 +242,7 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
         if (!(moved.speed_squared <= limit)) fine = false;
     });
     fresh_ = false;
-    if (!fine) return too_fast();
-    return {};
+    return fine ? Result<void>() : world_.check_speeds();
 }
 
 Result<void> BlockEngine::refresh(Workers& workers) {

@@ -100,7 +100,6 @@ class BlockEngine final : public Engine {
     double list_reach_m() const { return margin_m_ + skin_m_; }
     double reach_m() const;
 
-    tl::unexpected<Error> too_fast() const;
     tl::unexpected<Error> too_deep(std::uint32_t block);
 
     // Calls f(worker, block) for the blocks of a list.

@@ -101,26 +101,6 @@ double BlockEngine::residual() {
     return sums.impulse > 0 ? std::sqrt(sums.change / sums.impulse) : 0;
 }
 
-tl::unexpected<Error> BlockEngine::too_fast() const {
-    const Bodies& bodies = world_.bodies;
-    const double limit = world_.settings.greatest_speed_m_s;
-    BodyId worst = kMostBodies;
-    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        const Motion& m = bodies.motion[slot];
-        double squared = 0;
-        for (int i = 0; i < 3; ++i) squared += static_cast<double>(m.velocity[i]) * static_cast<double>(m.velocity[i]) + static_cast<double>(m.rim[i]) * static_cast<double>(m.rim[i]);
-        if (!(squared <= limit * limit)) worst = std::min(worst, bodies.nature[slot].id);
-    }
-    if (worst == kMostBodies) return world_.wrong("a body exceeded the greatest speed", "Take a shorter step");
-    const Motion& m = bodies.motion[bodies.slot(worst)];
-    const double speed = std::hypot(static_cast<double>(m.velocity[0]), static_cast<double>(m.velocity[1]), static_cast<double>(m.velocity[2]));
-    const double rim = std::hypot(static_cast<double>(m.rim[0]), static_cast<double>(m.rim[1]), static_cast<double>(m.rim[2]));
-    if (!std::isfinite(speed) || !std::isfinite(rim))
-        return world_.wrong(fmt::format("the velocity of body {} is not a number", worst), "Check the forces on it, or take a shorter step");
-    return world_.wrong(fmt::format("body {} moves at {:.3g} m/s and its rim at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", worst, speed, rim, limit),
-                        "Take a shorter step, check the forces on it, or raise the limit");
-}
-
 tl::unexpected<Error> BlockEngine::too_deep(std::uint32_t block) {
     const Bodies& bodies = world_.bodies;
     const double share = world_.settings.deepest_overlap_share;

@@ -66,6 +66,20 @@ tl::unexpected<Error> World::wrong(const std::string& problem, std::string sugge
     return fail(fmt::format("step {}: {}", tick + 1, problem), std::move(suggestion), ExitCode::LimitHit);
 }
 
+Result<void> World::check_speeds() const {
+    const double limit = settings.greatest_speed_m_s;
+    const auto length_of = [](const float (&v)[3]) { return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])); };
+    BodyId worst = kMostBodies;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+        if (!(std::hypot(length_of(bodies.motion[slot].velocity), length_of(bodies.motion[slot].rim)) <= limit)) worst = std::min(worst, bodies.nature[slot].id);
+    if (worst == kMostBodies) return {};
+    const Motion& motion = bodies.motion[bodies.slot(worst)];
+    const double speed = length_of(motion.velocity), rim = length_of(motion.rim);
+    if (!std::isfinite(speed) || !std::isfinite(rim)) return wrong(fmt::format("the velocity of body {} is not a number", worst), "Check the forces on it, or take a shorter step");
+    return wrong(fmt::format("body {} moves at {:.3g} m/s and its rim at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", worst, speed, rim, limit),
+                 "Take a shorter step, check the forces on it, or raise the limit");
+}
+
 double World::feature_range_m() const {
     double range = 0;
     if (!has_features()) return range;

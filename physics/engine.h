@@ -34,6 +34,8 @@ struct World {
 
     // The error for something found wrong in the present tick.
     tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
+    // The error for the body with the lowest number that is faster than the settings allow, or whose velocity is not a number.
+    Result<void> check_speeds() const;
     // The farthest that two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const;
     bool has_features() const { return !bodies.features.empty(); }

@@ -7,3 +7,7 @@ add_test(NAME bench_gradient_small COMMAND bench_gradient ${CMAKE_SOURCE_DIR}/ex
 add_test(NAME bench_shape_small COMMAND bench_shape ${CMAKE_SOURCE_DIR}/examples/meld/shape_change.meld 22)
 add_test(NAME bench_latency_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
+
+add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp)
+target_link_libraries(bench_physics PRIVATE physics)
+add_test(NAME bench_physics_small COMMAND bench_physics --ticks 3 6)

@@ -61,7 +61,7 @@ PROJECT = ("compiler/", "runtime/", "physics/")
 # Header, the folders that may include it, why.
 RESTRICTED_HEADERS = [
     (re.compile(r"^mpi\.h$"), ("runtime/comm/", "tests/"), "only runtime/comm talks to MPI"),
-    (re.compile(r"^ode/"), ("physics/", "tests/bench/"), "only physics talks to ODE"),
+    (re.compile(r"^ode/"), ("physics/", "tests/bench/", "tests/unit/physics/"), "only physics talks to ODE"),
     (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"), "only compiler/build and compiler/diagnostics use LLVM"),
     (re.compile(r"^mlir/"), ("compiler/lsp/",), "only compiler/lsp uses MLIR"),
     (re.compile(r"^(thread|future)$"), ("runtime/base/parallel_for.cpp", "runtime/comm/", "tests/"), "threads come from runtime/base/parallel_for.h"),
