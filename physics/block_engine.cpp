@@ -158,8 +158,8 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
         contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
     if (!fresh_)
         if (auto refreshed = refresh(workers); !refreshed) return refreshed;
-    // Cold solvers forget; a step of another length would make impulses of another size.
-    if (world_.settings.solver.mode == SolverMode::Pgs || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget();
+    // Cold solvers forget, and so must all after a step that failed; a step of another length would make impulses of another size.
+    if (std::exchange(forget_, false) || world_.settings.solver.mode == SolverMode::Pgs || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
 }

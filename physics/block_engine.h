@@ -117,7 +117,7 @@ class BlockEngine final : public Engine {
     double skin_m_ = 0, margin_m_ = 0;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
-    bool rebuild_ = true, fresh_ = false, rebuilt_in_step_ = false;
+    bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };
 
 // Several blocks make a job, so that small blocks are not all overhead; few enough that all workers have some.

@@ -79,7 +79,7 @@ bool BlockEngine::asleep(std::uint32_t slot) const {
 }
 
 void BlockEngine::state_restored() {
-    contacts_.forget();
+    forget_ = true;
     fresh_ = false;
     rebuild_ = true;
     // A body may have slept in the state that is back and not in the one that was left, or the other way round.

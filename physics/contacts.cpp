@@ -17,6 +17,9 @@ namespace {
 constexpr std::size_t kBlocksPerJob = 4;
 constexpr std::size_t kSlotsPerJob = 16384;
 constexpr int kContactColours = 64;
+// Pairs are coloured in segments, about two layers of a packed block each, so that a sweep goes up a pile and not over all of it
+// colour by colour: a fifth less residual for 2 % more lanes.
+constexpr std::size_t kSegmentPairs = 384;
 
 std::size_t jobs_for(std::size_t count, std::size_t per_job) { return (count + per_job - 1) / per_job; }
 
@@ -40,42 +43,45 @@ struct Contacts::Arena {
     std::vector<std::uint8_t> colour;
     std::vector<std::uint32_t> overflow;
 
-    // Assigns each pair (indices below `bodies`; second may be kNoSlot) the first colour free at both, then puts colour after
-    // colour into whole batches. A pair that finds all colours taken gets a batch of its own. Calls place(lane, pair index).
+    // Assigns each pair (indices below `bodies`; second may be kNoSlot) of a segment the first colour free at both, then puts
+    // colour after colour into whole batches. A pair that finds all colours taken gets a batch of its own. Calls place(lane, pair index).
     template <class Place>
     std::size_t colour_lanes(std::size_t bodies, std::span<const BodyPair> pairs, const Place& place);
 };
 
 template <class Place>
 std::size_t Contacts::Arena::colour_lanes(std::size_t bodies, std::span<const BodyPair> pairs, const Place& place) {
-    used.assign(bodies, 0);
     colour.resize(pairs.size());
-    overflow.clear();
-    std::array<std::uint32_t, kContactColours + 1> next{};
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        const BodyPair pair = pairs[i];
-        std::uint64_t& first = used[pair.first];
-        const std::uint64_t taken = first | (pair.second == kNoSlot ? 0 : used[pair.second]);
-        const int free = std::countr_one(taken);
-        colour[i] = static_cast<std::uint8_t>(free);
-        if (free == kContactColours) {
-            overflow.push_back(static_cast<std::uint32_t>(i));
-            continue;
-        }
-        const std::uint64_t bit = std::uint64_t{1} << free;
-        first |= bit;
-        if (pair.second != kNoSlot) used[pair.second] |= bit;
-        ++next[static_cast<std::size_t>(free)];
-    }
     std::uint32_t lane = 0;
-    for (auto& count : next) {
-        const std::uint32_t begin = lane;
-        lane += (count + kLanes - 1) / kLanes * kLanes;
-        count = begin;
+    for (std::size_t begin = 0; begin < pairs.size(); begin += kSegmentPairs) {
+        const std::size_t end = std::min(pairs.size(), begin + kSegmentPairs);
+        used.assign(bodies, 0);
+        overflow.clear();
+        std::array<std::uint32_t, kContactColours + 1> next{};
+        for (std::size_t i = begin; i < end; ++i) {
+            const BodyPair pair = pairs[i];
+            std::uint64_t& first = used[pair.first];
+            const std::uint64_t taken = first | (pair.second == kNoSlot ? 0 : used[pair.second]);
+            const int free = std::countr_one(taken);
+            colour[i] = static_cast<std::uint8_t>(free);
+            if (free == kContactColours) {
+                overflow.push_back(static_cast<std::uint32_t>(i));
+                continue;
+            }
+            const std::uint64_t bit = std::uint64_t{1} << free;
+            first |= bit;
+            if (pair.second != kNoSlot) used[pair.second] |= bit;
+            ++next[static_cast<std::size_t>(free)];
+        }
+        for (auto& count : next) {
+            const std::uint32_t start = lane;
+            lane += (count + kLanes - 1) / kLanes * kLanes;
+            count = start;
+        }
+        for (std::size_t i = begin; i < end; ++i)
+            if (colour[i] < kContactColours) place(next[colour[i]]++, i);
+        for (const std::uint32_t i : overflow) place(lane, i), lane += kLanes;
     }
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-        if (colour[i] < kContactColours) place(next[colour[i]]++, i);
-    for (const std::uint32_t i : overflow) place(lane, i), lane += kLanes;
     return lane;
 }
 
@@ -201,7 +207,7 @@ void Contacts::collect(const Setup& setup, std::uint32_t block, Arena& arena) {
     const std::size_t first = arena.lanes.size();
     arena_offset_[2 * block] = static_cast<std::uint32_t>(first);
     const auto pairs = arena.search.pairs();
-    arena.lanes.resize(first + pairs.size() + kLanes * (kContactColours + pairs.size() / 4), {nobody, nobody});
+    arena.lanes.resize(first + pairs.size() + pairs.size() / 4 + kLanes * kContactColours, {nobody, nobody});
     std::size_t lanes = 0;
     // A crowd of overflowing pairs may need more lanes than were made room for.
     const auto room = [&](std::size_t needed) {
@@ -298,10 +304,16 @@ void Contacts::fill(const Setup& setup, std::uint32_t block, const Arena& arena,
     }
 }
 
-void Contacts::forget() {
-    const Lanes nothing = lanes(0);
+void Contacts::forget(Workers& workers) {
+    constexpr std::size_t kBatchesPerJob = 4096;
     for (auto* batches : {&pairs_, &obstacles_})
-        for (Batch& batch : *batches) batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
+        workers.run(jobs_for(batches->size(), kBatchesPerJob), [&](int, std::size_t job) {
+            const Lanes nothing = lanes(0);
+            for (std::size_t n = job * kBatchesPerJob; n < std::min(batches->size(), (job + 1) * kBatchesPerJob); ++n) {
+                Batch& batch = (*batches)[n];
+                batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
+            }
+        });
 }
 
 void Contacts::need_adhesion() {

@@ -73,7 +73,7 @@ class Contacts {
     // that is no longer there.
     std::vector<CarriedContact> lay_out(const Setup& setup, Workers& workers);
     // Forgets impulses and touch, for a state that did not come of the last one.
-    void forget();
+    void forget(Workers& workers);
 
     std::span<const Batch> pairs(std::size_t block) const { return const_cast<Contacts*>(this)->pairs(block); }
     std::span<Batch> pairs(std::size_t block) { return {pairs_.data() + pair_first_[block], pairs_.data() + pair_first_[block + 1]}; }
