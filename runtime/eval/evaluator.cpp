@@ -275,7 +275,7 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
 void Evaluator::gather(const Part& part) {
     statistics_ = {};
     statistics_.awake = awake_.size();
-    messages_.clear();
+    unsorted_.clear();
     actions_.clear();
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
@@ -285,7 +285,7 @@ void Evaluator::gather(const Part& part) {
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
         for (Action& a : t->actions) a.arguments = t->kept_values(a.arguments);
-        messages_.insert(messages_.end(), t->messages.begin(), t->messages.end());
+        unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(w.tick, w.catom, w.dirty);
@@ -298,9 +298,27 @@ void Evaluator::gather(const Part& part) {
         t->bytes.clear();
     }
     const u64* id = part.geometry.catom_id;
-    std::sort(messages_.begin(), messages_.end(), [](const Message& a, const Message& b) { return std::tie(a.to, a.from, a.sequence) < std::tie(b.to, b.from, b.sequence); });
+    order_messages();
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return id[a.catom] < id[b.catom]; });
     if (part.now % kSweepTicks == 0) tombstones_.sweep(part.now, part.greatest_rank, part.latency);
+}
+
+// By receiver, then sender, then how-many-th: each receiver has few, so what is left after the first is sorted by inserting.
+void Evaluator::order_messages() {
+    order_.clear();
+    for (u32 i = 0; i < unsorted_.size(); ++i) order_.push_back({unsorted_[i].to, i});
+    sort_by_key(order_, spare_);
+    messages_.clear();
+    messages_.reserve(unsorted_.size());
+    std::size_t first = 0;
+    for (const Keyed& k : order_) {
+        const Message& m = unsorted_[k.place];
+        if (first < messages_.size() && messages_[first].to != m.to) first = messages_.size();
+        std::size_t at = messages_.size();
+        messages_.push_back(m);
+        for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at) messages_[at] = messages_[at - 1];
+        messages_[at] = m;
+    }
 }
 
 std::string describe(const ModuleInfo& module, const Failure& f) {

@@ -9,6 +9,7 @@
 
 #include "runtime/abi/module_abi.h"
 #include "runtime/base/parallel_for.h"
+#include "runtime/base/radix_sort.h"
 #include "runtime/eval/agenda.h"
 #include "runtime/eval/memory.h"
 #include "runtime/tuple/columns.h"
@@ -84,6 +85,7 @@ class Evaluator {
     static Thread& of(Eval* e);
     void commit(Part& part, int thread, const OnExport& on_export);
     void gather(const Part& part);
+    void order_messages();
 
     const ModuleInfo& module_;
     tuple::Columns& columns_;
@@ -97,7 +99,8 @@ class Evaluator {
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<u32> awake_;
     std::vector<u64> dirty_;
-    std::vector<Message> messages_;
+    std::vector<Message> messages_, unsorted_;
+    std::vector<Keyed> order_, spare_;
     std::vector<Action> actions_;
     Statistics statistics_;
     u32 greatest_rank_ = 0;

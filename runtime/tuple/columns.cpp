@@ -21,6 +21,12 @@ const List* list_at(const u8* place) {
     return list;
 }
 
+// How many rows fit into the block taken for these bytes. The block's class must follow from that number alone.
+u32 block_capacity(std::size_t bytes, std::size_t row_bytes) {
+    const std::size_t rows = RowPool::capacity(bytes) / row_bytes;
+    return static_cast<u32>(RowPool::capacity(rows * row_bytes) == RowPool::capacity(bytes) ? rows : bytes / row_bytes);
+}
+
 }  // namespace
 
 Columns::Columns(const ModuleInfo& module, int pools)
@@ -126,12 +132,31 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
         }
         if (old != nullptr) mine.give(old, old_bytes);
         head.data = block;
-        head.capacity = count > 0 ? static_cast<u32>(RowPool::capacity(bytes) / info.row_bytes) : 0;
-        // The block's class must follow from the capacity alone.
-        if (count > 0 && RowPool::capacity(std::size_t{head.capacity} * info.row_bytes) != RowPool::capacity(bytes)) head.capacity = count;
+        head.capacity = count > 0 ? block_capacity(bytes, info.row_bytes) : 0;
     }
     head.count = count;
     if (lists == Lists::Keep) keep_lists(column, head.data, count, pool);
+}
+
+void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int pool) {
+    const std::size_t size = module_.columns[column].row_bytes;
+    RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    const std::size_t before = at * size, behind = (head.count - at) * size;
+    if (head.count == head.capacity) {
+        RowPool& mine = pools_[static_cast<std::size_t>(pool)];
+        const std::size_t bytes = (std::size_t{head.count} + 1) * size;
+        u8* block = mine.take(bytes);
+        if (head.data != nullptr) {
+            std::memcpy(block, head.data, before + behind);
+            mine.give(head.data, head.capacity * size);
+        }
+        head.data = block;
+        head.capacity = block_capacity(bytes, size);
+    }
+    std::memmove(head.data + before + size, head.data + before, behind);
+    std::memcpy(head.data + before, row, size);
+    ++head.count;
+    keep_lists(column, head.data + before, 1, pool);
 }
 
 void Columns::clear(u32 catom, int pool) {

@@ -34,6 +34,8 @@ class Columns {
     enum class Lists { Keep, HandOver };
     // Replaces the record or the rows of a catom, using this thread's pool. Rows may be the catom's own.
     void set_record(u32 column, u32 catom, const void* record, int pool, Lists lists = Lists::Keep);
+    // Puts a row before the one at `at`, which keeps its lists too. Cost: the rows behind it are moved.
+    void insert_row(u32 column, u32 catom, u32 at, const void* row, int pool);
     void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists = Lists::Keep);
     // The same where write(u8* record) changes some of the record.
     template <class Write>

@@ -1,5 +1,6 @@
 #include "runtime/tuple/facts.h"
 
+#include <array>
 #include <cstring>
 
 #include "runtime/base/assert.h"
@@ -46,20 +47,26 @@ void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
     for (u32 i = 0; i < p.arity; ++i) out[i] = load(p.fields[i], row);
 }
 
-// The first row not less than the arguments, and whether it equals them.
+int compare_row(const ModuleInfo& module, const PredicateInfo& p, const u8* row, const Value* arguments) {
+    for (u32 i = 0; i < p.arity; ++i)
+        if (const int c = compare(type_of(module, p.fields[i]), load(p.fields[i], row), arguments[i])) return c;
+    return 0;
+}
+
+// The first row not less than the arguments, and whether it equals them. The last is asked first: mostly facts come in order.
 std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& p, const RowsHead& head, const Value* arguments) {
-    const ColumnInfo& c = module.columns[p.column];
-    std::vector<Value> values;
+    const u32 size = module.columns[p.column].row_bytes;
     u32 low = 0, high = head.count;
+    if (high > 0 && compare_row(module, p, head.data + std::size_t{high - 1} * size, arguments) < 0) return {high, false};
+    bool equal = false;
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
-        read_row(p, head.data + std::size_t{middle} * c.row_bytes, values);
-        if (compare_arguments(module, p, values.data(), arguments) < 0) low = middle + 1;
+        const int c = compare_row(module, p, head.data + std::size_t{middle} * size, arguments);
+        equal = equal || c == 0;
+        if (c < 0) low = middle + 1;
         else high = middle;
     }
-    if (low == head.count) return {low, false};
-    read_row(p, head.data + std::size_t{low} * c.row_bytes, values);
-    return {low, compare_arguments(module, p, values.data(), arguments) == 0};
+    return {low, equal};
 }
 
 }  // namespace
@@ -130,15 +137,12 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     const RowsHead& head = columns.rows(p.column, catom);
     const auto [at, equal] = lower_bound(module, p, head, arguments);
     if (equal && p.kind != PredicateKind::Linear) return false;
-    std::vector<u8> rows((std::size_t{head.count} + 1) * c.row_bytes, 0);
-    const std::size_t before = std::size_t{at} * c.row_bytes;
-    if (head.count > 0) {
-        std::memcpy(rows.data(), head.data, before);
-        std::memcpy(rows.data() + before + c.row_bytes, head.data + before, std::size_t{head.count - at} * c.row_bytes);
-    }
-    for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], rows.data() + before, arguments[i]);
-    columns.set_rows(p.column, catom, rows.data(), head.count + 1, pool);
-    columns.release_dropped(pool);
+    std::array<u8, 256> small;
+    std::vector<u8> large(c.row_bytes > small.size() ? c.row_bytes : 0);
+    u8* row = large.empty() ? small.data() : large.data();
+    std::memset(row, 0, c.row_bytes);
+    for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);
+    columns.insert_row(p.column, catom, at, row, pool);
     return true;
 }
 
