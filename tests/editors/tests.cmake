@@ -1,0 +1,2 @@
+# Colours: the TextMate grammar of the VS Code extension and the Pygments lexer, against the compiler's own tokens.
+add_test(NAME editors COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/editors_test.py --meldc $<TARGET_FILE:meldc>)
