@@ -6,21 +6,30 @@
 #include <utility>
 
 #include "compiler/driver/front_end.h"
+#include "compiler/lsp/prelude_file.h"
 
 namespace meld::lsp {
 
 namespace fs = std::filesystem;
 
 Analysis::Analysis(const std::string& path, const OpenTexts& open) {
-    prelude_files_ = driver::add_prelude(files_);
-    for (const auto& [name, text] : open) {
-        const std::uint32_t index = files_.add(name, text);
-        if (name == path) root_ = index;
+    std::uint32_t checked = 0;
+    if (is_prelude_file(path)) {
+        // It is checked in the prelude's place, with nothing behind it, as it would declare everything twice otherwise.
+        files_.add(path, open.at(path));
+        prelude_files_ = 1;
+        checked = files_.add("", "");
+    } else {
+        prelude_files_ = driver::add_prelude(files_);
+        for (const auto& [name, text] : open) {
+            const std::uint32_t index = files_.add(name, text);
+            if (name == path) root_ = checked = index;
+        }
     }
-    driver::ParsedProgram parsed = driver::parse_program(files_, root_, prelude_files_, report_, {});
-    program_ = driver::check_program(files_, root_, prelude_files_, std::move(parsed), report_);
+    driver::ParsedProgram parsed = driver::parse_program(files_, checked, prelude_files_, report_, {});
+    program_ = driver::check_program(files_, checked, prelude_files_, std::move(parsed), report_);
     for (std::uint32_t i = 0; i < prelude_files_; ++i) add_file(i);
-    add_file(root_);
+    if (!tokens_.contains(root_)) add_file(root_);
     for (const auto& [file, tokens] : tokens_) add_declared(tokens, declared_);
     for (const auto& [file, tokens] : tokens_) occurrences_[file] = find_occurrences(tokens, file, declared_);
 }

@@ -48,4 +48,6 @@ std::string prelude_path() {
     return path;
 }
 
+bool is_prelude_file(const std::string& path) { return path == prelude_path() || path.ends_with("/stdlib/prelude.meld"); }
+
 }  // namespace meld::lsp

@@ -8,4 +8,7 @@ namespace meld::lsp {
 // The path of a file with the prelude's text in the user's cache, written if it is not there; empty if that cannot be done.
 std::string prelude_path();
 
+// Whether an open file is the prelude: that copy, or the one in the sources.
+bool is_prelude_file(const std::string& path);
+
 }  // namespace meld::lsp

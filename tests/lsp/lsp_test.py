@@ -231,6 +231,15 @@ class Questions(Case):
         # A variable stays in its rule.
         self.assertEqual([line for _, line, _ in where("D < limit", True)], [12, 12, 12])
 
+    def test_the_prelude_can_be_opened(self):
+        self.open()
+        path = path_of(self.about("definition", "neighbor(A, B), dist")[0]["uri"])
+        self.text = path.read_text()
+        self.assertEqual(self.text, (ROOT / "stdlib/prelude.meld").read_text())
+        self.assertEqual(self.server.open(path, self.text), [])
+        line = self.text[:self.text.index("neighborCount(")].count("\n")
+        self.assertIn("sensed", self.server.about("hover", path, line, 15)["contents"]["value"])
+
     def test_completion(self):
         self.open(PROGRAM.replace("D > 1.", "D > 1, di"))
         answer = self.about("completion", "di\n", "\n")
