@@ -27,7 +27,7 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> module_headers() {
-    return {{"meld/module_eval.h", kModuleEval}, {"runtime/abi/module_library.h", kModuleLibrary}, {"runtime/abi/module_values.h", kModuleValues}, {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+    return {{"meld/module_eval.h", kModuleEval}, {"meld/module_deltas.h", kModuleDeltas}, {"runtime/abi/module_eval.h", kModuleEval}, {"runtime/abi/module_library.h", kModuleLibrary}, {"runtime/abi/module_values.h", kModuleValues}, {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
 }
 
 std::optional<Stage> stage_named(const std::string& name) {
@@ -59,7 +59,7 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         out.result = check::print(program);
         return {};
     }
-    const plan::Plan plan = plan::make_plan(std::move(program));
+    const plan::Plan plan = plan::make_plan(std::move(program), options.plan);
     if (options.last == Stage::Plan) out.result = plan::print(plan);
     if (options.last == Stage::Explain) out.result = plan::explain(plan);
     if (!out.result.empty()) return {};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/diagnostics/diagnostics.h"
+#include "compiler/plan/plan.h"
 #include "compiler/source/source.h"
 #include "runtime/base/error.h"
 
@@ -19,6 +20,7 @@ struct CompileOptions {
     int optimisation = 1;                          // -O2 compiles a fifth longer and gains a few percent at most.
     std::string cache_dir = {};                    // Empty: the default.
     std::vector<std::string> library_paths = {};
+    plan::PlanOptions plan = {};
 };
 
 struct Compilation {

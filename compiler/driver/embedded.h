@@ -9,5 +9,6 @@ extern const char kModuleAbi[];
 extern const char kModuleValues[];
 extern const char kModuleLibrary[];
 extern const char kModuleEval[];
+extern const char kModuleDeltas[];
 
 }  // namespace meld::driver

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -60,6 +61,9 @@ int run_compile(Options& options) {
         if (!stage) return fail_with({"there is no stage '" + options.emit + "'", "Stages are tokens, ast, program, plan, cpp and module"});
         options.compile.last = *stage;
     }
+    const std::vector<std::string_view> passes = plan::optional_passes();
+    for (const std::string& name : options.compile.plan.without)
+        if (std::find(passes.begin(), passes.end(), name) == passes.end()) return fail_with({"there is no pass '" + name + "' to leave out", did_you_mean(name, passes)});
     if (options.explain_rules) options.compile.last = Stage::Explain;
     Compilation c;
     if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
@@ -125,6 +129,7 @@ int main(int argc, char** argv) {
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
     compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, what it sends, and how each predicate is stored");
     compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3")->check(CLI::Range(0, 3))->capture_default_str();
+    compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();

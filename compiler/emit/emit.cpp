@@ -8,7 +8,7 @@ namespace meld::emit {
 std::string emit_module(const plan::Plan& plan) {
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
-    w.raw("#include \"meld/module_eval.h\"");
+    w.line("#include \"meld/{}.h\"", has_deltas(plan) ? "module_deltas" : "module_eval");
     w.raw("");
     w.raw("using namespace meld;");
     w.raw("namespace {");
@@ -19,6 +19,7 @@ std::string emit_module(const plan::Plan& plan) {
     emit_load_and_save(plan, w);
     for (const plan::ComponentPlan& c : plan.components)
         for (const RulePlan& r : c.rules) emit_view_rule(plan, r, w);
+    for (const plan::ComponentPlan& c : plan.components) emit_deltas(plan, c, w);
     for (const RulePlan& r : plan.births) emit_linear_rule(plan, r, w);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
     emit_components(plan, w);

@@ -93,14 +93,52 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
         w.line("if (m_{}.finish(*s.e)) changed |= {};", predicate_name(plan.program, p), own_bit(plan, p));
 }
 
+// Where only rows have changed: the groups they touch, derived anew. A failure in there is no failure of the program, for
+// rows are read there in an order of their own: then all is settled, which tells.
+void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
+    const std::string name = predicate_name(plan.program, c.predicates[0]);
+    w.raw("");
+    w.open(fmt::format("[[gnu::noinline]] static bool settle_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
+    w.line("Touched<{}_t> touched;", name);
+    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
+        const RulePlan& t = c.deltas.touches[i];
+        w.open(fmt::format("if (todo & {}) {{", hex(t.inputs)));
+        if (t.unchanged != 0) w.line("if (todo & {}) return false;", hex(t.unchanged));
+        w.line("{}_touch{}(s, touched);", rule_function(plan.program, t.rule), i);
+        w.close();
+    }
+    w.line("if (s.e->trap != Trap::None || !touched.few(*s.e, s.{})) {{", name);
+    w.raw("    s.e->trap = Trap::None;");
+    w.raw("    return false;");
+    w.raw("}");
+    w.open("for (u32 i = 0; i < touched.groups.count; ++i) {");
+    w.line("touched.first[i] = s.{}.proposed.count;", name);
+    for (const RulePlan& r : c.deltas.groups) w.line("{}_group(s, touched.groups.rows[i]);", rule_function(plan.program, r.rule));
+    w.close();
+    w.line("touched.first[touched.groups.count] = s.{}.proposed.count;", name);
+    w.open("if (s.e->trap != Trap::None) {");
+    w.raw("s.e->trap = Trap::None;");
+    w.line("s.{}.proposed.reset();", name);
+    w.raw("return false;");
+    w.close();
+    w.line("if (settle_touched(*s.e, s.{}, touched)) changed |= {};", name, own_bit(plan, c.predicates[0]));
+    w.raw("return true;");
+    w.close();
+}
+
 void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
     std::string names;
     for (const PredicateId p : c.predicates) names += " " + plan.program.predicates[p].name;
+    const bool rows = c.deltas.inputs != 0;
+    if (rows) emit_rows_settling(plan, c, number, w);
     w.raw("");
     w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);
-    w.open(fmt::format("[[gnu::noinline]] static u64 settle_{}(Self& s) {{", number));
+    w.open(fmt::format("[[gnu::noinline]] static u64 settle_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
     w.raw("u64 changed = 0;");
     for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
+    constexpr std::uint64_t kBornOrLinks = 3;  // As in runtime/abi/module_abi.h.
+    if (rows)
+        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && settle_{}_rows(s, todo, changed)) return changed;", hex((c.inputs | kBornOrLinks) & ~c.deltas.inputs), number);
     switch (c.recursion) {
         case Recursion::None:
         case Recursion::Tree: settle_plainly(plan, c, w); break;
@@ -150,6 +188,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
     w.raw("s.raised = 0;");
+    w.raw("s.again = false;");
     if (!plan.births.empty()) {
         w.open("if (todo & kDirtyBorn) {");
         for (const RulePlan& r : plan.births) w.line("{}(s);", rule_function(plan.program, r.rule));
@@ -162,7 +201,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("u64 fired = 0;");
         w.open("for (;;) {");
     }
-    for (std::size_t i = 0; i < plan.components.size(); ++i) w.line("if (todo & {}) todo |= settle_{}(s);", hex(plan.components[i].inputs), i);
+    for (std::size_t i = 0; i < plan.components.size(); ++i) w.line("if (todo & {}) todo |= settle_{}(s{});", hex(plan.components[i].inputs), i, plan.components[i].deltas.inputs != 0 ? ", todo" : "");
     if (linear) {
         w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
         w.raw("if (todo & kLinearInputs[r]) s.active[r] = true;");
@@ -180,6 +219,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("if (!again || e.trap != Trap::None) break;");
         w.raw("todo = s.raised;");
         w.raw("s.raised = 0;");
+        w.raw("s.again = true;");
         w.close();
     }
     w.raw("if (e.trap != Trap::None) return;");

@@ -35,6 +35,35 @@ class RuleEmitter {
         w_.close();
     }
 
+    // The groups of the head that changed rows of one input can affect.
+    void touch(std::size_t number) {
+        const HeadPlan& head = rule_plan_.heads[0];
+        w_.raw("");
+        w_.open(fmt::format("static void {}_touch{}(Self& s, Touched<{}_t>& touched) {{", rule_function(plan_.program, rule_plan_.rule), number,
+                            predicate_name(plan_.program, head.predicate)));
+        const std::size_t outside = w_.depth();
+        steps(rule_plan_.steps);
+        w_.line("{} row{{}};", row_type(head.predicate));
+        for (std::size_t i = 1; i <= plan::group_arguments(plan_.program.predicates[head.predicate]); ++i)
+            w_.line("row.{} = {};", field_name(i), head_value(head.predicate, i, head.arguments[i - 1]));
+        w_.raw("touched.add(*s.e, row);");
+        close_to(outside);
+        w_.close();
+    }
+
+    // The rule for one group of the head.
+    void group() {
+        const HeadPlan& head = rule_plan_.heads[0];
+        w_.raw("");
+        w_.open(fmt::format("static void {}_group(Self& s, const {}& group) {{", rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
+        const std::size_t outside = w_.depth();
+        for (std::size_t i = 0; i < rule_plan_.given.size(); ++i) bind(rule_plan_.given[i], fmt::format("group.{}", field_name(i + 1)));
+        steps(rule_plan_.steps);
+        propose(head);
+        close_to(outside);
+        w_.close();
+    }
+
     void linear() {
         comment();
         w_.open(fmt::format("static bool {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
@@ -172,6 +201,7 @@ class RuleEmitter {
     void match(const Step& s) {
         const Predicate& p = plan_.program.predicates[s.predicate];
         if (p.world != WorldSource::None) return match_world(s, p.world);
+        if (s.changed) return match_changed(s);
         if (!s.at_home) return match_remote(s);
         if (p.linear()) return match_bag(s);
         match_home(s);
@@ -279,6 +309,20 @@ class RuleEmitter {
         else w_.open(fmt::format("if (({}.present_{} & {:#x}u) != 0) {{", f, stored.presence_offset, stored.presence_mask));
         if (s.ranks) scope_.ranks.push_back(fmt::format("{}.{}_rank", f, name));
         use(s, [&](std::size_t k) { return fmt::format("{}.{}_{}", f, name, field_name(k)); });
+    }
+
+    // Rows that have changed, as they were and as they are: of a predicate derived here in this evaluation, or since the last.
+    void match_changed(const Step& s) {
+        const Stored& stored = plan_.of(s.predicate);
+        const std::string name = predicate_name(plan_.program, s.predicate);
+        const std::string changes = fresh("changes"), i = fresh("i"), f = fresh("f");
+        const bool derived = s.at_home && stored.base != s.predicate;
+        if (derived) w_.line("load_{}(s);", name);
+        w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
+                            derived ? fmt::format("own_changes(*s.e, s.{})", name) : fmt::format("s.e->part->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
+        w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
+        w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
+        use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
     }
 
     void match_bag(const Step& s) {
@@ -511,6 +555,10 @@ class RuleEmitter {
 }  // namespace
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
+void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w) {
+    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) RuleEmitter(plan, c.deltas.touches[i], w).touch(i);
+    for (const RulePlan& r : c.deltas.groups) RuleEmitter(plan, r, w).group();
+}
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(); }
 
 }  // namespace meld::emit

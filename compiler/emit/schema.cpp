@@ -110,15 +110,19 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
         w.line("static constexpr u32 kLists{}[] = {{{}}};", id.index(), lists.offsets);
         w.line("static constexpr u16 kListTypes{}[] = {{{}}};", id.index(), lists.types);
     }
+    const auto compare_groups = [&](const plan::Column& c) {
+        const std::string name = predicate_name(plan.program, c.predicates[0]);
+        return fmt::format("[](const void* a, const void* b) {{ return {0}_t::key(*static_cast<const {0}_t::Row*>(a), *static_cast<const {0}_t::Row*>(b)); }}", name);
+    };
     w.open("static constexpr ColumnInfo kColumns[] = {");
     for (const plan::ColumnId id : plan.columns.ids()) {
         const plan::Column& c = plan.columns[id];
         const std::size_t lists = lists_of(plan, id, types).count;
-        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
                has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
-               lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr");
+               lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr", c.follows_rows ? compare_groups(c) : "nullptr");
     }
-    if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr},");
+    if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr},");
     w.close("};");
 }
 

@@ -174,6 +174,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
     }
+    w.raw("bool again;                 // Views have been settled in this evaluation already: what changed since is not known by row.");
     w.line("bool loaded[{}];", std::max<std::size_t>(1, plan.program.predicates.count()));
     w.line("bool active[{}];", std::max<std::size_t>(1, plan.linear_rules.size()));
     w.close("};");
@@ -291,6 +292,10 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             const std::string name = predicate_name(plan.program, c.predicates[0]);
             const bool linear = plan.program.predicates[c.predicates[0]].linear();
             const std::string list = linear ? "s." + name + ".list" : "s." + name;
+            if (c.follows_rows && c.exported) {
+                w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->change_rows(s.e, {2}, own_changes(*s.e, s.{1}));", c.predicates[0].index(), name, column.index());
+                continue;
+            }
             w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->assign_rows(s.e, {2}, {3}.rows, {3}.count);", c.predicates[0].index(), name, column.index(), list);
             continue;
         }

@@ -68,6 +68,12 @@ std::string Scope::value(plan::VariableId v) const {
     return fmt::format("s.g->catom_id[{}]", at(v));
 }
 
+bool has_deltas(const plan::Plan& plan) {
+    for (const plan::ComponentPlan& c : plan.components)
+        if (c.deltas.inputs != 0) return true;
+    return false;
+}
+
 bool has_view(const plan::Plan& plan, PredicateId id) {
     const Storage s = plan.of(id).storage;
     return s != Storage::Unused && s != Storage::World;

@@ -98,11 +98,14 @@ void emit_predicates(const plan::Plan& plan, Writer& w);
 void emit_self(const plan::Plan& plan, Writer& w);
 void emit_load_and_save(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
+void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_components(const plan::Plan& plan, Writer& w);
 void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
 
+// Whether some component is settled row by row where it can be.
+bool has_deltas(const plan::Plan& plan);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);
 

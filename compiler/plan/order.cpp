@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "compiler/plan/plan.h"
+#include "compiler/plan/order.h"
 
 namespace meld::plan {
 
@@ -41,6 +41,22 @@ class Orderer {
             body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
             atom(clause.atom, state, steps);
         }
+        return steps;
+    }
+
+    // One atom first, of which only changed rows are read; then what follows from it, and then the rest, but only where
+    // something needed is still unknown.
+    std::vector<Step> order_changed(std::vector<Clause> body, std::size_t first, const Variables& needed) const {
+        State state = start();
+        std::vector<Step> steps;
+        const Atom changed = body[first].atom;
+        body.erase(body.begin() + static_cast<std::ptrdiff_t>(first));
+        atom(changed, state, steps);
+        steps.back().changed = true;
+        while (take_ready(body, state, needed, steps)) {
+        }
+        if (std::all_of(needed.begin(), needed.end(), [&](VariableId v) { return known(v, state); })) return steps;
+        for (Step& s : order(std::move(body), state, false, needed)) steps.push_back(std::move(s));
         return steps;
     }
 
@@ -351,6 +367,30 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
     out.inputs = inputs.of(out.steps) | inputs.of(out.heads);
     return out;
 }
+
+}  // namespace
+
+std::vector<Step> order_changed(const Plan& plan, const Rule& rule, std::size_t first, const std::vector<VariableId>& needed) {
+    const std::vector<PredicateId> no_ranks;
+    return Orderer(plan, rule, false, no_ranks).order_changed(rule.body, first, {needed.begin(), needed.end()});
+}
+
+RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component, const std::vector<Clause>& body, const std::vector<VariableId>& given) {
+    const Rule& rule = plan.program.rules[id];
+    const Orderer orderer(plan, rule, plan.of(component.predicates[0]).ranked, component.predicates);
+    Orderer::State state = orderer.start();
+    state.values.insert(given.begin(), given.end());
+    Variables used;
+    head_variables(rule.heads, used);
+    RulePlan out{.rule = id, .steps = orderer.order(body, state, false, used)};
+    out.heads = plan_heads(orderer, rule.heads, state);
+    out.given = given;
+    return out;
+}
+
+std::uint64_t inputs_of(const Plan& plan, const std::vector<Step>& steps) { return Inputs(plan).of(steps); }
+
+namespace {
 
 bool is_ranked(const Plan& plan, const Component& c) { return plan.of(c.predicates[0]).ranked; }
 

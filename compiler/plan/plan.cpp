@@ -1,11 +1,32 @@
 // The planner's pipeline.
 #include "compiler/plan/plan.h"
 
+#include <algorithm>
+
 #include "compiler/check/check.h"
 
 namespace meld::plan {
 
-Plan make_plan(check::Program program) {
+namespace {
+
+struct Pass {
+    std::string_view name;
+    void (*run)(Plan&);
+};
+// What can be left out, in order.
+constexpr Pass kOptional[] = {
+    {"deltas", plan_deltas},
+};
+
+}  // namespace
+
+std::vector<std::string_view> optional_passes() {
+    std::vector<std::string_view> names;
+    for (const Pass& p : kOptional) names.push_back(p.name);
+    return names;
+}
+
+Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
     separate_base(program);
     localize(program);
@@ -16,6 +37,11 @@ Plan make_plan(check::Program program) {
     lay_out(plan);
     order_rules(plan);
     verify(plan);
+    for (const Pass& p : kOptional) {
+        if (std::find(options.without.begin(), options.without.end(), p.name) != options.without.end()) continue;
+        p.run(plan);
+        verify(plan);
+    }
     return plan;
 }
 
@@ -39,7 +65,11 @@ void verify(const Plan& plan) {
     const auto rules = [&](const std::vector<RulePlan>& all) {
         for (const RulePlan& r : all) verify_steps(plan, plan.program.rules[r.rule], r.steps);
     };
-    for (const ComponentPlan& c : plan.components) rules(c.rules);
+    for (const ComponentPlan& c : plan.components) {
+        rules(c.rules);
+        rules(c.deltas.touches);
+        rules(c.deltas.groups);
+    }
     rules(plan.linear_rules);
     rules(plan.births);
 }

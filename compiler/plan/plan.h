@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/check/program.h"
@@ -50,6 +51,7 @@ struct Column {
     std::uint32_t row_bytes = 0;
     std::uint64_t own_dirty = 0;
     std::uint64_t reader_dirty = 0;
+    bool follows_rows = false;    // Readers are told which rows have changed.
 };
 
 // ---- steps of a rule, outermost first; each later step runs for every way to satisfy the earlier ones
@@ -78,6 +80,7 @@ struct Step {
     bool port_from_other_side = false;  // The port is the one at which B sees the home.
     bool read_only = false;           // Match of a linear fact that is left in place.
     bool ranks = false;               // Match: its rank counts for the head's.
+    bool changed = false;             // Match: only rows that have changed, as they were and as they are.
     Term term = {};                   // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
     VariableId variable = {};         // Set, Each, Fold, Delta
     std::vector<Step> inner = {};     // Absent, Fold
@@ -104,6 +107,17 @@ struct RulePlan {
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
     std::uint64_t inputs = 0;         // Dirty bits after which the rule is looked at again.
+    // Of a delta (deltas.cpp):
+    std::vector<VariableId> given = {};  // The head's group, known from the start.
+    std::uint64_t unchanged = 0;         // Of no use where one of these inputs has changed too.
+};
+
+// How a predicate with many rows is settled where only rows have changed: `touches` find the groups that changed rows of
+// one input can affect, `groups` are the rules once more, for one group that is known.
+struct Deltas {
+    std::uint64_t inputs = 0;         // Where anything else has changed, all is settled; 0: always.
+    std::vector<RulePlan> touches;
+    std::vector<RulePlan> groups;
 };
 
 // How the support of a component is kept (evaluation.md, "Four kinds of recursion").
@@ -116,6 +130,7 @@ struct ComponentPlan {
     bool links = false;
     std::uint64_t inputs = 0;
     std::uint64_t outputs = 0;        // own_dirty of its columns.
+    Deltas deltas = {};
 };
 
 struct Plan {
@@ -130,8 +145,14 @@ struct Plan {
     const Stored& of(PredicateId p) const { return stored[p.index()]; }
 };
 
-// Plans a program that was checked without errors. max_ports: the most links a catom can have.
-Plan make_plan(check::Program program);
+struct PlanOptions {
+    std::vector<std::string> without = {};  // Passes that are left out; only those that make programs cheaper can be.
+};
+
+// Plans a program that was checked without errors.
+Plan make_plan(check::Program program, const PlanOptions& options = {});
+// The names of the passes that can be left out.
+std::vector<std::string_view> optional_passes();
 
 // ---- the passes, one file each, in this order
 
@@ -143,8 +164,13 @@ void localize(check::Program& program);
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
 void order_rules(Plan& plan);
+// Finds the components that can be settled row by row, and how.
+void plan_deltas(Plan& plan);
 // Checks the invariants that emission relies on; a violation is our bug and ends the process.
 void verify(const Plan& plan);
+
+// How many arguments after the catom make the group: all that stand before an aggregated one.
+inline std::size_t group_arguments(const check::Predicate& p) { return (p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at) - 1; }
 
 std::string print(const Plan& plan);
 // For every rule where it runs and what it sends; for every predicate its storage and bytes a catom.

@@ -47,6 +47,7 @@ class Printer {
             for (const PredicateId p : c.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;
             out_ += fmt::format("\ncomponent {}: {}\n", names, recursion_name(c.recursion));
             for (const RulePlan& r : c.rules) rule(r);
+            deltas(c);
         }
         if (!plan_.births.empty()) out_ += "\nat birth\n";
         for (const RulePlan& r : plan_.births) rule(r);
@@ -131,6 +132,26 @@ class Printer {
         heads(r.heads, 2 + r.steps.size());
     }
 
+    // What is done where only rows have changed.
+    void deltas(const ComponentPlan& c) {
+        if (c.deltas.inputs == 0) return;
+        for (const RulePlan& r : c.deltas.touches) {
+            rule_ = &program_.rules[r.rule];
+            out_ += fmt::format("  {} touches\n", rule_->name);
+            steps(r.steps, 2);
+            const HeadPlan& h = r.heads[0];
+            std::string group;
+            for (std::size_t i = 0; i < group_arguments(program_.predicates[h.predicate]); ++i) group += ", " + print(program_, *rule_, h.arguments[i]);
+            indented(2 + r.steps.size(), fmt::format("-> group of {}({}{})", program_.predicates[h.predicate].name, name(h.place), group));
+        }
+        for (const RulePlan& r : c.deltas.groups) {
+            rule_ = &program_.rules[r.rule];
+            out_ += fmt::format("  {} for one group\n", rule_->name);
+            steps(r.steps, 2);
+            heads(r.heads, 2 + r.steps.size());
+        }
+    }
+
     void indented(std::size_t depth, const std::string& text) { out_ += std::string(depth * 2, ' ') + text + "\n"; }
 
     void steps(const std::vector<Step>& all, std::size_t depth) {
@@ -153,7 +174,7 @@ class Printer {
                 return text;
             }
             case Step::Kind::Match: {
-                std::string text = program_.predicates[s.predicate].name + "(" + name(s.place);
+                std::string text = (s.changed ? "changed " : "") + program_.predicates[s.predicate].name + "(" + name(s.place);
                 for (std::size_t i = 0; i < s.arguments.size(); ++i)
                     text += ", " + std::string(s.uses[i] == ArgumentUse::Compare ? "=" : "") + print(program_, *rule_, s.arguments[i]);
                 return text + ")" + (s.ranks ? "  rank" : "");

@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 2;
+inline constexpr u32 kAbiVersion = 3;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -95,6 +95,8 @@ struct ColumnInfo {
     u32 list_count;
     const u32* list_offsets;
     const u16* list_types;
+    // Where rules can follow single rows: the order of two rows' groups. Null: changes of this column are not told by row.
+    int (*compare_groups)(const void* a, const void* b);
 };
 
 // One entry of a rows column. Rows are sorted, each row_bytes long.
@@ -102,6 +104,14 @@ struct RowsHead {
     u32 count;
     u32 capacity;
     u8* data;
+};
+
+// Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is among both.
+struct RowChanges {
+    const RowChanges* next;  // Made earlier in the same tick.
+    u32 removed;
+    u32 added;
+    // Followed by the removed rows as they were and the added ones as they are.
 };
 
 struct ParameterInfo {  // A constant of the program that `--set` can change.
@@ -122,6 +132,9 @@ struct RuleInfo {
 struct Part {
     Geometry geometry;
     u8* const* columns = nullptr;  // [column]: the first catom's entry.
+    // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null where the column
+    // does not tell its changes by row.
+    const RowChanges* const* const* changes = nullptr;
     const Value* parameters = nullptr;
     i64 now = 0;             // The tick.
     u64 seed = 0;
@@ -186,6 +199,8 @@ struct Host {
     void (*export_record)(Eval*, u16 column, const void* record);
     // The catom's rows of a column become these: at once for a private column, at the end of the tick for an exported one.
     void (*assign_rows)(Eval*, u16 column, const void* rows, u32 count);
+    // The same for an exported column that tells its changes by row; applied at the end of the tick.
+    void (*change_rows)(Eval*, u16 column, const RowChanges* changes);
     // A fact for a predicate of another catom (an index), delivered in the next tick.
     void (*send)(Eval*, u32 to, u16 predicate, const Value* arguments);
     // An action to be carried out in the next tick.

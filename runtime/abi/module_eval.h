@@ -89,6 +89,7 @@ struct Relation {
     u32 count;
     const Row* origin;     // As it was before this evaluation.
     u32 origin_count;
+    const RowChanges* changes;  // From origin to rows, where somebody has asked for it.
     RowList<Row> proposed; // Candidates of the current round.
     Row single;            // Where rows of a Single are loaded to.
     bool changed;
@@ -97,6 +98,7 @@ struct Relation {
     void open(const Row* from, u32 n) {
         rows = origin = from;
         count = origin_count = n;
+        changes = nullptr;
         proposed.reset();
         changed = false;
     }
@@ -109,6 +111,7 @@ struct Relation {
     void replace(const Row* with, u32 n) {
         rows = with;
         count = n;
+        changes = nullptr;
         changed = true;
     }
 };

@@ -30,6 +30,11 @@ struct PendingRows {
     u32 count;
     std::size_t offset;  // Into Thread::bytes.
 };
+struct PendingChanges {
+    u32 catom;
+    u16 column;
+    RowChanges* changes;
+};
 struct PendingRecord {
     u32 catom;
     u16 column;
@@ -56,6 +61,7 @@ struct Evaluator::Thread : Eval {
     std::vector<std::unique_ptr<u8[]>> chunks;
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;
+    std::vector<PendingChanges> row_changes;
     std::vector<u8> bytes;
     // Arguments are offsets into `values` until gather() makes pointers of them.
     std::vector<Message> messages;
@@ -163,6 +169,13 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         }
         if (c.list_count > 0) t.check_length();
     };
+    host_.change_rows = [](Eval* e, u16 column, const RowChanges* changes) {
+        Thread& t = of(e);
+        RowChanges* kept = t.owner->columns_.changes().make(column, changes->removed, changes->added, t.number);
+        const std::size_t bytes = std::size_t{t.owner->module_.columns[column].row_bytes} * (std::size_t{changes->removed} + changes->added);
+        if (bytes > 0) std::memcpy(kept + 1, changes + 1, bytes);
+        t.row_changes.push_back({e->catom, column, kept});
+    };
     host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         if (t.sequence_of != e->catom) t.sequence = 0;
@@ -222,6 +235,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->release_owned();
         t->values.clear();
     }
+    columns_.changes().begin_evaluation();
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
         Thread& t = *threads_[static_cast<std::size_t>(worker)];
@@ -234,6 +248,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
     });
+    columns_.changes().end_evaluation();
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(part, static_cast<int>(i), on_export); });
     gather(part);
     Failure first;
@@ -269,6 +284,10 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
         columns_.set_rows(r.column, r.catom, t.bytes.data() + r.offset, r.count, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
+    for (const PendingChanges& r : t.row_changes) {
+        columns_.change_rows(r.column, r.catom, r.changes, thread);
+        changed(r.catom, r.column);
+    }
     columns_.release_dropped(thread);
 }
 
@@ -280,7 +299,7 @@ void Evaluator::gather(const Part& part) {
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
         statistics_.dropped += t->dropped;
-        statistics_.changes += t->records.size() + t->rows.size();
+        statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
         statistics_.messages += t->messages.size();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
@@ -295,6 +314,7 @@ void Evaluator::gather(const Part& part) {
         t->wakes.clear();
         t->records.clear();
         t->rows.clear();
+        t->row_changes.clear();
         t->bytes.clear();
     }
     const u64* id = part.geometry.catom_id;

@@ -29,6 +29,7 @@ PartState::~PartState() {
 void PartState::refresh() {
     abi.geometry = ensemble.geometry();
     abi.columns = columns.pointers();
+    abi.changes = columns.changes().pointers();
     if (halo) halo->prepare();
 }
 
@@ -72,7 +73,7 @@ void PartState::mark_around(Cell cell, u64 bits) {
 
 void PartState::push_exports(Catom catom) {
     for (u32 c = 0; c < module.column_count; ++c)
-        if (module.columns[c].exported) note_export(0, catom, static_cast<u16>(c));
+        if (module.columns[c].exported) note_export(0, catom, static_cast<u16>(c), Pushed::Whole);
 }
 
 void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
@@ -86,8 +87,8 @@ void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
 
 void PartState::unpack_catom(Catom catom, const std::byte*& from) {
     from = columns.unpack(catom, tuple::Columns::Which::All, from, 0);
-    // Timers stay behind: the catom is looked at now and sets them again.
-    mark(catom, take_value<u64>(from) | kDirtyWake);
+    // Timers stay behind, and so does which rows have changed: the catom is looked at now, as a whole, and sets them again.
+    mark(catom, take_value<u64>(from) | kDirtyWake | kDirtyLinks);
     std::vector<eval::Tombstones::Entry> losses(take_value<u32>(from));
     for (auto& loss : losses) loss = take_value<eval::Tombstones::Entry>(from);
     evaluator.tombstones().restore(catom, std::move(losses));

@@ -98,8 +98,10 @@ class PartState {
   private:
     // exchange.cpp
     void deliver(const eval::Message& message);
-    void note_export(int thread, Catom catom, u16 column);
-    void write_export(std::vector<std::byte>& out, Catom catom, u16 column) const;
+    // Changed: the other side has the column as it was before this tick, and rows may be sent alone.
+    enum class Pushed { Changed, Whole };
+    void note_export(int thread, Catom catom, u16 column, Pushed what);
+    void write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const;
     void exchange();
     void receive(const comm::Packet& packet);
     void agree();
@@ -112,6 +114,7 @@ class PartState {
     struct Export {
         Catom catom;
         u16 column;
+        Pushed what;
     };
     // [thread][destination]
     std::vector<std::vector<std::vector<Export>>> outgoing_;

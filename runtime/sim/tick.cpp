@@ -1,4 +1,6 @@
 // The tick of a part: timers, evaluation, delivery, and what the parts tell each other.
+#include <cstring>
+
 #include "runtime/base/assert.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/part_state.h"
@@ -8,7 +10,7 @@ namespace meld::sim {
 
 namespace {
 
-enum class Record : std::uint8_t { Export, Message };
+enum class Record : std::uint8_t { Export, Rows, Message };
 
 }  // namespace
 
@@ -22,7 +24,7 @@ void PartState::begin_tick() {
 const Totals& PartState::end_tick() {
     refresh();
     abi.greatest_rank = totals.greatest_rank;
-    totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column); });
+    totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
     sent_bytes_ = dropped_ = 0;
     if (alone()) {
         for (const eval::Message& m : evaluator.messages()) deliver(m);
@@ -36,24 +38,30 @@ const Totals& PartState::end_tick() {
 // A fact arrives at a catom of this part; it is seen in the next tick.
 void PartState::deliver(const eval::Message& m) { give(m.predicate, m.to, m.arguments); }
 
-void PartState::note_export(int thread, Catom catom, u16 column) {
+void PartState::note_export(int thread, Catom catom, u16 column, Pushed what) {
     if (alone()) return;
     auto& lists = outgoing_[static_cast<std::size_t>(thread)];
-    halo->subscribers(abi.geometry.catom_site[catom], [&](int other) { lists[static_cast<std::size_t>(other)].push_back({catom, column}); });
+    halo->subscribers(abi.geometry.catom_site[catom], [&](int other) { lists[static_cast<std::size_t>(other)].push_back({catom, column, what}); });
 }
 
-void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column) const {
-    put(out, Record::Export);
+void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const {
+    const bool rows = what == Pushed::Changed && columns.changes().follows(column);
+    put(out, rows ? Record::Rows : Record::Export);
     put(out, ensemble.cell(catom));
     put(out, column);
-    columns.pack_column(column, catom, out);
+    if (!rows) return columns.pack_column(column, catom, out);
+    const RowChanges& changes = *columns.changes().of(column, catom);
+    put(out, changes.removed);
+    put(out, changes.added);
+    const auto* bytes = reinterpret_cast<const std::byte*>(&changes + 1);
+    out.insert(out.end(), bytes, bytes + std::size_t{module.columns[column].row_bytes} * (std::size_t{changes.removed} + changes.added));
 }
 
 // Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
 void PartState::exchange() {
     for (auto& lists : outgoing_)
         for (std::size_t other = 0; other < lists.size(); ++other) {
-            for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column);
+            for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column, e.what);
             lists[other].clear();
         }
     for (const eval::Message& m : evaluator.messages()) {
@@ -89,6 +97,14 @@ void PartState::receive(const comm::Packet& packet) {
         MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", packet.part, cell.x, cell.y, cell.z);
         if (record == Record::Export) {
             at = columns.unpack_column(number, *catom, at, 0);
+            mark_around(cell, module.columns[number].reader_dirty);
+        } else if (record == Record::Rows) {
+            const auto removed = take_value<u32>(at), added = take_value<u32>(at);
+            RowChanges* changes = columns.changes().make(number, removed, added, 0);
+            const std::size_t bytes = std::size_t{module.columns[number].row_bytes} * (std::size_t{removed} + added);
+            std::memcpy(changes + 1, at, bytes);
+            at += bytes;
+            columns.change_rows(number, *catom, changes, 0);
             mark_around(cell, module.columns[number].reader_dirty);
         } else {
             const PredicateInfo& p = module.predicates[number];

@@ -34,7 +34,8 @@ Columns::Columns(const ModuleInfo& module, int pools)
       pointers_(module.column_count, nullptr),
       pools_(static_cast<std::size_t>(pools)),
       lists_(pools),
-      dropped_(static_cast<std::size_t>(pools)) {}
+      dropped_(static_cast<std::size_t>(pools)),
+      changes_(module, pools) {}
 
 Columns::~Columns() {
     for (u32 c = 0; c < module_.column_count; ++c) {
@@ -92,6 +93,7 @@ void Columns::resize(std::size_t catoms) {
     }
     for (u32 c = 0; c < module_.column_count; ++c) initialise(c, count_, catoms);
     count_ = std::max(count_, catoms);
+    changes_.resize(count_);
 }
 
 void Columns::initialise(u32 column, std::size_t from, std::size_t to) {
@@ -120,9 +122,7 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
     const std::size_t bytes = std::size_t{count} * info.row_bytes;
     u8* old = head.data;
     const std::size_t old_bytes = std::size_t{head.capacity} * info.row_bytes;
-    // Shrinking to a quarter gives memory back; anything between stays where it is.
-    const bool fits = old != nullptr && bytes <= old_bytes && (bytes * 4 >= old_bytes || old_bytes <= 64);
-    if (count > 0 && fits) {
+    if (RowPool::fits(head.capacity, count, info.row_bytes)) {
         std::memmove(old, rows, bytes);
     } else {
         u8* block = nullptr;
@@ -160,6 +160,7 @@ void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int poo
 }
 
 void Columns::clear(u32 catom, int pool) {
+    changes_.forget(catom);
     for (u32 c = 0; c < module_.column_count; ++c) {
         if (module_.columns[c].rows) set_rows(c, catom, nullptr, 0, pool);
         else drop_lists(c, entry(c, catom), 1, pool);
@@ -198,7 +199,7 @@ const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* 
         bytes = std::size_t{count} * info.row_bytes;
     }
     if (info.list_count == 0) {
-        if (info.rows) set_rows(column, catom, from, count, pool);
+        if (info.rows) replace_rows(column, catom, from, count, pool);
         else set_record(column, catom, from, pool);
         return from + bytes;
     }
@@ -232,7 +233,7 @@ std::size_t Columns::bytes() const {
     std::size_t total = 0;
     for (u32 c = 0; c < module_.column_count; ++c) total += capacity_ * module_.columns[c].stride;
     for (const RowPool& pool : pools_) total += pool.bytes_reserved();
-    return total + lists_.bytes();
+    return total + lists_.bytes() + changes_.bytes();
 }
 
 }  // namespace meld::tuple

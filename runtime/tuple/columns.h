@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/tuple/change_log.h"
 #include "runtime/tuple/row_pool.h"
 #include "runtime/tuple/values.h"
 
@@ -45,6 +46,14 @@ class Columns {
         write(record);
         keep_lists(column, record, 1, pool);
     }
+    // The same, telling the catom's readers which rows are others now, where the column follows rows.
+    void replace_rows(u32 column, u32 catom, const void* rows, u32 count, int pool);
+    // Tells the catom's readers of a row that is new.
+    void tell_added(u32 column, u32 catom, const void* row, int pool);
+    // Applies changes of rows and tells the readers. Rows that are gone already or there already change nothing.
+    void change_rows(u32 column, u32 catom, RowChanges* changes, int pool);
+    ChangeLog& changes() { return changes_; }
+    const ChangeLog& changes() const { return changes_; }
     // Lists that this pool's writes have replaced lose an owner.
     void release_dropped(int pool);
     // Makes rows (or a record, count 1) of a column own their lists.
@@ -66,6 +75,9 @@ class Columns {
 
   private:
     void initialise(u32 column, std::size_t from, std::size_t to);
+    void change_in_place(u32 column, u32 catom, const RowChanges& changes, int pool);
+    void merge_changes(u32 column, u32 catom, const RowChanges& changes, int pool);
+    void erase_row(u32 column, u32 catom, u32 at);
     void drop_lists(u32 column, const u8* rows, u32 count, int pool);
     // Calls visit(list, type) for each list of rows or of a record.
     template <class Visit>
@@ -77,6 +89,7 @@ class Columns {
     std::vector<RowPool> pools_;
     ListStore lists_;
     std::vector<std::vector<const List*>> dropped_;  // By pool
+    ChangeLog changes_;
 };
 
 }  // namespace meld::tuple

@@ -143,6 +143,7 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     std::memset(row, 0, c.row_bytes);
     for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);
     columns.insert_row(p.column, catom, at, row, pool);
+    columns.tell_added(p.column, catom, row, pool);
     return true;
 }
 
@@ -168,7 +169,7 @@ bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     std::memcpy(rows.data(), head.data, rows.size());
     const std::size_t before = std::size_t{at} * c.row_bytes;
     std::memmove(rows.data() + before, rows.data() + before + c.row_bytes, rows.size() - before - c.row_bytes);
-    columns.set_rows(p.column, catom, rows.data(), head.count - 1, pool);
+    columns.replace_rows(p.column, catom, rows.data(), head.count - 1, pool);
     columns.release_dropped(pool);
     return true;
 }

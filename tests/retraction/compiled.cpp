@@ -4,8 +4,8 @@
 
 namespace meld::retraction {
 
-Result<Module> compiled(const std::string& name) {
-    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld'";
+Result<Module> compiled(const std::string& name, const std::string& options) {
+    const std::string command = "'" CLAYMELD_MELDC "' compile '" CLAYMELD_PROGRAMS "/" + name + ".meld' " + options;
     std::FILE* pipe = popen(command.c_str(), "r");
     if (pipe == nullptr) return fail("cannot start " + command);
     std::string output;

@@ -8,8 +8,8 @@
 
 namespace meld::retraction {
 
-// Errors: meldc says no, or the module is refused.
-Result<Module> compiled(const std::string& name);
+// Errors: meldc says no, or the module is refused. Options are meldc's.
+Result<Module> compiled(const std::string& name, const std::string& options = "");
 inline const ModuleInfo& info_of(const Module& module) { return *static_cast<const ModuleInfo*>(module.table()); }
 
 }  // namespace meld::retraction

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 
 #include "changes.h"
@@ -32,6 +33,46 @@ void collect(sim::PartState& part, Facts& out) {
             });
         }
     }
+}
+
+// All words that an owned catom's columns hold, ranks among them, and its tombstones that still matter.
+Digest deep_digest(sim::PartState& part) {
+    Digest digest;
+    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
+        if (!part.owned(c)) continue;
+        std::uint64_t hash = part.ensemble.id(c);
+        for (u32 p = 0; p < part.module.predicate_count; ++p) {
+            const PredicateInfo& info = part.module.predicates[p];
+            if (info.rank_offset == kNone32) continue;
+            const auto rank = [&](const u8* at) {
+                u32 word = 0;
+                std::memcpy(&word, at + info.rank_offset, sizeof word);
+                hash = hash_combine(hash, word);
+            };
+            if (info.storage != Storage::Rows) {
+                rank(part.columns.entry(info.column, c));
+                continue;
+            }
+            const RowsHead& head = part.columns.rows(info.column, c);
+            for (u32 r = 0; r < head.count; ++r) rank(head.data + std::size_t{r} * part.module.columns[info.column].row_bytes);
+        }
+        digest.add(hash);
+        const auto* losses = part.evaluator.tombstones().of(c);
+        for (std::size_t i = 0; losses != nullptr && i < losses->size(); ++i) {
+            const auto& l = (*losses)[i];
+            digest.add(hash_combine(hash_combine(hash_combine(hash, l.key), l.least_rank), static_cast<u64>(l.time) + l.predicate));
+        }
+    }
+    std::vector<std::byte> bytes(sizeof digest);
+    std::memcpy(bytes.data(), &digest, sizeof digest);
+    const std::vector<std::byte> all = part.comm.allgather(bytes);
+    Digest sum;
+    for (std::size_t at = 0; at < all.size(); at += sizeof digest) {
+        Digest one;
+        std::memcpy(&one, all.data() + at, sizeof one);
+        sum.combine(one);
+    }
+    return sum;
 }
 
 // Takes the neighbour out of rows that carry one, and says what is wrong with it.
@@ -118,8 +159,11 @@ bool settle(sim::PartState& part, Changes& changes, Shared& s, std::size_t burst
         if (s.setting.no_quarantine) part.abi.latency = 0;
         const sim::Totals& totals = part.end_tick();
         const Digest state = record::state_digest(part);
+        const Digest deep = s.setting.deep ? deep_digest(part) : Digest{};
         if (speaks) {
             s.outcome.states.push_back(state);
+            if (s.setting.deep) s.outcome.states.push_back(deep);
+            s.outcome.derivations += totals.tick.derivations;
             s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, part.evaluator.tombstones().count());
             s.outcome.exchanges += totals.sent_bytes > 0;
             s.outcome.quarantines += totals.waiting && !totals.awake;
@@ -146,7 +190,7 @@ void run_part(comm::Communicator& comm, Shared& s) {
         comm.barrier();
         if (speaks) {
             for (const Change& change : s.c.bursts[burst]) s.mirror.apply(change);
-            if (quiet && s.outcome.trouble.empty()) compare(s, burst);
+            if (quiet && s.outcome.trouble.empty() && !s.setting.deep) compare(s, burst);
         }
         comm.barrier();
         if (!s.outcome.trouble.empty()) break;

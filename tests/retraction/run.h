@@ -18,6 +18,8 @@ struct Setting {
     // in quarantine; the last change of the last burst that means anything is not told to the runtime.
     bool no_quarantine = false;
     bool lose_last_change = false;
+    // What holds is not compared with the expectations, but what groups remember of their losses and all ranks join the states.
+    bool deep = false;
 };
 
 struct Outcome {
@@ -28,6 +30,7 @@ struct Outcome {
     std::uint64_t quarantines = 0;  // Ticks that ended with nothing left but waiting.
     std::uint64_t exchanges = 0;    // Ticks in which parts told each other something.
     std::uint64_t compared = 0;     // Facts.
+    std::uint64_t derivations = 0;
 };
 
 // What should hold after each burst.

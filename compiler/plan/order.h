@@ -1,0 +1,15 @@
+// What other passes ask of the join order.
+#pragma once
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+// The steps that lead from changed rows of the body's clause `first`, an atom, to the variables of the head's group.
+std::vector<Step> order_changed(const Plan& plan, const check::Rule& rule, std::size_t first, const std::vector<VariableId>& needed);
+// The rule, in other words, where some variables are known from the start.
+RulePlan order_group(const Plan& plan, RuleId rule, const ComponentPlan& component, const std::vector<check::Clause>& body, const std::vector<VariableId>& given);
+// The dirty bits after which these steps may have another outcome.
+std::uint64_t inputs_of(const Plan& plan, const std::vector<Step>& steps);
+
+}  // namespace meld::plan

@@ -1,0 +1,78 @@
+#include "runtime/tuple/change_log.h"
+
+#include <algorithm>
+
+namespace meld::tuple {
+
+namespace {
+
+// Room for the changes of some hundred catoms; a busy tick takes more chunks and keeps the largest.
+constexpr std::size_t kChunkWords = 1 << 12;
+
+}  // namespace
+
+u64* ChangeLog::Arena::take(std::size_t words) {
+    if (left < words) {
+        const std::size_t size = std::max(words, chunks.empty() ? kChunkWords : 2 * (next + left));
+        chunks.push_back(std::make_unique_for_overwrite<u64[]>(size));
+        next = 0;
+        left = size;
+    }
+    u64* out = chunks.back().get() + next;
+    next += words;
+    left -= words;
+    return out;
+}
+
+void ChangeLog::Arena::reset() {
+    if (chunks.size() > 1) chunks.erase(chunks.begin(), chunks.end() - 1);
+    left += next;
+    next = 0;
+}
+
+ChangeLog::ChangeLog(const ModuleInfo& module, int pools) : module_(module), noted_(module.column_count), pointers_(module.column_count, nullptr), pools_(static_cast<std::size_t>(pools)) {}
+
+void ChangeLog::resize(std::size_t catoms) {
+    for (u32 c = 0; c < module_.column_count; ++c) {
+        if (!follows(c)) continue;
+        if (catoms > noted_[c].size()) noted_[c].resize(catoms, nullptr);
+        pointers_[c] = noted_[c].data();
+    }
+}
+
+RowChanges* ChangeLog::make(u32 column, u32 removed, u32 added, int pool) {
+    const std::size_t bytes = sizeof(RowChanges) + std::size_t{module_.columns[column].row_bytes} * (std::size_t{removed} + added);
+    auto* out = reinterpret_cast<RowChanges*>(pools_[static_cast<std::size_t>(pool)].arenas[filling_].take((bytes + 7) / 8));
+    *out = {nullptr, removed, added};
+    return out;
+}
+
+void ChangeLog::note(u32 column, u32 catom, RowChanges* changes, int pool) {
+    const RowChanges*& first = noted_[column][catom];
+    if (first == nullptr) pools_[static_cast<std::size_t>(pool)].noted.push_back({column, catom});
+    changes->next = first;
+    first = changes;
+}
+
+void ChangeLog::forget(u32 catom) {
+    for (auto& column : noted_)
+        if (!column.empty()) column[catom] = nullptr;
+}
+
+void ChangeLog::end_evaluation() {
+    for (Pool& pool : pools_) {
+        for (const Place& p : pool.noted) noted_[p.column][p.catom] = nullptr;
+        pool.noted.clear();
+        pool.arenas[1 - filling_].reset();
+    }
+}
+
+std::size_t ChangeLog::bytes() const {
+    std::size_t total = 0;
+    for (const auto& column : noted_) total += column.capacity() * sizeof(column[0]);
+    for (const Pool& pool : pools_)
+        for (const Arena& arena : pool.arenas) total += (arena.next + arena.left) * sizeof(u64);
+    return total;
+}
+
+}  // namespace meld::tuple

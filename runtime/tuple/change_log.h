@@ -1,0 +1,60 @@
+// Which rows of a column changed at which catom since its readers were last evaluated. Lives for one tick: an evaluation
+// reads what was noted before it, and what it changes itself is noted for the next.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld::tuple {
+
+class ChangeLog {
+  public:
+    // pools: how many threads may note changes at once.
+    ChangeLog(const ModuleInfo& module, int pools);
+
+    bool follows(u32 column) const { return module_.columns[column].compare_groups != nullptr; }
+    void resize(std::size_t catoms);
+    // As Part::changes.
+    const RowChanges* const* const* pointers() const { return pointers_.data(); }
+
+    // Room for so many rows; valid until the end of the next evaluation.
+    RowChanges* make(u32 column, u32 removed, u32 added, int pool);
+    // Adds to what the catom's readers will see. Each catom is noted by one thread at a time.
+    void note(u32 column, u32 catom, RowChanges* changes, int pool);
+    const RowChanges* of(u32 column, u32 catom) const { return noted_[column][catom]; }
+    void forget(u32 catom);
+
+    // Around an evaluation: what is made in it is kept, what was noted before it is forgotten after it.
+    void begin_evaluation() { filling_ = 1 - filling_; }
+    void end_evaluation();
+
+    std::size_t bytes() const;
+
+  private:
+    struct Arena {
+        std::vector<std::unique_ptr<u64[]>> chunks;
+        std::size_t next = 0, left = 0;  // In words; of the last chunk.
+        u64* take(std::size_t words);
+        void reset();
+    };
+    struct Place {
+        u32 column;
+        u32 catom;
+    };
+    struct Pool {
+        Arena arenas[2];
+        std::vector<Place> noted;
+    };
+
+    const ModuleInfo& module_;
+    std::vector<std::vector<const RowChanges*>> noted_;  // [column][catom]; empty where a column is not followed.
+    std::vector<const RowChanges* const*> pointers_;
+    std::vector<Pool> pools_;
+    int filling_ = 0;
+};
+
+}  // namespace meld::tuple
