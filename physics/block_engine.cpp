@@ -37,6 +37,7 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
         for (int colour = 0; colour < kColours; ++colour) stages.push_back({kind, colour});
     };
     stages.push_back({Kind::Prepare});
+    stages.push_back({Kind::Settle});
     if (bounces) stages.push_back({Kind::NoteApproach});
     if (world_.has_features()) coloured(Kind::Actuate);
     for (int substep = 0; substep < times.substeps; ++substep) {
@@ -74,6 +75,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     };
     switch (stage.kind) {
         case Stage::Kind::Prepare: return prepare(times, workers);
+        case Stage::Kind::Settle: return settle(times, workers);
         case Stage::Kind::Actuate: {
             const StageClock clock(world_.times.actuation);
             if (stage.colour == 0) begin_actuation(times.dt_s, workers);
@@ -152,6 +154,11 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     if (rebuild_ || list_is_old(times))
         if (auto built = rebuild(workers); !built) return built;
     keep_last_good(workers);
+    find_resting();
+    return {};
+}
+
+Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
     if (world_.bounces())
@@ -175,31 +182,42 @@ bool BlockEngine::list_is_old(const StepTimes& times) const {
     return farthest > skin_m_ / 2;
 }
 
+RadiusRange BlockEngine::radii_of_world() const {
+    const Settings& settings = world_.settings;
+    if (settings.least_radius_m > 0 && settings.largest_radius_m > 0) return {settings.least_radius_m, settings.largest_radius_m};
+    return radius_range(world_.bodies);
+}
+
+GridShape BlockEngine::next_shape() const {
+    const RadiusRange radii = radii_of_world();
+    const double skin = world_.settings.skin_share * 2 * radii.least, margin = std::max(kLookAheadShare * 2 * radii.least, world_.feature_range_m());
+    return GridShape::fitting(radii.least, radii.largest, margin + skin);
+}
+
 Result<void> BlockEngine::rebuild(Workers& workers) {
     Bodies& bodies = world_.bodies;
-    for (std::size_t b = 0; b < states_.size(); ++b) {
-        const Block& block = grid_.blocks()[b];
-        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) bodies.nature[slot].still_ticks = states_[b].still_ticks;
-        if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
-    }
-    const RadiusRange radii = radius_range(bodies);
+    note_stillness();
+    const RadiusRange radii = radii_of_world();
+    if (world_.has_features()) bodies.need_features();
     smallest_radius_m_ = radii.least;
     skin_m_ = world_.settings.skin_share * 2 * radii.least;
     margin_m_ = reach_m();
-    contacts_.carry(bodies, workers);
+    if (!std::exchange(carried_, false)) take_contacts_out(workers);
     Buffer<std::uint32_t> order;
     {
         const StageClock clock(world_.times.sort);
-        const GridShape shape = GridShape::fitting(radii.least, radii.largest, list_reach_m());
-        if (auto built = grid_.build(bodies, shape, list_reach_m(), workers, order); !built) return world_.wrong(built.error().problem, built.error().suggestion);
+        if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built) return world_.wrong(built.error().problem, built.error().suggestion);
     }
     {
         const StageClock clock(world_.times.pairs);
-        for (const CarriedContact& gone : contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m()}, workers))
-            world_.events.push_back({touch_of(gone.id, gone.partner), false});
+        std::vector<bool> owned;
+        for (const Block& block : grid_.blocks())
+            if (owns_) owned.push_back(owns_(unpack(block.key)));
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m()}, owns_ ? &owned : nullptr, workers);
         grid_.forget_cells();
+        states_.assign(grid_.blocks().size(), {});
+        for (std::size_t b = 0; b < owned.size(); ++b) states_[b].owned = owned[b];
     }
-    states_.assign(grid_.blocks().size(), {});
     for (std::size_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
         std::uint16_t still = std::numeric_limits<std::uint16_t>::max();
@@ -213,6 +231,10 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
     rebuild_ = fresh_ = false;
     rebuilt_in_step_ = true;
     return {};
+}
+
+void BlockEngine::take_contacts_out(Workers& workers) {
+    for (const CarriedContact& gone : contacts_.carry(world_.bodies, workers)) world_.events.push_back({touch_of(gone.id, gone.partner), false});
 }
 
 void BlockEngine::keep_last_good(Workers& workers) {

@@ -7,43 +7,17 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "physics/block_grid.h"
+#include "physics/broadphase.h"
 #include "physics/contacts.h"
 #include "physics/engine.h"
 
 namespace meld::physics {
-
-struct Stage {
-    enum class Kind {
-        // Candidate list if needed, copy of the state, fresh contacts, sleep.
-        Prepare,
-        // Magnets and plates of the blocks of a colour.
-        Actuate,
-        // Gravity and pushes.
-        Accelerate,
-        // By colour: the kept impulses; a sweep; a sweep that relaxes; restitution.
-        WarmStart,
-        Solve,
-        Relax,
-        Bounce,
-        // Approach speeds before the step, and largest impulses in it, where something bounces.
-        NoteApproach,
-        NotePeak,
-        Move,
-        Refresh,
-        // Touch events and the end of the tick.
-        Finish,
-    };
-    Kind kind;
-    int colour = -1;
-
-    // Whether bodies' velocities (or forces) of blocks of its colour and around have changed after it.
-    bool is_coloured() const { return colour >= 0; }
-};
 
 class BlockEngine final : public Engine {
   public:
@@ -64,15 +38,22 @@ class BlockEngine final : public Engine {
     StepReport report() const;
 
     const BlockGrid& grid() const { return grid_; }
+    bool must_rebuild(const StepTimes& times) const { return rebuild_ || list_is_old(times); }
 
   private:
+    friend class Part;
+
     // What is known of a block besides its bodies.
     struct BlockState {
         // Over the last tick, infinite if unknown; since the candidate list was made.
         float speed_squared = 0;
         float drift_squared = 0;
         std::uint16_t still_ticks = 0;
+        // It and all around are still.
+        bool rests = false;
         bool asleep = false;
+        // Its pairs are ours; false for blocks at the rim of a part of a world.
+        bool owned = true;
         // Awake, or asleep beside one that is awake: its contacts are solved.
         bool active = true;
         bool has_features = false;
@@ -82,8 +63,17 @@ class BlockEngine final : public Engine {
     bool list_is_old(const StepTimes& times) const;
     Result<void> rebuild(Workers& workers);
     void keep_last_good(Workers& workers);
+    RadiusRange radii_of_world() const;
+    // How the next rebuild will cut space.
+    GridShape next_shape() const;
     void count_still_ticks();
+    void note_stillness();
+    // Slots have changed: what is known by block is void.
+    void forget_blocks();
+    void find_resting();
     void update_sleep();
+    Result<void> settle(const StepTimes& times, Workers& workers);
+    void take_contacts_out(Workers& workers);
     void list_blocks();
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
@@ -117,6 +107,9 @@ class BlockEngine final : public Engine {
     double skin_m_ = 0, margin_m_ = 0;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
+    // Who owns a block, where the world is divided; empty where it is not.
+    std::function<bool(BlockCoordinates)> owns_;
+    bool carried_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };
 

@@ -19,6 +19,21 @@ void BlockEngine::set_asleep(std::uint32_t index, bool asleep) {
     }
 }
 
+// A new candidate list begins with what each body knows of its former block, all awake.
+void BlockEngine::note_stillness() {
+    for (std::size_t b = 0; b < states_.size(); ++b) {
+        const Block& block = grid_.blocks()[b];
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) world_.bodies.nature[slot].still_ticks = states_[b].still_ticks;
+        if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
+    }
+}
+
+void BlockEngine::forget_blocks() {
+    states_.clear();
+    awake_.clear(), active_.clear();
+    for (auto& list : coloured_) list.clear();
+}
+
 // Before a new candidate list, which forgets the speeds.
 void BlockEngine::count_still_ticks() {
     const auto limit = static_cast<float>(world_.settings.sleep_speed_m_s * world_.settings.sleep_speed_m_s);
@@ -30,14 +45,19 @@ void BlockEngine::count_still_ticks() {
     }
 }
 
-void BlockEngine::update_sleep() {
+void BlockEngine::find_resting() {
     const int enough = world_.settings.sleep_ticks;
-    bool changed = rebuilt_in_step_ || active_.empty();
     for (std::uint32_t b = 0; b < states_.size(); ++b) {
         const auto& around = grid_.blocks()[b].neighbours;
-        const bool rests = enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || states_[n].still_ticks > enough; });
-        if (rests == states_[b].asleep) continue;
-        set_asleep(b, rests);
+        states_[b].rests = enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || states_[n].still_ticks > enough; });
+    }
+}
+
+void BlockEngine::update_sleep() {
+    bool changed = rebuilt_in_step_ || active_.empty();
+    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+        if (states_[b].rests == states_[b].asleep) continue;
+        set_asleep(b, states_[b].rests);
         states_[b].speed_squared = 0;
         changed = true;
     }
@@ -52,7 +72,7 @@ void BlockEngine::list_blocks() {
         BlockState& state = states_[b];
         state.active = std::any_of(block.neighbours.begin(), block.neighbours.end(), [&](std::uint32_t n) { return n != kNoBlock && !states_[n].asleep; });
         if (!state.asleep) awake_.push_back(b);
-        if (!state.active) continue;
+        if (!state.active || !state.owned) continue;
         active_.push_back(b);
         coloured_[static_cast<std::size_t>(colour_of(unpack(block.key)))].push_back(b);
     }

@@ -99,16 +99,17 @@ struct Contacts::Former {
     }
 };
 
-void Contacts::carry(const Bodies& bodies, Workers& workers) {
+std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& workers) {
+    std::vector<Buffer<CarriedContact>> ended(static_cast<std::size_t>(workers.threads()));
     carried_.assign(static_cast<std::size_t>(workers.threads()), {});
-    const auto take = [&](Buffer<CarriedContact>& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
+    const auto take = [](Buffer<CarriedContact>& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
         list.push_back({id, partner, batch.normal_impulse[i], {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}, touches});
     };
     const std::size_t batches = pairs_.size() + obstacles_.size();
     constexpr std::size_t kBatchesPerJob = 1024;
     workers.run(jobs_for(batches, kBatchesPerJob), [&](int worker, std::size_t job) {
-        auto& list = carried_[static_cast<std::size_t>(worker)];
+        const auto removed = [&](std::uint32_t slot) { return (bodies.nature[slot].flags & kRemoved) != 0; };
         for (std::size_t n = job * kBatchesPerJob; n < std::min(batches, (job + 1) * kBatchesPerJob); ++n) {
             const bool is_pair = n < pairs_.size();
             const Batch& batch = is_pair ? pairs_[n] : obstacles_[n - pairs_.size()];
@@ -116,6 +117,9 @@ void Contacts::carry(const Bodies& bodies, Workers& workers) {
                 if (batch.a[i] >= bodies.count()) continue;
                 const bool touches = (touching[n] >> i & 1) != 0;
                 const std::uint32_t a = bodies.nature[batch.a[i]].id;
+                const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i]));
+                if (ends && !touches) continue;
+                auto& list = (ends ? ended : carried_)[static_cast<std::size_t>(worker)];
                 if (!is_pair) {
                     take(list, batch, i, obstacle_code(lanes_[(n - pairs_.size()) * kLanes + static_cast<std::size_t>(i)]), a, 1, touches);
                     continue;
@@ -128,16 +132,29 @@ void Contacts::carry(const Bodies& bodies, Workers& workers) {
     pairs_ = {}, obstacles_ = {}, lanes_ = {}, touching = {}, adhesion = {}, bounces = {};
     pair_first_.assign(1, 0), obstacle_first_.assign(1, 0);
     candidates_ = 0;
+    for (std::size_t worker = 1; worker < ended.size(); ++worker) ended[0].insert(ended[0].end(), ended[worker].begin(), ended[worker].end());
+    return {ended[0].begin(), ended[0].end()};
 }
 
-Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers, std::vector<CarriedContact>& lost) {
+std::vector<CarriedContact> Contacts::carried_of(const std::vector<bool>& ids_wanted) const {
+    std::vector<CarriedContact> found;
+    const auto wanted = [&](std::uint32_t id) { return id < ids_wanted.size() && ids_wanted[id]; };
+    for (const auto& list : carried_)
+        for (const CarriedContact& contact : list)
+            if (wanted(contact.id) || wanted(contact.partner)) found.push_back(contact);
+    return found;
+}
+
+void Contacts::add_carried(std::vector<CarriedContact> contacts) {
+    carried_.emplace_back();
+    carried_.back().assign(contacts.begin(), contacts.end());
+}
+
+Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers) {
     Former former;
     std::size_t total = 0;
     for (const auto& list : carried_) total += list.size();
     if (total == 0) return former;
-    for (const auto& list : carried_)
-        for (const CarriedContact& contact : list)
-            if (contact.touching && !(bodies.has(contact.id) && (contact.partner >= kMostBodies || bodies.has(contact.partner)))) lost.push_back(contact);
     std::vector<std::atomic<std::uint32_t>> next(bodies.count() + 1);
     workers.run(carried_.size(), [&](int, std::size_t list) {
         for (const CarriedContact& contact : carried_[list])
@@ -158,7 +175,7 @@ Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers, 
     return former;
 }
 
-std::vector<CarriedContact> Contacts::lay_out(const Setup& setup, Workers& workers) {
+void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
     Bodies& bodies = setup.bodies;
     bodies.motion.resize(bodies.count() + blocks);
@@ -176,6 +193,7 @@ std::vector<CarriedContact> Contacts::lay_out(const Setup& setup, Workers& worke
         Arena& arena = arenas[static_cast<std::size_t>(worker)];
         for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b) {
             arena_of_block_[b] = static_cast<std::uint32_t>(worker);
+            if (wanted && !(*wanted)[b]) continue;
             collect(setup, static_cast<std::uint32_t>(b), arena);
             candidates.fetch_add(arena.search.pairs().size(), std::memory_order_relaxed);
         }
@@ -189,12 +207,10 @@ std::vector<CarriedContact> Contacts::lay_out(const Setup& setup, Workers& worke
     obstacles_.resize(obstacle_first_[blocks]);
     lanes_.resize(obstacles_.size() * kLanes);
     touching.resize(pairs_.size() + obstacles_.size());
-    std::vector<CarriedContact> lost;
-    const Former former = sort_carried(bodies, workers, lost);
+    const Former former = sort_carried(bodies, workers);
     workers.run(jobs, [&](int, std::size_t job) {
         for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b) fill(setup, static_cast<std::uint32_t>(b), arenas[arena_of_block_[b]], former);
     });
-    return lost;
 }
 
 // Pass one over a block: its lanes go to the arena, their numbers to the block's entries.

@@ -67,11 +67,15 @@ class Contacts {
         std::span<const Material> materials;
         double reach_m;
     };
-    // Takes impulses and touch out of the batches, to be given back by `lay_out`; the batches are gone then.
-    void carry(const Bodies& bodies, Workers& workers);
-    // Lays out the batches of all pairs the grid finds. The bodies get their motionless entries. Returns what touched a body
-    // that is no longer there.
-    std::vector<CarriedContact> lay_out(const Setup& setup, Workers& workers);
+    // Takes impulses and touch out of the batches, to be given back by `lay_out`; the batches are gone then. Returns the contacts
+    // that touched a body flagged kRemoved, which end here.
+    std::vector<CarriedContact> carry(const Bodies& bodies, Workers& workers);
+    // Lays out the batches of the pairs that the grid finds in the blocks for which `wanted` says so (null: all). The bodies get
+    // their motionless entries.
+    void lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers);
+    // Between the two: the memory that other parts of the world need.
+    std::vector<CarriedContact> carried_of(const std::vector<bool>& ids_wanted) const;
+    void add_carried(std::vector<CarriedContact> contacts);
     // Forgets impulses and touch, for a state that did not come of the last one.
     void forget(Workers& workers);
 
@@ -102,7 +106,7 @@ class Contacts {
   private:
     struct Arena;
     struct Former;
-    Former sort_carried(const Bodies& bodies, Workers& workers, std::vector<CarriedContact>& lost);
+    Former sort_carried(const Bodies& bodies, Workers& workers);
     void collect(const Setup& setup, std::uint32_t block, Arena& arena);
     void fill(const Setup& setup, std::uint32_t block, const Arena& arena, const Former& former);
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/contacts.h"
+
 namespace meld::physics {
 
 namespace {

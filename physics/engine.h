@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "physics/bodies.h"
-#include "physics/kernels.h"
 #include "physics/physics.h"
+#include "physics/stage.h"
 
 namespace meld::physics {
 
@@ -38,22 +38,9 @@ struct World {
     Result<void> check_speeds() const;
     // The farthest that two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const;
-    bool has_features() const { return !bodies.features.empty(); }
+    bool has_features() const { return tables.size() > 1; }
     bool bounces() const;
 };
-
-struct StepTimes {
-    double dt_s;
-    int substeps;
-    double substep_s() const { return dt_s / substeps; }
-};
-
-// The rules of a step's passes, from the settings and its times.
-struct Rules {
-    SweepRule solve, relax;
-    MoveRule move;
-};
-Rules rules_for(const Settings& settings, const StepTimes& times);
 
 class Engine {
   public:

@@ -8,20 +8,9 @@
 #include "physics/bodies.h"
 #include "physics/contacts.h"
 #include "physics/lanes.h"
+#include "physics/stage.h"
 
 namespace meld::physics {
-
-// How a sweep moves the impulses of contacts. A contact `gap` apart is asked to close no faster than gap * apart_rate; one
-// that overlaps to open at gap * overlap_rate, at most at push_speed.
-struct SweepRule {
-    float apart_rate;
-    float overlap_rate;
-    float push_speed;
-    // Softness of overlapping contacts: the step is scaled by mass_scale, and impulse_scale of the impulse is taken back.
-    float mass_scale = 1;
-    float impulse_scale = 0;
-    float over_relaxation = 1;
-};
 
 // Normal and gap of each lane from the bodies' places; friction impulses are turned into the new tangent plane. Returns whether
 // some pair overlaps by more than `deepest` times the sum of its radii.
@@ -49,12 +38,6 @@ void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, co
 void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces);
 void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, Motion* motions);
 
-struct MoveRule {
-    float step_s;
-    float gravity[3];
-    // Factors that damping leaves of the velocities in a step.
-    float linear_kept = 1, angular_kept = 1;
-};
 // Velocities of the bodies first .. first + count - 1 under gravity and the pushes (null: none; two sets are added).
 void accelerate(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first, std::uint32_t count, const MoveRule& rule);
 

@@ -80,6 +80,10 @@ struct Settings {
     // A block sleeps when it and the blocks around have been slower than this for so many ticks; 0 ticks: never.
     int sleep_ticks = 30;
     double sleep_speed_m_s = 0.005;
+    // The radii of all bodies lie between these, where a scene is part of a larger one and must cut space as all parts do; 0:
+    // the bodies are asked.
+    double least_radius_m = 0;
+    double largest_radius_m = 0;
     // Limits beyond which a step ends with an error.
     double greatest_speed_m_s = 1000;
     double deepest_overlap_share = 0.5;

@@ -1,0 +1,268 @@
+// Packing and unpacking what parts of a divided world tell each other.
+#include "physics/part.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "physics/block_engine.h"
+#include "physics/engine.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+template <class T>
+void put(Part::Bytes& bytes, const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto* begin = reinterpret_cast<const std::byte*>(&value);
+    bytes.insert(bytes.end(), begin, begin + sizeof value);
+}
+
+// Reads values one after another; `more` says whether there are any.
+class Reader {
+  public:
+    explicit Reader(const Part::Bytes& bytes) : bytes_(bytes) {}
+    bool more() const { return at_ < bytes_.size(); }
+    bool holds(std::size_t size) const { return bytes_.size() - at_ >= size; }
+    template <class T>
+    T take() {
+        MELD_CHECK(holds(sizeof(T)), "a message of {} bytes ends too early", bytes_.size());
+        T value;
+        std::memcpy(&value, bytes_.data() + at_, sizeof value);
+        at_ += sizeof value;
+        return value;
+    }
+
+  private:
+    const Part::Bytes& bytes_;
+    std::size_t at_ = 0;
+};
+
+// All of a body that travels with it.
+struct PackedBody {
+    Place place;
+    Turn turn;
+    Motion motion;
+    Nature nature;
+    Push push;
+    Bodies::FeatureState features;
+    double energy_j;
+};
+
+struct PackedVelocity {
+    BodyId id;
+    float velocity[3], rim[3];
+};
+
+struct PackedPull {
+    BodyId id;
+    Push pull;
+    float charge_j;
+};
+
+struct PackedRest {
+    std::uint64_t key;
+    std::uint64_t rests;
+};
+
+// The block of a place; what is too far away is somewhere, and the rebuild will say so.
+BlockCoordinates block_of(const Place& place, double block_m) {
+    const auto at = [block_m](double position) {
+        const double block = std::floor(position * (1 / block_m));
+        return static_cast<std::int32_t>(std::clamp(block, static_cast<double>(-kFarthestBlock), static_cast<double>(kFarthestBlock)));
+    };
+    return {at(place.x), at(place.y), at(place.z)};
+}
+
+}  // namespace
+
+Part::Part(Scene& scene, OwnerOf owner, int self)
+    : scene_(scene), world_(scene.world()), engine_(static_cast<BlockEngine&>(scene.engine())), owner_(std::move(owner)), self_(self) {
+    MELD_CHECK(scene.world().settings.engine == EngineKind::Blocks, "only the engine 'blocks' is divided");
+    engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
+}
+
+bool Part::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
+
+std::vector<int> Part::holders(BlockCoordinates c) const {
+    std::vector<int> parts;
+    for (int i = 0; i < 27; ++i)
+        if (const int owner = owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}); owner != self_) parts.push_back(owner);
+    std::sort(parts.begin(), parts.end());
+    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
+    return parts;
+}
+
+Part::Messages Part::pack_bodies(Workers& workers) {
+    Bodies& bodies = world_.bodies;
+    engine_.count_still_ticks();
+    engine_.note_stillness();
+    engine_.take_contacts_out(workers);
+    engine_.carried_ = engine_.rebuild_ = true;
+
+    // Where our bodies are now, in blocks as the coming rebuild will cut space.
+    const double block_m = engine_.next_shape().block_m();
+    std::vector<std::uint32_t> kept;
+    std::map<int, std::vector<std::uint32_t>> leaving;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        Nature& nature = bodies.nature[slot];
+        if (nature.flags & (kGhost | kRemoved)) continue;
+        const BlockCoordinates block = block_of(bodies.place[slot], block_m);
+        for (const int part : holders(block)) leaving[part].push_back(slot);
+        bool near_us = owner_(block) == self_;
+        for (int i = 0; !near_us && i < 27; ++i) near_us = owner_({block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1}) == self_;
+        if (near_us) kept.push_back(slot);
+    }
+    Messages messages;
+    for (const auto& [part, slots] : leaving) {
+        std::vector<bool> ids;
+        Bytes& bytes = messages[part];
+        put(bytes, static_cast<std::uint64_t>(slots.size()));
+        for (const std::uint32_t slot : slots) {
+            const BodyId id = bodies.nature[slot].id;
+            if (ids.size() <= id) ids.resize(id + 1u);
+            ids[id] = true;
+            put(bytes, PackedBody{bodies.place[slot], bodies.turn[slot], bodies.motion[slot], bodies.nature[slot], bodies.pushes.empty() ? Push{} : bodies.pushes[slot],
+                                  bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot], bodies.energy.empty() ? 0 : bodies.energy[slot]});
+        }
+        for (const CarriedContact& contact : engine_.contacts_.carried_of(ids)) put(bytes, contact);
+    }
+    for (const std::uint32_t slot : kept)
+        if (owner_(block_of(bodies.place[slot], block_m)) != self_) bodies.nature[slot].flags |= kGhost;
+    bodies.permute(kept, workers);
+    engine_.forget_blocks();
+    return messages;
+}
+
+Result<void> Part::unpack_bodies(const Bytes& bytes) {
+    Bodies& bodies = world_.bodies;
+    Reader reader(bytes);
+    const double block_m = engine_.next_shape().block_m();
+    for (auto left = reader.take<std::uint64_t>(); left > 0; --left) {
+        PackedBody body = reader.take<PackedBody>();
+        if (bodies.has(body.nature.id)) return fail(fmt::format("body {} came from another part and is here already", body.nature.id), "Give each body to one part");
+        const bool ours = owner_(block_of(body.place, block_m)) == self_;
+        body.nature.flags = static_cast<std::uint8_t>((body.nature.flags & kFixed) | (ours ? 0 : kGhost));
+        if (world_.has_features()) bodies.need_features();
+        bodies.add(body.place, body.turn, body.motion, body.nature);
+        const std::uint32_t slot = bodies.slot(body.nature.id);
+        const Push& push = body.push;
+        if (std::any_of(push.force, push.force + 3, [](float f) { return f != 0; }) || std::any_of(push.torque, push.torque + 3, [](float f) { return f != 0; })) bodies.need_pushes();
+        if (!bodies.pushes.empty()) bodies.pushes[slot] = push;
+        if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
+        bodies.restore_masses(slot);
+    }
+    std::vector<CarriedContact> contacts;
+    while (reader.more()) contacts.push_back(reader.take<CarriedContact>());
+    engine_.contacts_.add_carried(std::move(contacts));
+    return {};
+}
+
+void Part::unpacked() { engine_.rebuild_ = true; }
+
+std::vector<Stage> Part::stages(double dt_s, int substeps) {
+    times_ = {dt_s, substeps};
+    return engine_.plan(times_);
+}
+
+Result<void> Part::run(const Stage& stage, Workers& workers) {
+    if (auto done = engine_.run(stage, times_, workers); !done) return done;
+    if (stage.kind == Stage::Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
+    return {};
+}
+
+void Part::plan_exchange() {
+    for (auto& lists : touched_) lists.clear();
+    border_.clear();
+    const auto blocks = engine_.grid_.blocks();
+    std::vector<std::vector<int>> holders_of(blocks.size());
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        holders_of[b] = holders(physics::unpack(blocks[b].key));
+        if (engine_.states_[b].owned)
+            for (const int part : holders_of[b]) border_[part].push_back(static_cast<std::uint32_t>(b));
+    }
+    std::vector<std::uint32_t> block_of(world_.bodies.count());
+    for (std::size_t b = 0; b < blocks.size(); ++b) std::fill_n(block_of.begin() + blocks[b].first, blocks[b].count, static_cast<std::uint32_t>(b));
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        if (!engine_.states_[b].owned) continue;
+        auto& lists = touched_[static_cast<std::size_t>(colour_of(physics::unpack(blocks[b].key)))];
+        for (const std::span<Batch> batches : {engine_.contacts_.pairs(b), engine_.contacts_.obstacle_contacts(b)})
+            for (const Batch& batch : batches)
+                for (int i = 0; i < kLanes; ++i)
+                    for (const std::uint32_t slot : {batch.a[i], batch.b[i]})
+                        if (slot < block_of.size())
+                            for (const int part : holders_of[block_of[slot]]) lists[part].push_back(slot);
+    }
+    for (auto& lists : touched_)
+        for (auto& [part, slots] : lists) {
+            std::sort(slots.begin(), slots.end());
+            slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+        }
+}
+
+Part::Messages Part::pack(const Stage& stage) const {
+    Messages messages;
+    const Bodies& bodies = world_.bodies;
+    if (stage.kind == Stage::Kind::Prepare) {
+        for (const auto& [part, blocks] : border_)
+            for (const std::uint32_t b : blocks) put(messages[part], PackedRest{engine_.grid_.blocks()[b].key, engine_.states_[b].rests});
+        return messages;
+    }
+    for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)])
+        for (const std::uint32_t slot : slots) {
+            const Motion& motion = bodies.motion[slot];
+            const BodyId id = bodies.nature[slot].id;
+            if (stage.kind == Stage::Kind::Actuate)
+                put(messages[part], PackedPull{id, engine_.pulls_[slot], bodies.features[slot].charge_j});
+            else
+                put(messages[part], PackedVelocity{id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
+        }
+    return messages;
+}
+
+void Part::unpack(const Stage& stage, const Bytes& bytes) {
+    Bodies& bodies = world_.bodies;
+    Reader reader(bytes);
+    while (reader.more()) {
+        if (stage.kind == Stage::Kind::Prepare) {
+            const auto rest = reader.take<PackedRest>();
+            if (const std::uint32_t block = engine_.grid_.find(rest.key); block != kNoBlock) engine_.states_[block].rests = rest.rests != 0;
+        } else if (stage.kind == Stage::Kind::Actuate) {
+            const auto pull = reader.take<PackedPull>();
+            if (!bodies.has(pull.id)) continue;
+            engine_.pulls_[bodies.slot(pull.id)] = pull.pull;
+            bodies.features[bodies.slot(pull.id)].charge_j = pull.charge_j;
+        } else {
+            const auto moving = reader.take<PackedVelocity>();
+            if (!bodies.has(moving.id)) continue;
+            Motion& motion = bodies.motion[bodies.slot(moving.id)];
+            std::copy_n(moving.velocity, 3, motion.velocity);
+            std::copy_n(moving.rim, 3, motion.rim);
+        }
+    }
+}
+
+StepReport Part::finish() {
+    world_.last_step_s = times_.dt_s;
+    StepReport report = engine_.report();
+    report.bodies = scene_.body_count();
+    report.tick = ++world_.tick;
+    return report;
+}
+
+std::vector<BlockCoordinates> Part::border_blocks() const {
+    std::vector<std::uint64_t> keys;
+    for (const auto& [part, blocks] : border_)
+        for (const std::uint32_t b : blocks) keys.push_back(engine_.grid_.blocks()[b].key);
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    std::vector<BlockCoordinates> coordinates;
+    for (const std::uint64_t key : keys) coordinates.push_back(physics::unpack(key));
+    return coordinates;
+}
+
+}  // namespace meld::physics

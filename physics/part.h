@@ -1,0 +1,79 @@
+// One process's part of a divided world. Blocks have owners; a part holds the bodies of its own blocks and, as ghosts, those of
+// all blocks around them. A block's pairs are solved by its owner. Others hear of it after every coloured stage, and because no
+// two blocks of a colour touch the same body, the numbers are those of the undivided world, bit for bit.
+//
+// A tick, the same on all parts (who carries the bytes is not decided here):
+//
+//     if (any part: part.must_rebuild(dt, substeps)) {
+//         for (destination, bytes : part.pack_bodies(workers)) send;    for each received: part.unpack_bodies(bytes);
+//         part.unpacked();
+//     }
+//     for (stage : part.stages(dt, substeps)) {
+//         part.run(stage, workers);
+//         if (stage.must_exchange()) { for (destination, bytes : part.pack(stage)) send;    for each received: part.unpack(stage, bytes); }
+//     }
+//     part.finish();
+//
+// The settings name the least and the largest radius; feature tables, materials and obstacles are added alike on all parts, and
+// what acts on a body is done on every part that has it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "physics/block_grid.h"
+#include "physics/physics.h"
+#include "physics/stage.h"
+
+namespace meld::physics {
+
+class BlockEngine;
+
+class Part {
+  public:
+    using Bytes = std::vector<std::byte>;
+    // Bytes by the number of the part that they are for.
+    using Messages = std::map<int, Bytes>;
+    using OwnerOf = std::function<int(BlockCoordinates)>;
+
+    // The scene has the engine Blocks and outlives the part. `owner` says the same on all parts and may change between ticks,
+    // before a rebuild.
+    Part(Scene& scene, OwnerOf owner, int self);
+
+    bool must_rebuild(double dt_s, int substeps) const;
+    // Bodies that others need, with the memory of their contacts; ghosts go, bodies in blocks of others become theirs.
+    Messages pack_bodies(Workers& workers);
+    Result<void> unpack_bodies(const Bytes& bytes);
+    void unpacked();
+
+    std::vector<Stage> stages(double dt_s, int substeps);
+    Result<void> run(const Stage& stage, Workers& workers);
+    // What the stage changed of bodies that others hold: velocities (28 bytes a body), pulls, or which blocks rest.
+    Messages pack(const Stage& stage) const;
+    void unpack(const Stage& stage, const Bytes& bytes);
+    StepReport finish();
+
+    // Our blocks next to others' blocks.
+    std::vector<BlockCoordinates> border_blocks() const;
+
+  private:
+    // Parts other than ours that hold a block.
+    std::vector<int> holders(BlockCoordinates block) const;
+    // After a rebuild: by colour and destination, the slots that our blocks of the colour touch and the destination holds.
+    void plan_exchange();
+
+    Scene& scene_;
+    World& world_;
+    BlockEngine& engine_;
+    OwnerOf owner_;
+    int self_;
+    StepTimes times_{1, 1};
+    std::array<std::map<int, std::vector<std::uint32_t>>, kColours> touched_;
+    std::map<int, std::vector<std::uint32_t>> border_;
+};
+
+}  // namespace meld::physics

@@ -1,0 +1,70 @@
+// What a step is made of: its times, the stages it is taken in, and the numbers that its passes go by.
+#pragma once
+
+namespace meld::physics {
+
+struct Settings;
+
+struct StepTimes {
+    double dt_s;
+    int substeps;
+    double substep_s() const { return dt_s / substeps; }
+};
+
+struct Stage {
+    enum class Kind {
+        // Candidate list if needed, copy of the state, which blocks may sleep.
+        Prepare,
+        // They fall asleep, others wake; fresh contacts.
+        Settle,
+        // Magnets and plates of the blocks of a colour.
+        Actuate,
+        // Gravity and pushes.
+        Accelerate,
+        // By colour: the kept impulses; a sweep; a sweep that relaxes; restitution.
+        WarmStart,
+        Solve,
+        Relax,
+        Bounce,
+        // Approach speeds before the step, and largest impulses in it, where something bounces.
+        NoteApproach,
+        NotePeak,
+        Move,
+        Refresh,
+        // Touch events and the end of the tick.
+        Finish,
+    };
+    Kind kind;
+    int colour = -1;
+
+    // Whether other parts of the world must hear of it before the next stage (part.h).
+    bool must_exchange() const { return colour >= 0 || kind == Kind::Prepare; }
+};
+
+// How a sweep moves the impulses of contacts. A contact `gap` apart is asked to close no faster than gap * apart_rate; one
+// that overlaps to open at gap * overlap_rate, at most at push_speed.
+struct SweepRule {
+    float apart_rate;
+    float overlap_rate;
+    float push_speed;
+    // Softness of overlapping contacts: the step is scaled by mass_scale, and impulse_scale of the impulse is taken back.
+    float mass_scale = 1;
+    float impulse_scale = 0;
+    float over_relaxation = 1;
+};
+
+struct MoveRule {
+    float step_s;
+    float gravity[3];
+    // Factors that damping leaves of the velocities in a step.
+    float linear_kept = 1, angular_kept = 1;
+};
+
+// The rules of a step's passes, from the settings and its times.
+struct Rules {
+    SweepRule solve, relax;
+    MoveRule move;
+};
+Rules rules_for(const Settings& settings, const StepTimes& times);
+
+}  // namespace meld::physics

@@ -1,0 +1,121 @@
+// A world divided among parts, with the messages carried by hand, gives the bits of the undivided world.
+#include "physics/part.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/physics/scenes.h"
+
+namespace meld::physics {
+namespace {
+
+Settings settings_for_parts() {
+    Settings settings;
+    settings.least_radius_m = 0.3, settings.largest_radius_m = 0.5;
+    settings.sleep_ticks = 10;
+    return settings;
+}
+
+// The same world in any number of parts: a falling cloud, a box, magnets on every other ball, a pile that sleeps.
+void furnish(Scene& scene, const std::function<bool(BodyId)>& mine) {
+    const auto bouncy = need(scene.add_material({.friction = 0.3f, .restitution = 0.3f}));
+    need(scene.add_obstacle(Plane{}, bouncy));
+    need(scene.add_obstacle(Box{.centre = {6, 6, 1}, .size_m = {3, 2, 2}}, 0));
+    std::vector<Feature> features;
+    for (const Vec3 direction : feature_directions(12)) features.push_back({.direction = direction, .strength = 300, .depth_m = 0.05, .range_m = 0.2});
+    const auto table = need(scene.add_feature_table(features));
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> jitter(-0.2, 0.2), radius(0.3, 0.5), speed(-3, 3);
+    for (BodyId id = 0; id < 900; ++id) {
+        const double r = radius(random);
+        const Vec3 at{1.25 * (id % 12) + jitter(random), 1.25 * (id / 12 % 12) + jitter(random), 2.5 + 1.25 * (id / 144) + jitter(random)};
+        const Vec3 velocity{speed(random), speed(random), speed(random)};
+        if (!mine(id)) continue;
+        need(scene.add_body({.id = id, .position_m = at, .velocity_m_s = velocity, .radius_m = r, .mass_kg = 8 * r * r * r}));
+        if (id % 2 == 0) need(scene.set_feature_table(id, table)), need(scene.set_features(id, 0xfff, id % 3 == 0 ? 0xfff : 0));
+    }
+    for (BodyId id = 900; id < 1100; ++id)
+        if (mine(id)) need(scene.add_body({.id = id, .position_m = {40 + 1.0 * (id % 5), 1.0 * (id / 5 % 5), 0.5 + 1.0 * ((id - 900) / 25)}, .material = 0}));
+}
+
+Digest undivided(int ticks) {
+    auto scene = make_scene(settings_for_parts());
+    furnish(*scene, [](BodyId) { return true; });
+    Workers workers(1);
+    run(*scene, ticks, 2, workers);
+    return scene->digest();
+}
+
+class Divided {
+  public:
+    Divided(int parts, Part::OwnerOf owner) {
+        for (int self = 0; self < parts; ++self) {
+            scenes_.push_back(make_scene(settings_for_parts()));
+            // Bodies begin anywhere; the first rebuild brings them to their owners.
+            furnish(*scenes_.back(), [&](BodyId id) { return static_cast<int>(id) % parts == self; });
+            parts_.push_back(std::make_unique<Part>(*scenes_.back(), owner, self));
+        }
+    }
+
+    void tick() {
+        const bool rebuild = std::any_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
+        if (rebuild) {
+            std::vector<Part::Messages> sent;
+            for (const auto& part : parts_) sent.push_back(part->pack_bodies(workers_));
+            for (const auto& messages : sent)
+                for (const auto& [to, bytes] : messages) need(parts_[static_cast<std::size_t>(to)]->unpack_bodies(bytes));
+            for (const auto& part : parts_) part->unpacked();
+            ++rebuilds;
+        }
+        std::vector<Stage> stages;
+        for (const auto& part : parts_) stages = part->stages(kTick, 2);
+        for (const Stage& stage : stages) {
+            for (const auto& part : parts_) need(part->run(stage, workers_));
+            if (!stage.must_exchange()) continue;
+            std::vector<Part::Messages> sent;
+            for (const auto& part : parts_) sent.push_back(part->pack(stage));
+            for (const auto& messages : sent)
+                for (const auto& [to, bytes] : messages) parts_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
+        }
+        for (const auto& part : parts_) part->finish();
+    }
+
+    Digest digest() const {
+        Digest sum;
+        for (const auto& scene : scenes_) sum.combine(scene->digest());
+        return sum;
+    }
+    std::size_t bodies() const {
+        std::size_t count = 0;
+        for (const auto& scene : scenes_) count += scene->body_count();
+        return count;
+    }
+    const Part& part(std::size_t index) const { return *parts_[index]; }
+
+    int rebuilds = 0;
+    std::size_t sent_bytes = 0;
+
+  private:
+    std::vector<std::unique_ptr<Scene>> scenes_;
+    std::vector<std::unique_ptr<Part>> parts_;
+    Workers workers_{1};
+};
+
+TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
+    const int ticks = 60;
+    const Digest whole = undivided(ticks);
+    const auto halves = [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; };
+    const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
+    const std::pair<int, Part::OwnerOf> divisions[] = {{1, [](BlockCoordinates) { return 0; }}, {2, halves}, {3, scattered}};
+    for (const auto& [parts, owner] : divisions) {
+        Divided divided(parts, owner);
+        for (int tick = 0; tick < ticks; ++tick) divided.tick();
+        EXPECT_EQ(divided.digest(), whole) << parts;
+        EXPECT_EQ(divided.bodies(), 1100u);
+        EXPECT_GT(divided.rebuilds, 3);
+        EXPECT_EQ(divided.sent_bytes > 0, parts > 1);
+        EXPECT_EQ(divided.part(0).border_blocks().empty(), parts == 1);
+    }
+}
+
+}  // namespace
+}  // namespace meld::physics
