@@ -25,6 +25,8 @@ Block set_recursion_block(Random& random, const std::vector<Known>& known, int n
 Block best_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // A distance, parents by it, and sums towards the root or away from it.
 Block tree_block(Random& random, const std::vector<Known>& known, int names);
+// A view with an arithmetic error for one value of a given fact, which few worlds give.
+Block error_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that wander, meet and give persistent facts.
 Block linear_block(Random& random, const std::vector<Known>& known, int names);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "library.h"
+
 namespace meld::reference {
 
 using check::Op;
@@ -124,11 +126,6 @@ Result cons(const Value& head, const Value& tail) {
     return value_of(std::move(all));
 }
 
-Result library(const std::string& name, const Values& arguments) {
-    if (name == "llength") return value_of(static_cast<std::int64_t>(arguments[0].items().size()));
-    return std::nullopt;
-}
-
 // A function of the program: its parameters are the first of its variables.
 Result call(const Scene& scene, const check::Function& f, const Values& arguments) {
     Environment env(f.variables.count());
@@ -183,7 +180,7 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
         case Op::Tuple: return value_of(std::move(operands));
         case Op::Cons: return cons(operands[0], operands[1]);
         case Op::Append: return joined(operands[0], operands[1]);
-        case Op::Library: return library(term.text, operands);
+        case Op::Library: return term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
         case Op::Call: return call(scene, scene.program->functions[term.function], operands);
         default: break;
     }

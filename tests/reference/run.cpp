@@ -114,8 +114,9 @@ class Watcher {
     std::string compare_tick(std::int64_t now, sim::PartState& part, bool trapped) {
         if (!linear_) return "";
         ticks_.step(scene(now));
-        if (ticks_.ran_away() || ticks_.failed()) return "";
-        if (trapped) return fmt::format("trap in tick {}, and the reference sees no error", now);
+        if (ticks_.ran_away()) return "";
+        if (ticks_.failed()) return trapped ? "" : fmt::format("no trap: in tick {} the reference met an error", now);
+        if (trapped) return "";
         Found found = collect(part, program_);
         const Facts views = ticks_.views(), arriving = ticks_.arriving();
         const std::vector<Bag> linear = ticks_.linear();
@@ -136,7 +137,8 @@ class Watcher {
         const Found found = collect(part, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
-        if (model.failed || !model.settled) return "";
+        if (model.failed) return fmt::format("no trap: by tick {} the reference has met an error", now);
+        if (!model.settled) return fmt::format("no model: the reference does not come to an end in tick {}", now);
         std::string text;
         for (const PredicateId p : program_.predicates.ids()) {
             if (!stored(program_.predicates[p]) || program_.predicates[p].linear()) continue;
@@ -202,14 +204,19 @@ End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::s
         const sim::Totals& totals = part.end_tick();
         const bool trapped = totals.failure.trap != Trap::None;
         const Digest state = record::state_digest(part);
-        if (speaks) s.outcome.states.push_back(state);
+        // After an error some catoms have been evaluated and others not.
+        if (speaks && !trapped) s.outcome.states.push_back(state);
         if (s.watcher) {
             s.outcome.trouble = s.watcher->compare_tick(part.abi.now, part, trapped);
             if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.abi.now)) s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(part.module, totals.failure);
-            if (!s.outcome.trouble.empty() || s.watcher->lost_track()) return End::Failed;
+            if (!s.outcome.trouble.empty()) return End::Failed;
+            if (s.watcher->lost_track() && !trapped) return End::Failed;
         }
-        if (trapped) return End::Failed;
+        if (trapped) {
+            s.outcome.tally.errors += speaks && s.watcher;
+            return End::Failed;
+        }
         if (changes.done() && !totals.awake && !totals.waiting) return End::Quiet;
     }
     if (speaks && !s.linear) s.outcome.trouble = fmt::format("never quiet after burst {}", burst);
@@ -237,6 +244,7 @@ void Tally::add(const Tally& other) {
     lost += other.lost;
     linear += other.linear;
     quiet += other.quiet;
+    errors += other.errors;
     ticks += other.ticks;
 }
 
@@ -277,6 +285,7 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     } else {
         comm::run_threads_as_parts(setting.parts, [&](comm::Communicator& comm) { run_part(comm, shared); });
     }
+    watcher.tally.errors = shared.outcome.tally.errors;
     shared.outcome.tally = watcher.tally;
     shared.outcome.tally.ticks = shared.outcome.states.size();
     return std::move(shared.outcome);

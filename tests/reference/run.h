@@ -20,6 +20,7 @@ struct Tally {
     std::uint64_t linear = 0;       // Facts that linear rules gave.
     std::uint64_t quiet = 0;        // Bursts that came to rest.
     std::uint64_t ticks = 0;
+    std::uint64_t errors = 0;       // Runs that ended with an arithmetic error, as they should.
     void add(const Tally& other);
 };
 

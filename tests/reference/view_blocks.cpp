@@ -69,6 +69,20 @@ Block given_block(Random& random, const std::vector<Known>&, int names) {
     return block;
 }
 
+Block error_block(Random& random, const std::vector<Known>&, int names) {
+    Block block;
+    const std::string given = fmt::format("e{}", names), name = fmt::format("e{}", names + 1);
+    block.declarations = {{given, signature(given, {Kind::Int})}, {name, signature(name, {Kind::Float})}};
+    block.given.push_back({.predicate = given, .arguments = {{0, 30}}, .per_mille = 120});
+    // Each has no value for 29 alone.
+    const std::vector<std::string> expressions = {"60 / (X - 29)",        "7 % (29 - X)",          "9223372036854775806 + X / 29 + X / 29 * (30 - X)", "3.0 / float(X - 29)", "2 ^ (if X = 29 then -1 else 3 end)",
+                                                  "sqrt(if X = 29 then -1.0 else 4.0 end)", "truncate(if X = 29 then 1e30 else 2.5 end)",     "(if X = 29 then -9223372036854775807 - 1 else X end) / (-1)"};
+    const std::string value = pick(random, expressions);
+    block.rules.push_back({.heads = {atom(name, "A", {chance(random, 60) ? value : "F"})}, .body = {atom(given, "A", {"X"})}});
+    if (block.rules[0].heads[0].ends_with("F)")) block.rules[0].body.push_back("F = 0.0 + " + value);
+    return block;
+}
+
 Block view_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
     const std::string name = fmt::format("v{}", names);

@@ -1,0 +1,163 @@
+#include "library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+namespace meld::reference {
+
+namespace {
+
+using I = std::int64_t;
+using Result = std::optional<Value>;
+using Function = std::function<Result(const Values&)>;
+
+bool contains(const Values& list, const Value& x) { return std::find(list.begin(), list.end(), x) != list.end(); }
+
+Values sorted(Values list) {
+    std::stable_sort(list.begin(), list.end());
+    return list;
+}
+Values once(const Values& list) {
+    Values out;
+    for (const Value& x : list)
+        if (!contains(out, x)) out.push_back(x);
+    return out;
+}
+Values joined(Values a, const Values& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+Values filtered(const Values& list, const std::function<bool(const Value&)>& keep) {
+    Values out;
+    std::copy_if(list.begin(), list.end(), std::back_inserter(out), keep);
+    return out;
+}
+Values between(const Values& list, I from, I to) {
+    Values out;
+    for (I i = 0; i < static_cast<I>(list.size()); ++i)
+        if (i >= from && i < to) out.push_back(list[static_cast<std::size_t>(i)]);
+    return out;
+}
+Result nth(const Values& list, I i) { return i < 0 || i >= static_cast<I>(list.size()) ? Result() : list[static_cast<std::size_t>(i)]; }
+
+Result sum(const Values& list) {
+    if (list.empty()) return value_of(I{0});
+    Value total = list[0];
+    for (std::size_t i = 1; i < list.size(); ++i) {
+        I whole = 0;
+        if (!total.is_real() && __builtin_add_overflow(total.integer(), list[i].integer(), &whole)) return std::nullopt;
+        total = total.is_real() ? value_of(total.real() + list[i].real()) : value_of(whole);
+    }
+    return total;
+}
+
+Result whole(double a) {
+    if (!(a >= -9223372036854775808.0 && a < 9223372036854775808.0)) return std::nullopt;
+    return value_of(static_cast<I>(a));
+}
+
+// Where characters begin; one past the last at the end.
+std::vector<std::size_t> characters(const std::string& text) {
+    std::vector<std::size_t> starts;
+    for (std::size_t i = 0; i < text.size(); ++i)
+        if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) starts.push_back(i);
+    starts.push_back(text.size());
+    return starts;
+}
+
+std::string substring(const std::string& text, I from, I count) {
+    const std::vector<std::size_t> starts = characters(text);
+    const I all = static_cast<I>(starts.size()) - 1;
+    const I begin = std::clamp<I>(from, 0, all), end = std::clamp<I>(from + std::clamp<I>(count, 0, all + 64), begin, all);
+    return text.substr(starts[static_cast<std::size_t>(begin)], starts[static_cast<std::size_t>(end)] - starts[static_cast<std::size_t>(begin)]);
+}
+
+Values letters(const std::string& text) {
+    Values out;
+    const std::vector<std::size_t> starts = characters(text);
+    for (std::size_t i = 0; i + 1 < starts.size(); ++i) out.push_back({text.substr(starts[i], starts[i + 1] - starts[i])});
+    return out;
+}
+
+Result number_in(const std::string& text) {
+    const std::string digits = text.starts_with('-') ? text.substr(1) : text;
+    if (digits.empty() || digits.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
+    I value = 0;
+    for (const char c : digits) {
+        const I digit = text[0] == '-' ? '0' - c : c - '0';
+        if (__builtin_mul_overflow(value, 10, &value) || __builtin_add_overflow(value, digit, &value)) return std::nullopt;
+    }
+    return value_of(value);
+}
+
+const std::map<std::string, Function>& functions() {
+    static const auto all = [] {
+        std::map<std::string, Function> f;
+        f["floor"] = [](const Values& a) { return whole(std::floor(a[0].real())); };
+        f["ceil"] = [](const Values& a) { return whole(std::ceil(a[0].real())); };
+        f["round"] = [](const Values& a) { return whole(std::round(a[0].real())); };
+
+        f["llength"] = f["ssize"] = f["alength"] = [](const Values& a) { return value_of(static_cast<I>(a[0].items().size())); };
+        f["lnth"] = f["anth"] = [](const Values& a) { return nth(a[0].items(), a[1].integer()); };
+        f["lhead"] = [](const Values& a) { return nth(a[0].items(), 0); };
+        f["llast"] = [](const Values& a) { return nth(a[0].items(), static_cast<I>(a[0].items().size()) - 1); };
+        f["ltail"] = [](const Values& a) { return value_of(between(a[0].items(), 1, static_cast<I>(a[0].items().size()))); };
+        f["lappend"] = [](const Values& a) { return value_of(joined(a[0].items(), a[1].items())); };
+        f["ladd"] = [](const Values& a) { return value_of(joined(a[0].items(), {a[1]})); };
+        f["lreverse"] = [](const Values& a) { return value_of(Values(a[0].items().rbegin(), a[0].items().rend())); };
+        f["lsort"] = [](const Values& a) { return value_of(sorted(a[0].items())); };
+        f["lexists"] = f["smember"] = [](const Values& a) { return value_of(contains(a[0].items(), a[1])); };
+        f["lindex"] = [](const Values& a) {
+            const auto at = std::find(a[0].items().begin(), a[0].items().end(), a[1]);
+            return value_of(at == a[0].items().end() ? I{-1} : static_cast<I>(at - a[0].items().begin()));
+        };
+        f["lcount"] = [](const Values& a) { return value_of(static_cast<I>(std::count(a[0].items().begin(), a[0].items().end(), a[1]))); };
+        f["ltake"] = [](const Values& a) { return value_of(between(a[0].items(), 0, a[1].integer())); };
+        f["ldrop"] = [](const Values& a) { return value_of(between(a[0].items(), a[1].integer(), static_cast<I>(a[0].items().size()))); };
+        f["lsublist"] = [](const Values& a) { return value_of(between(a[0].items(), a[1].integer(), a[2].integer())); };
+        f["lremove"] = f["ldelete"] = f["sremove"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return x != a[1]; })); };
+        f["ldiff"] = f["sdiff"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return !contains(a[1].items(), x); })); };
+        f["linter"] = f["sinter"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return contains(a[1].items(), x); })); };
+        f["lunion"] = [](const Values& a) { return value_of(joined(a[0].items(), filtered(a[1].items(), [&](const Value& x) { return !contains(a[0].items(), x); }))); };
+        f["lunique"] = [](const Values& a) { return value_of(once(a[0].items())); };
+        f["lsubset"] = f["ssubset"] = [](const Values& a) { return value_of(std::all_of(a[0].items().begin(), a[0].items().end(), [&](const Value& x) { return contains(a[1].items(), x); })); };
+        f["lequal"] = [](const Values& a) { return value_of(a[0] == a[1]); };
+        f["lsum"] = [](const Values& a) { return sum(a[0].items()); };
+        f["lmin"] = [](const Values& a) { return nth(sorted(a[0].items()), 0); };
+        f["lmax"] = [](const Values& a) { return nth(sorted(a[0].items()), static_cast<I>(a[0].items().size()) - 1); };
+
+        f["list2set"] = [](const Values& a) { return value_of(sorted(once(a[0].items()))); };
+        f["set2list"] = f["list2array"] = f["array2list"] = [](const Values& a) { return a[0]; };
+        f["sadd"] = [](const Values& a) { return value_of(sorted(once(joined(a[0].items(), {a[1]})))); };
+        f["sunion"] = [](const Values& a) { return value_of(sorted(once(joined(a[0].items(), a[1].items())))); };
+        f["aset"] = [](const Values& a) {
+            Values items = a[0].items();
+            if (!nth(items, a[1].integer())) return Result();
+            items[static_cast<std::size_t>(a[1].integer())] = a[2];
+            return Result(value_of(std::move(items)));
+        };
+
+        f["strlen"] = [](const Values& a) { return value_of(static_cast<I>(characters(a[0].text()).size()) - 1); };
+        f["concat"] = [](const Values& a) { return Value{a[0].text() + a[1].text()}; };
+        f["substr"] = [](const Values& a) { return Value{substring(a[0].text(), a[1].integer(), a[2].integer())}; };
+        f["str2list"] = [](const Values& a) { return value_of(letters(a[0].text())); };
+        f["int2str"] = [](const Values& a) { return Value{fmt::format("{}", a[0].integer())}; };
+        f["node2str"] = [](const Values& a) { return Value{fmt::format("@{}", a[0].integer())}; };
+        f["str2int"] = [](const Values& a) { return number_in(a[0].text()); };
+        return f;
+    }();
+    return all;
+}
+
+}  // namespace
+
+std::optional<Value> call_library(const std::string& name, const Values& arguments) {
+    const auto found = functions().find(name);
+    return found == functions().end() ? std::nullopt : found->second(arguments);
+}
+
+}  // namespace meld::reference
