@@ -145,7 +145,7 @@ class Localizer {
         for (const Clause& c : links)
             if (region.contains(c.atom.arguments[0].variable) && region.contains(c.atom.arguments[1].variable)) moved.push_back(c);
         split_expressions(rule, moved, kept);
-        move_tests(moved, kept);
+        move_tests(rule, moved, kept);
         move_negations(rule, moved, kept, around, region, near);
 
         // What the rest of the rule still needs to know of the moved part.
@@ -217,20 +217,32 @@ class Localizer {
             kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
         }
     }
-    static void move_tests(std::vector<Clause>& moved, std::vector<Clause>& kept) {
-        Variables known;
+    // Tests over what the moved part knows go with it. One that may guard an expression that stays is left too.
+    static void move_tests(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept) {
+        Variables known, computed;
         for (const Clause& c : moved)
             if (c.kind == Clause::Kind::Atom) each_variable(c, [&](VariableId v) { known.insert(v); });
+        for (const Clause& c : kept) partial_operands(c.test, computed);
+        for (const Head& h : rule.heads)
+            for (const Term& t : h.atom.arguments) partial_operands(t, computed);
         for (std::size_t i = 0; i < kept.size();) {
-            bool all = kept[i].kind == Clause::Kind::Test;
-            if (all) each_variable(kept[i].test, [&](VariableId v) { all = all && known.contains(v); });
-            if (!all) {
-                ++i;
-                continue;
-            }
-            moved.push_back(kept[i]);
-            kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+            bool all = kept[i].kind == Clause::Kind::Test, guards = false;
+            if (all)
+                each_variable(kept[i].test, [&](VariableId v) {
+                    all = all && known.contains(v);
+                    guards = guards || computed.contains(v);
+                });
+            if (all) moved.push_back(kept[i]);
+            if (all && !guards) kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+            else ++i;
         }
+    }
+    // The variables of operations that have no value for some operands.
+    static void partial_operands(const Term& term, Variables& out) {
+        each_subterm(term, [&](const Term& t) {
+            if (t.op == Op::Divide || t.op == Op::Modulo || t.op == Op::Power || t.op == Op::Truncate || t.op == Op::Sqrt || t.op == Op::Library || t.op == Op::Call)
+                each_variable(t, [&](VariableId v) { out.insert(v); });
+        });
     }
 
     static void head_variables(const std::vector<Head>& heads, Variables& out) {
