@@ -1,5 +1,7 @@
 // Pass 4: range restriction. Every variable of a head, a test or a negation gets its value from a positive fact or from
 // an equality; order does not matter, the planner reorders. Assumes homes are known: the home catom is always bound.
+#include <algorithm>
+#include <map>
 #include <set>
 
 #include "compiler/check/check.h"
@@ -28,39 +30,59 @@ bool bind_parts(const Term& test, Bound& bound) {
     return changed;
 }
 
-// Adds what the positive clauses bind, to a fixpoint.
-void bind(const std::vector<Clause>& body, Bound& bound) {
-    for (const Clause& c : body)
-        if (c.kind == Clause::Kind::Atom)
-            for (const Term& a : c.atom.arguments)
-                if (a.is_variable()) bound.insert(a.variable);
-    for (bool changed = true; changed;) {
-        changed = false;
-        for (const Clause& c : body) {
-            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
-            for (int side = 0; side < 2; ++side) {
-                const Term& target = c.test.operands[static_cast<std::size_t>(side)];
-                const Term& value = c.test.operands[static_cast<std::size_t>(1 - side)];
-                if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second || changed;
-            }
-            changed = bind_parts(c.test, bound) || changed;
-        }
-    }
-}
 
 class Bindings {
   public:
     Bindings(const Program& program, const Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
 
     void run() {
+        uses_.assign(rule_.variables.count(), 0);
+        const auto use = [&](VariableId v) { ++uses_[v.index()]; };
+        for (const Clause& c : rule_.body) each_variable(c, use);
+        for (const Head& h : rule_.heads) each_variable(h, use);
         Bound bound;
         if (rule_.home.valid()) bound.insert(rule_.home);
         bind(rule_.body, bound);
         body(rule_.body, bound);
+        if (rule_.selected.valid()) selected(bound);
         heads(rule_.heads, bound);
     }
 
   private:
+    // Adds what the positive clauses bind, to a fixpoint.
+    void bind(const std::vector<Clause>& clauses, Bound& bound) const {
+        for (const Clause& c : clauses)
+            if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta)
+                for (const Term& a : c.atom.arguments)
+                    if (a.is_variable()) bound.insert(a.variable);
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (const Clause& c : clauses) {
+                if (c.kind == Clause::Kind::Aggregate && !bound.contains(c.variable) && shared_bound(c, bound)) changed = bound.insert(c.variable).second || changed;
+                if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+                for (const std::size_t side : {0u, 1u}) {
+                    const Term &target = c.test.operands[side], &value = c.test.operands[1 - side];
+                    if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second || changed;
+                }
+                changed = bind_parts(c.test, bound) || changed;
+            }
+        }
+    }
+    // Whether everything that an aggregate shares with the rule around it has a value.
+    bool shared_bound(const Clause& aggregate, const Bound& bound) const {
+        std::map<VariableId, int> inside;
+        for (const Clause& c : aggregate.inner) each_variable(c, [&](VariableId v) { ++inside[v]; });
+        each_variable(aggregate.test, [&](VariableId v) { ++inside[v]; });
+        return std::all_of(inside.begin(), inside.end(), [&](const auto& use) { return use.second == uses_[use.first.index()] || bound.contains(use.first); });
+    }
+    void selected(const Bound& bound) {
+        const Variable& v = rule_.variables[rule_.selected];
+        if (!bound.contains(rule_.selected) && reported_.insert(rule_.selected).second)
+            report_.add(Kind::UnboundVariable, v.span, fmt::format("`{}` has no value in this body", v.name)).help = "choose by a variable of a fact of the body";
+        else if (rule_.select != Select::Random && v.type.compound())
+            report_.add(Kind::TypeMismatch, v.span, fmt::format("`{}` is {}, which has no least or greatest", v.name, type_name(v.type))).help = "choose by an int, a float or a node";
+    }
+
     void need(const Term& term, const Bound& bound, const char* what) {
         each_free_use(term, [&](const Term& t) {
             if (bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
@@ -83,22 +105,36 @@ class Bindings {
         for (const Clause& c : clauses) {
             for (const Term& a : c.atom.arguments) need(a, bound, "here");
             if (c.kind == Clause::Kind::Test) need_of_test(c.test, bound);
-            if (c.kind == Clause::Kind::Not) {
+            if (c.kind == Clause::Kind::Delta) need(c.test, bound, "in this condition");
+            if (c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate) {
                 Bound inner = bound;
                 bind(c.inner, inner);
                 body(c.inner, inner);
+                if (c.kind == Clause::Kind::Not) continue;
+                need(c.test, inner, "in what is aggregated");
+                if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
+                    report_.add(Kind::UnboundVariable, c.span, fmt::format("`{}` has no value: something inside the aggregate waits for it, or has none itself", rule_.variables[c.variable].name))
+                        .help = "what the inside shares with the rest of the rule must have a value there";
             }
         }
     }
     void heads(const std::vector<Head>& all, const Bound& bound) {
         for (const Head& h : all) {
             Bound inner = bound;
-            if (h.kind == Head::Kind::Comprehension) {
-                bind(h.body, inner);
-                body(h.body, inner);
-            }
+            bind(h.body, inner);
+            body(h.body, inner);
             for (const Term& a : h.atom.arguments) need(a, inner, "in this head");
+            if (h.kind == Head::Kind::If) need(h.term, bound, "in this condition");
+            if (h.kind == Head::Kind::Set) inner.insert(h.variable);
+            Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
+            for (const Fold& f : h.folds) {
+                if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each).second)
+                    report_.add(Kind::UnboundVariable, h.span, fmt::format("`{}` has no value for a match", rule_.variables[f.each].name)).help =
+                        fmt::format("use `{}` in the body of the aggregate: it stands for the value of one match", rule_.variables[f.each].name);
+                last.insert(f.result);
+            }
             heads(h.heads, inner);
+            heads(h.others, last);
         }
     }
 
@@ -106,6 +142,7 @@ class Bindings {
     const Rule& rule_;
     diagnostics::Reporter& report_;
     Bound reported_;
+    std::vector<int> uses_;  // Of each variable, in the whole rule.
 };
 
 }  // namespace

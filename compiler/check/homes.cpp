@@ -27,13 +27,15 @@ class Homes {
     const std::string& name(VariableId v) const { return rule_.variables[v].name; }
     std::string shown(VariableId v) const { return name(v).starts_with("_") ? "this catom" : "`" + name(v) + "`"; }
 
+    // Of the facts that hold: what is only negated or aggregated leads nowhere.
     void links(const std::vector<Clause>& body, Graph& graph) const {
-        each_atom(body, [&](const Atom& a, bool) {
-            const Predicate& p = program_.predicates[a.predicate];
-            if (!p.route || a.arguments.size() < 2 || !a.arguments[1].is_variable()) return;
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const Atom& a = c.atom;
+            if (!program_.predicates[a.predicate].route || a.arguments.size() < 2 || !a.arguments[1].is_variable()) continue;
             graph[a.arguments[0].variable].insert(a.arguments[1].variable);
             graph[a.arguments[1].variable].insert(a.arguments[0].variable);
-        });
+        }
     }
     static std::set<VariableId> reached(const Graph& graph, VariableId from) {
         std::set<VariableId> seen{from};
@@ -53,7 +55,8 @@ class Homes {
         links(body, graph);
         const std::set<VariableId> seen = reached(graph, rule_.home);
         for (const Clause& c : body) {
-            if (c.kind == Clause::Kind::Not) check_body(c.inner, graph);
+            check_body(c.inner, graph);
+            if (c.kind == Clause::Kind::Delta) check_delta(c);
             if (c.kind != Clause::Kind::Atom) continue;
             const VariableId at = c.atom.arguments[0].variable;
             if (seen.contains(at) || !refused_.insert(at).second) continue;
@@ -61,6 +64,15 @@ class Homes {
             // What hangs together with it is missing the same link.
             for (const VariableId v : reached(graph, at)) refused_.insert(v);
         }
+    }
+
+    // What held before the tick is known at the catom itself alone.
+    void check_delta(const Clause& c) {
+        const VariableId at = c.atom.arguments[0].variable;
+        if (at == rule_.home || !refused_.insert(at).second) return;
+        auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span, fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.home), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
+        d.help = "note the change there by a rule of its own, and read that";
     }
 
     void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
@@ -135,7 +147,7 @@ class Homes {
             }
         };
         each_atom(rule_.body, consumed);
-        each_head([&](const Head& h) { each_atom(h.body, consumed); });
+        each_head(rule_.heads, [&](const Head& h) { each_atom(h.body, consumed); });
         if (two) return;
         rule_.home = first->arguments[0].variable;
         Graph graph;
@@ -144,43 +156,32 @@ class Homes {
         check_heads(rule_.heads, graph);
     }
 
-    template <class Visit>
-    void each_head(const Visit& visit) const {
-        const auto walk = [&](const auto& self, const std::vector<Head>& heads) -> void {
-            for (const Head& h : heads) {
-                visit(h);
-                self(self, h.heads);
-            }
-        };
-        walk(walk, rule_.heads);
-    }
-
     void check_heads(const std::vector<Head>& heads, const Graph& around) {
         for (const Head& h : heads) {
             Graph graph = around;
-            if (h.kind == Head::Kind::Comprehension) {
+            if (h.kind == Head::Kind::Set) made_.insert(h.variable);
+            if (h.kind != Head::Kind::Fact) {
                 check_body(h.body, around);
                 links(h.body, graph);
                 check_heads(h.heads, graph);
+                check_heads(h.others, h.kind == Head::Kind::Aggregate ? around : graph);
                 continue;
             }
             const Predicate& p = program_.predicates[h.atom.predicate];
             const VariableId at = h.atom.arguments[0].variable;
             if (at == rule_.home) continue;
+            if (made_.contains(at)) {
+                report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("{} is a new value, and no catom is at it", shown(at))).help =
+                    "no catom is made from nothing: ask for one with the action `create`";
+                continue;
+            }
             if (p.kind == PredicateKind::Action) {
                 report_.add(Kind::ActionElsewhere, h.atom.span, fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.home))).help =
                     "send a linear fact there, and let it act by a rule of its own";
                 continue;
             }
             if (!refused_.insert(at).second) continue;
-            const auto near = graph.find(rule_.home);
-            if (near != graph.end() && near->second.contains(at)) {
-                refused_.erase(at);
-                continue;
-            }
-            if (reached(graph, rule_.home).contains(at))
-                report_.add(Kind::NotSupportedYet, h.atom.span, fmt::format("{} is more than one link away from {}; sending that far is not compiled by this version", shown(at), shown(rule_.home)))
-                    .help = "pass the fact on from neighbour to neighbour by a rule of its own";
+            if (reached(graph, rule_.home).contains(at)) refused_.erase(at);
             else
                 report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(at))).help =
                     fmt::format("add `neighbor({}, {})`", name(rule_.home), name(at));
@@ -191,6 +192,7 @@ class Homes {
     Rule& rule_;
     diagnostics::Reporter& report_;
     std::set<VariableId> refused_;
+    std::set<VariableId> made_;  // By `exists`.
 };
 
 }  // namespace

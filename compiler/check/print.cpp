@@ -51,6 +51,7 @@ std::string aggregate_name(Aggregate aggregate) {
         case Aggregate::Append: return "append";
         case Aggregate::Collect: return "collect";
         case Aggregate::Custom: return "custom";
+        case Aggregate::Since: return "since";
     }
     return "";
 }
@@ -90,10 +91,8 @@ const char* function_name(Op op) {
         case Op::ListHead: return "head";
         case Op::ListTail: return "tail";
         case Op::IsEmpty: return "empty";
-        case Op::Now: return "now";
         case Op::Ticks: return "ticks";
         case Op::Due: return "due";
-        case Op::Fresh: return "fresh";
         default: return nullptr;
     }
 }
@@ -119,11 +118,37 @@ std::string print_constant(const Program& program, const Constant& c) {
     return fmt::format("const {} = {}.  // {}\n", c.name, value, type_name(c.type));
 }
 
+std::string print_heads(const Program& program, const Rule& rule, const std::vector<Head>& heads);
+
+// sum X => S
+std::string print_fold(const Program& program, const Rule& rule, const Fold& fold) {
+    std::string text = aggregate_name(fold.aggregate);
+    if (fold.aggregate == Aggregate::Custom) text = program.functions[fold.function].name;
+    if (fold.initial.op != Op::Anonymous) text += " from " + print(program, rule, fold.initial);
+    if (fold.each.valid()) text += " " + rule.variables[fold.each].name;
+    return text + " => " + rule.variables[fold.result].name;
+}
+
 std::string print_head(const Program& program, const Rule& rule, const Head& head) {
-    if (head.kind == Head::Kind::Fact) return print(program, rule, head.atom);
-    std::string heads;
-    for (const Head& h : head.heads) heads += (heads.empty() ? "" : ", ") + print_head(program, rule, h);
-    return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
+    const std::string heads = print_heads(program, rule, head.heads), others = print_heads(program, rule, head.others);
+    switch (head.kind) {
+        case Head::Kind::Fact: return print(program, rule, head.atom) + (head.delay.op == Op::Anonymous ? "" : "@+" + print(program, rule, head.delay));
+        case Head::Kind::Comprehension: return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
+        case Head::Kind::Aggregate: {
+            std::string folds;
+            for (const Fold& f : head.folds) folds += (folds.empty() ? "" : ", ") + print_fold(program, rule, f);
+            return fmt::format("[ {} | {} | {} | {} ]", folds, joined(program, rule, head.body), heads, others);
+        }
+        case Head::Kind::If: return fmt::format("(if {} then {} otherwise {} end)", print(program, rule, head.term), heads, others);
+        case Head::Kind::Set: return fmt::format("{} = {} in ({})", rule.variables[head.variable].name, print(program, rule, head.term), heads);
+    }
+    return "";
+}
+
+std::string print_heads(const Program& program, const Rule& rule, const std::vector<Head>& heads) {
+    std::string text;
+    for (const Head& h : heads) text += (text.empty() ? "" : ", ") + print_head(program, rule, h);
+    return text.empty() ? "1" : text;
 }
 
 std::string print_declaration(const Predicate& p) {
@@ -166,6 +191,8 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
         case Op::Let: return fmt::format("let {} = {} in {} end", rule.variables[t.variable].name, operand(0), operand(1));
         case Op::Call: return program.functions[t.function].name + "(" + joined_operands(program, rule, t) + ")";
         case Op::Library: return t.text + "(" + joined_operands(program, rule, t) + ")";
+        case Op::Now: return "now";
+        case Op::Fresh: return "new";
         case Op::If: return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
         default: break;
     }
@@ -189,16 +216,24 @@ std::string print(const Program& program, const Rule& rule, const Clause& clause
         case Clause::Kind::Atom: return print(program, rule, clause.atom);
         case Clause::Kind::Test: return print(program, rule, clause.test);
         case Clause::Kind::Not: return "not (" + joined(program, rule, clause.inner) + ")";
+        case Clause::Kind::Element: return rule.variables[clause.variable].name + " in " + print(program, rule, clause.test);
+        case Clause::Kind::Aggregate: {
+            const std::string name = clause.aggregate == Aggregate::Custom ? program.functions[clause.fold].name : aggregate_name(clause.aggregate);
+            const std::string value = clause.test.op == Op::Anonymous ? "" : " " + print(program, rule, clause.test);
+            return fmt::format("{} = {}{} : {{ {} }}", rule.variables[clause.variable].name, name, value, joined(program, rule, clause.inner));
+        }
+        case Clause::Kind::Delta:
+            return fmt::format("delta({}; {}){}{}", rule.variables[clause.variable].name, print(program, rule, clause.atom), infix(clause.compare), print(program, rule, clause.test));
     }
     return "";
 }
 
 std::string print(const Program& program, const Rule& rule) {
-    std::string heads;
-    for (const Head& h : rule.heads) heads += (heads.empty() ? "" : ", ") + print_head(program, rule, h);
-    if (heads.empty()) heads = "1";
-    const std::string body = joined(program, rule, rule.body);
+    const std::string heads = print_heads(program, rule, rule.heads);
+    std::string body = joined(program, rule, rule.body);
     if (body.empty()) return heads + ".";
+    if (rule.select != Select::None)
+        body = fmt::format("[{} => {} | {}]", rule.select == Select::Random ? "random" : rule.select == Select::Ascending ? "asc" : "desc", rule.variables[rule.selected].name, body);
     return rule.linear ? body + " -o " + heads + "." : heads + " :- " + body + ".";
 }
 

@@ -35,11 +35,12 @@ inline const Type Type::Error{Type::Kind::Error}, Type::Int{Type::Kind::Int}, Ty
 std::string type_name(const Type& type);
 
 enum class PredicateKind { Persistent, Linear, Action, Sensed };
-// Collect is for rule aggregates alone: all values as a list. Custom folds with a function of the program.
-enum class Aggregate { None, Min, Max, Sum, Count, First, SetUnion, Append, Collect, Custom };
+// Collect is for rule aggregates alone: all values as a list. Custom folds with a function of the program. Since is made
+// by delays: the tick since which the group has been supported without a break.
+enum class Aggregate { None, Min, Max, Sum, Count, First, SetUnion, Append, Collect, Custom, Since };
 std::string aggregate_name(Aggregate aggregate);
 // Whether every derivation counts, so that recursion through it is right along a tree only.
-inline bool folds(Aggregate a) { return a >= Aggregate::Sum && a != Aggregate::First; }
+inline bool folds(Aggregate a) { return a >= Aggregate::Sum && a != Aggregate::First && a != Aggregate::Since; }
 
 struct Function;
 using FunctionId = Id<Function>;
@@ -216,6 +217,7 @@ struct Rule {
     Table<Variable> variables;
     std::vector<Clause> body;
     std::vector<Head> heads;
+    bool arrives = false;             // Made by the planner: hands on what waited or came from afar, before all other rules.
     bool birth = false;               // Linear facts given once to every new catom (an axiom).
     Select select = Select::None;
     VariableId selected;
@@ -334,6 +336,20 @@ void each_variable(const Head& head, const Visit& visit) {
     }
     for (const Head& h : head.heads) each_variable(h, visit);
     for (const Head& h : head.others) each_variable(h, visit);
+}
+
+// Calls change(VariableId&) on every variable of a term or clause.
+template <class Change>
+void rewrite_variables(Term& term, const Change& change) {
+    change(term.variable);
+    for (Term& operand : term.operands) rewrite_variables(operand, change);
+}
+template <class Change>
+void rewrite_variables(Clause& clause, const Change& change) {
+    for (Term& argument : clause.atom.arguments) rewrite_variables(argument, change);
+    rewrite_variables(clause.test, change);
+    for (Clause& inner : clause.inner) rewrite_variables(inner, change);
+    change(clause.variable);
 }
 
 }  // namespace meld::check

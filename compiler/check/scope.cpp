@@ -29,6 +29,30 @@ VariableId Scope::variable(const std::string& name, Span span) {
     return variables_[name] = rule_.variables.add({name, span, Type::Error});
 }
 
+void Scope::enter(const void* part, const std::set<std::string>& names) {
+    Entered& now = entered_.emplace_back(Entered{part, {}, names});
+    const auto& own = parts_[part];
+    for (const std::string& name : names) {
+        if (const auto outside = variables_.find(name); outside != variables_.end()) {
+            now.hidden.insert(*outside);
+            variables_.erase(outside);
+        }
+        if (const auto known = own.find(name); known != own.end()) variables_.insert(*known);
+    }
+}
+
+void Scope::leave() {
+    const Entered last = std::move(entered_.back());
+    entered_.pop_back();
+    auto& own = parts_[last.part];
+    for (const std::string& name : last.names)
+        if (const auto used = variables_.find(name); used != variables_.end()) {
+            own.insert(*used);
+            variables_.erase(used);
+        }
+    variables_.insert(last.hidden.begin(), last.hidden.end());
+}
+
 VariableId Scope::fresh(const std::string& name, const Type& type, Span span) { return rule_.variables.add({name, span, type}); }
 
 const std::string* Scope::variable_name(const syntax::Expr& e) const {

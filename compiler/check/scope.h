@@ -3,7 +3,9 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "compiler/check/library.h"
 #include "compiler/check/program.h"
@@ -32,6 +34,11 @@ class Scope {
     // The variable of this name, made on first use.
     VariableId variable(const std::string& name, Span span);
     VariableId fresh(const std::string& name, const Type& type, Span span);
+    // In a part of the rule, known by its address, these names are other variables than outside: the same ones each time
+    // the part is entered. leave() ends the part entered last.
+    void enter(const void* part, const std::set<std::string>& names);
+    void leave();
+    bool inside_part() const { return !entered_.empty(); }
     // The name, if the expression is nothing but a variable; a lower-case name that is no constant counts in original Meld.
     const std::string* variable_name(const syntax::Expr& e) const;
     // The type of an expression as far as it is known by now, silently.
@@ -86,6 +93,13 @@ class Scope {
     std::map<std::string, VariableId> variables_;
     // The types of let variables that infer() is inside of, innermost last.
     mutable std::vector<std::pair<std::string, Type>> lets_;
+    struct Entered {
+        const void* part;
+        std::map<std::string, VariableId> hidden;
+        std::set<std::string> names;
+    };
+    std::vector<Entered> entered_;
+    std::map<const void*, std::map<std::string, VariableId>> parts_;
 };
 
 // The test that two terms are equal.

@@ -17,6 +17,7 @@ struct Edge {
     RuleId rule;
     Span span;
     bool negated = false;
+    bool aggregated = false;  // By an aggregate in a body.
     bool remote = false;
 };
 
@@ -35,9 +36,19 @@ class Strata {
     void add_edges(RuleId id) {
         const Rule& rule = program_.rules[id];
         if (rule.linear || rule.refused) return;
-        each_atom(rule.body, [&](const Atom& a, bool negated) {
-            edges_[rule.heads[0].atom.predicate.index()].push_back({a.predicate, id, a.span, negated, a.arguments[0].variable != rule.home});
-        });
+        add_edges(id, rule, rule.body, {});
+    }
+    void add_edges(RuleId id, const Rule& rule, const std::vector<Clause>& body, Edge around) {
+        for (const Clause& c : body) {
+            if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) {
+                const Edge edge{c.atom.predicate, id, c.atom.span, around.negated || c.kind == Clause::Kind::Delta, around.aggregated, c.atom.arguments[0].variable != rule.home};
+                edges_[rule.heads[0].atom.predicate.index()].push_back(edge);
+            }
+            Edge inside = around;
+            inside.negated = true;
+            inside.aggregated = around.aggregated || c.kind == Clause::Kind::Aggregate;
+            add_edges(id, rule, c.inner, inside);
+        }
     }
 
     // Tarjan's algorithm with its own stack; components come out with what they read first.
@@ -94,13 +105,18 @@ class Strata {
             if (!program_.rules[id].linear && inside(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
         for (const PredicateId p : c.predicates) {
             const Predicate& head = program_.predicates[p];
-            const bool folds = head.aggregate == Aggregate::Sum || head.aggregate == Aggregate::Count;
+            const bool folding = folds(head.aggregate);
             for (const Edge& e : edges_[p.index()]) {
                 if (!inside(e.to)) continue;
                 c.recursive = true;
                 (e.remote ? c.links : c.local) = true;
-                c.tree = c.tree || folds;
-                if (e.negated)
+                c.tree = c.tree || folding;
+                if (e.aggregated)
+                    refuse(Kind::AggregateRecursion,
+                           p == e.to ? fmt::format("`{}` aggregates itself: it would need all of its facts before the first", head.name)
+                                     : fmt::format("`{}` aggregates `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
+                           p, e, c);
+                else if (e.negated)
                     refuse(Kind::NegativeRecursion,
                            p == e.to ? fmt::format("`{}` needs `not {}`: it would decide about itself", head.name, head.name)
                                      : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
@@ -121,7 +137,7 @@ class Strata {
                     return;
                 }
         const auto folding = std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) {
-            return program_.predicates[q].aggregate == Aggregate::Sum || program_.predicates[q].aggregate == Aggregate::Count;
+            return folds(program_.predicates[q].aggregate);
         });
         const PredicateId p = *folding;
         if (led_by_routes(c, inside)) return;

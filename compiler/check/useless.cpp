@@ -93,14 +93,10 @@ class Useless {
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) { read_[a.predicate.index()] = true; };
             each_atom(rule.body, read);
-            const auto heads = [&](const auto& self, const std::vector<Head>& all) -> void {
-                for (const Head& h : all) {
-                    each_atom(h.body, read);
-                    if (h.kind == Head::Kind::Fact) (rule.linear ? given_ : made_)[h.atom.predicate.index()] = true;
-                    self(self, h.heads);
-                }
-            };
-            heads(heads, rule.heads);
+            each_head(rule.heads, [&](const Head& h) {
+                each_atom(h.body, read);
+                if (h.kind == Head::Kind::Fact) (rule.linear ? given_ : made_)[h.atom.predicate.index()] = true;
+            });
         }
     }
     bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == main_file_; }

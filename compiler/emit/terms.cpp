@@ -231,6 +231,10 @@ std::string term(const Scope& scope, const Term& t) {
         case Op::Truncate: return fmt::format("checked_truncate(*s.e, {}, {})", scope.site(), operand(0));
         case Op::Sqrt: return fmt::format("__builtin_sqrt({})", operand(0));
         case Op::NodeToInt: return fmt::format("static_cast<i64>({})", operand(0));
+        case Op::Fresh: return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
+        case Op::Now: return "s.e->part->now";
+        case Op::Ticks: return fmt::format("ticks_of(*s.e, {})", operand(0));
+        case Op::Due: return fmt::format("due(*s.e, {})", operand(0));
         case Op::Add:
         case Op::Subtract:
         case Op::Multiply:

@@ -118,7 +118,7 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     emit_members(std::move(members), w);
     w.close("};");
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
-    const char* reduce = p.aggregate == Aggregate::Sum ? "Sum" : p.aggregate == Aggregate::Count ? "Count" : p.aggregate == Aggregate::First ? "First"
+    const char* reduce = p.aggregate == Aggregate::Sum ? "Sum" : p.aggregate == Aggregate::Count ? "Count" : p.aggregate == Aggregate::First ? "First" : p.aggregate == Aggregate::Since ? "Since"
                          : p.aggregate == Aggregate::None ? "Set" : "Best";
     w.line("static constexpr Reduce kReduce = Reduce::{};", reduce);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {};", s.ranked, links, !fields.key.empty());
@@ -131,6 +131,8 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
            !ordered ? "false" : better(p, fields.value[0]));
     std::vector<std::size_t> rest = fields.value;
     rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
+    // Since when a group holds is no part of what it says: the row that is there stays.
+    if (p.aggregate == Aggregate::Since) rest.clear();
     std::string same = "true", first;
     for (const std::size_t f : rest) same = (same == "true" ? "" : same + " && ") + equal(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f));
     w.line("static bool same({}) {{ return {}; }}", signature(rest), same);

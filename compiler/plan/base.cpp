@@ -11,16 +11,16 @@ using namespace check;
 namespace {
 
 void collect_given(const std::vector<Head>& heads, const Program& program, std::vector<bool>& given) {
-    for (const Head& h : heads) {
+    each_head(heads, [&](const Head& h) {
         if (h.kind == Head::Kind::Fact && program.predicates[h.atom.predicate].kind == PredicateKind::Persistent) given[h.atom.predicate.index()] = true;
-        collect_given(h.heads, program, given);
-    }
+    });
 }
 
 void redirect(std::vector<Head>& heads, PredicateId from, PredicateId to) {
     for (Head& h : heads) {
         if (h.kind == Head::Kind::Fact && h.atom.predicate == from) h.atom.predicate = to;
         redirect(h.heads, from, to);
+        redirect(h.others, from, to);
     }
 }
 
@@ -32,13 +32,7 @@ std::vector<bool> read_elsewhere(const Program& program) {
             if (a.arguments[0].variable != rule.home) out[a.predicate.index()] = true;
         };
         each_atom(rule.body, read);
-        const auto walk = [&](const auto& self, const std::vector<Head>& heads) -> void {
-            for (const Head& h : heads) {
-                each_atom(h.body, read);
-                self(self, h.heads);
-            }
-        };
-        walk(walk, rule.heads);
+        each_head(rule.heads, [&](const Head& h) { each_atom(h.body, read); });
     }
     return out;
 }
@@ -58,7 +52,7 @@ void separate_base(Program& program) {
     }
     // What the program gives by axioms alone, the world may add to.
     for (const PredicateId p : program.predicates.ids())
-        if (derived[p.index()] && !by_rules[p.index()]) given[p.index()] = true;
+        if (derived[p.index()] && !by_rules[p.index()] && !program.predicates[p].auxiliary) given[p.index()] = true;
     const std::vector<bool> elsewhere = read_elsewhere(program);
     for (const PredicateId p : program.predicates.ids()) {
         const PredicateKind kind = program.predicates[p].kind;

@@ -1,7 +1,6 @@
 // Pass: layout. Chooses for every predicate the tightest storage its declaration and rules allow, puts what one delta
 // touches together into one record, and gives every column its dirty bits. Assumes localized rules and components.
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 
@@ -51,18 +50,14 @@ class Layout {
                 if (a.arguments[0].variable != rule.home) of(a.predicate).exported = true;
             };
             each_atom(rule.body, read);
-            study_heads(rule, rule.heads, read);
+            each_head(rule.heads, [&](const Head& h) {
+                if (h.kind == Head::Kind::Fact) of(h.atom.predicate).used = true;
+                each_atom(h.body, read);
+            });
             if (rule.linear) continue;
             const Atom& head = rule.heads[0].atom;
             of(head.predicate).derived = true;
             of(head.predicate).per_link = of(head.predicate).per_link && names_neighbour(rule, head);
-        }
-    }
-    void study_heads(const Rule& rule, const std::vector<Head>& heads, const std::function<void(const Atom&, bool)>& read) {
-        for (const Head& h : heads) {
-            if (h.kind == Head::Kind::Fact) of(h.atom.predicate).used = true;
-            each_atom(h.body, read);
-            study_heads(rule, h.heads, read);
         }
     }
     // The second argument is a variable that some positive link joins to the home.
@@ -104,7 +99,8 @@ class Layout {
         s.exported = f.exported;
         s.ranked = f.ranked;
         const std::size_t arity = p.arguments.size() - 1;
-        const bool keyed_by_link = p.aggregate == Aggregate::None ? arity == 1 : p.aggregate_at == 2;
+        // How long something has held is of a neighbour, not of a port.
+        const bool keyed_by_link = p.aggregate == Aggregate::None ? arity == 1 : p.aggregate_at == 2 && p.aggregate != Aggregate::Since;
         if (p.linear()) s.storage = Storage::Rows;
         else if (arity == 0) s.storage = Storage::Flag;
         else if (p.aggregate != Aggregate::None && p.aggregate_at == 1) s.storage = Storage::Single;

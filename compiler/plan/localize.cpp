@@ -33,24 +33,17 @@ class Localizer {
 
     void run() {
         Rule rule = program_.rules[id_];
-        if (!rule.linear && folds(program_.predicates[rule.heads[0].atom.predicate])) name_anonymous(rule);
+        // A sum and a count know every derivation, so what tells two of them apart must reach the head's catom.
+        const bool counted = !rule.linear && folds(program_.predicates[rule.heads[0].atom.predicate].aggregate);
         const std::vector<Clause> links = links_of(rule.body);
-        localize_body(rule, rule.body, {}, {}, {});
+        localize_body(rule, rule.body, {}, {}, {}, counted ? Matches::Counted : Matches::Any);
         localize_heads(rule, rule.heads, rule.body, links);
         program_.rules[id_] = std::move(rule);
     }
 
   private:
-    // A sum and a count know every derivation, so what tells two of them apart must reach the head's catom.
-    static bool folds(const Predicate& p) { return p.aggregate == Aggregate::Sum || p.aggregate == Aggregate::Count; }
-    static void name_anonymous(Rule& rule) {
-        for (Clause& c : rule.body)
-            for (Term& t : c.atom.arguments) {
-                if (c.kind != Clause::Kind::Atom || t.op != Op::Anonymous) continue;
-                t.op = Op::Variable;
-                t.variable = rule.variables.add({"_any", t.span, t.type});
-            }
-    }
+    // Whether it matters in how many ways a body is satisfied, as inside an aggregate.
+    enum class Matches { Any, Counted };
 
     std::vector<Clause> links_of(const std::vector<Clause>& body) const {
         std::vector<Clause> links;
@@ -82,16 +75,26 @@ class Localizer {
     }
 
     // links: those of the bodies around this one. They lead to the catoms of a negation or a comprehension too.
-    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around, std::vector<Clause> links) {
+    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around, std::vector<Clause> links, Matches matches) {
+        if (matches == Matches::Counted) name_anonymous(rule, body);
         // Only positive links reach; those inside a negation serve that negation alone.
         for (const Clause& c : body)
             if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
         const std::vector<Clause> own = links_of(body);
-        while (any_far(rule, body, near)) move_one(rule, body, near, around, links);
+        while (any_far(rule, body, near)) move_one(rule, body, near, around, links, matches);
         around.push_back(&body);
         links.insert(links.end(), own.begin(), own.end());
-        for (std::size_t i = 0; i < body.size(); ++i)
-            if (body[i].kind == Clause::Kind::Not) localize_body(rule, body[i].inner, near, around, links);
+        for (Clause& c : body)
+            if (!c.inner.empty()) localize_body(rule, c.inner, near, around, links, c.kind == Clause::Kind::Aggregate ? Matches::Counted : Matches::Any);
+    }
+    // Each fact is a match of its own, also where `_` stands.
+    static void name_anonymous(Rule& rule, std::vector<Clause>& body) {
+        for (Clause& c : body)
+            for (Term& t : c.atom.arguments) {
+                if (c.kind != Clause::Kind::Atom || t.op != Op::Anonymous) continue;
+                t.op = Op::Variable;
+                t.variable = rule.variables.add({"_any", t.span, t.type});
+            }
     }
 
     void localize_heads(Rule& rule, std::vector<Head>& heads, const std::vector<Clause>& around, const std::vector<Clause>& links) {
@@ -99,11 +102,13 @@ class Localizer {
         for (const Clause& c : around)
             if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
         for (Head& h : heads) {
-            if (h.kind != Head::Kind::Comprehension) continue;
             std::vector<Clause> inner = links_of(h.body);
             inner.insert(inner.end(), links.begin(), links.end());
-            localize_body(rule, h.body, near, {&around}, links);
-            localize_heads(rule, h.heads, h.body, inner);
+            localize_body(rule, h.body, near, {&around}, links, Matches::Counted);
+            std::vector<Clause> inside = around;
+            inside.insert(inside.end(), h.body.begin(), h.body.end());
+            localize_heads(rule, h.heads, inside, inner);
+            localize_heads(rule, h.others, around, links);
         }
     }
 
@@ -126,7 +131,7 @@ class Localizer {
         return seen;
     }
 
-    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around, const std::vector<Clause>& links) {
+    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around, const std::vector<Clause>& links, Matches matches) {
         const auto far = std::find_if(body.begin(), body.end(), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
         const VariableId at = far->atom.arguments[0].variable;
         VariableId via;
@@ -141,22 +146,23 @@ class Localizer {
                               (is_far(rule, c.atom, near) || (is_link(program_, c.atom) && region.contains(c.atom.arguments[1].variable)));
             (goes ? moved : kept).push_back(c);
         }
+        Variables counted;
+        if (matches == Matches::Counted) counted = bound_by(moved);
         // The way to a catom that a body around this one has named.
         for (const Clause& c : links)
             if (region.contains(c.atom.arguments[0].variable) && region.contains(c.atom.arguments[1].variable)) moved.push_back(c);
         split_expressions(rule, moved, kept);
         move_tests(rule, moved, kept);
-        move_negations(rule, moved, kept, around, region, near);
+        move_inner(rule, moved, kept, around, region, near);
 
         // What the rest of the rule still needs to know of the moved part.
         const Variables inside = bound_by(moved);
-        Variables outside;
+        Variables outside = counted;
         for (const Clause& c : kept) each_variable(c, [&](VariableId v) { outside.insert(v); });
         used_around(rule, around, outside);
-        const bool all = !rule.linear && around.empty() && folds(program_.predicates[rule.heads[0].atom.predicate]);
         std::vector<VariableId> shared;
         for (const VariableId v : inside)
-            if (v != via && (all || outside.contains(v))) shared.push_back(v);
+            if (v != via && outside.contains(v)) shared.push_back(v);
 
         kept.push_back(make_auxiliary(rule, via, shared, moved));
         body = std::move(kept);
@@ -165,14 +171,17 @@ class Localizer {
     // What the facts and tests of these clauses give a value to.
     static Variables bound_by(const std::vector<Clause>& clauses) {
         Variables bound;
-        for (const Clause& c : clauses)
-            if (c.kind != Clause::Kind::Not) each_variable(c, [&](VariableId v) { bound.insert(v); });
+        for (const Clause& c : clauses) {
+            if (c.kind == Clause::Kind::Aggregate) bound.insert(c.variable);
+            else if (c.kind != Clause::Kind::Not) each_variable(c, [&](VariableId v) { bound.insert(v); });
+        }
         return bound;
     }
     static void used_around(const Rule& rule, const std::vector<const std::vector<Clause>*>& around, Variables& out) {
         for (const auto* other : around)
             for (const Clause& c : *other) each_variable(c, [&](VariableId v) { out.insert(v); });
-        head_variables(rule.heads, out);
+        for (const Head& h : rule.heads) each_variable(h, [&](VariableId v) { out.insert(v); });
+        if (rule.selected.valid()) out.insert(rule.selected);
     }
 
     // q(C, X + K) becomes q(C, Y), Y = X + K: K may be known here alone.
@@ -197,18 +206,18 @@ class Localizer {
             }
     }
 
-    // A negation about catoms beyond the neighbour in between moves with them, where all it shares with the rest of the rule
+    // A negation or an aggregate about catoms beyond the neighbour in between moves with them, where all it shares with the rest of the rule
     // is known there. Otherwise it stays, and the facts it looks at come to it.
-    static void move_negations(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept, const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
+    static void move_inner(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept, const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
         const Variables known = bound_by(moved);
         for (std::size_t i = 0; i < kept.size();) {
             bool beyond_via = false;
-            if (kept[i].kind == Clause::Kind::Not)
-                each_atom(kept[i].inner, [&](const Atom& a, bool) { beyond_via = beyond_via || (region.contains(a.arguments[0].variable) && !near.contains(a.arguments[0].variable)); });
+            each_atom(kept[i].inner, [&](const Atom& a, bool) { beyond_via = beyond_via || (region.contains(a.arguments[0].variable) && !near.contains(a.arguments[0].variable)); });
+            const VariableId result = kept[i].kind == Clause::Kind::Aggregate ? kept[i].variable : VariableId();
             Variables elsewhere = bound_by(kept);
             used_around(rule, around, elsewhere);
             bool all = beyond_via;
-            each_variable(kept[i], [&](VariableId v) { all = all && (known.contains(v) || !elsewhere.contains(v)); });
+            each_variable(kept[i], [&](VariableId v) { all = all && (v == result || known.contains(v) || !elsewhere.contains(v)); });
             if (!all) {
                 ++i;
                 continue;
@@ -223,8 +232,10 @@ class Localizer {
         for (const Clause& c : moved)
             if (c.kind == Clause::Kind::Atom) each_variable(c, [&](VariableId v) { known.insert(v); });
         for (const Clause& c : kept) partial_operands(c.test, computed);
-        for (const Head& h : rule.heads)
+        each_head(rule.heads, [&](const Head& h) {
             for (const Term& t : h.atom.arguments) partial_operands(t, computed);
+            partial_operands(h.term, computed);
+        });
         for (std::size_t i = 0; i < kept.size();) {
             bool all = kept[i].kind == Clause::Kind::Test, guards = false;
             if (all)
@@ -243,14 +254,6 @@ class Localizer {
             if (t.op == Op::Divide || t.op == Op::Modulo || t.op == Op::Power || t.op == Op::Truncate || t.op == Op::Sqrt || t.op == Op::Library || t.op == Op::Call)
                 each_variable(t, [&](VariableId v) { out.insert(v); });
         });
-    }
-
-    static void head_variables(const std::vector<Head>& heads, Variables& out) {
-        for (const Head& h : heads) {
-            for (const Term& t : h.atom.arguments) each_variable(t, [&](VariableId v) { out.insert(v); });
-            for (const Clause& c : h.body) each_variable(c, [&](VariableId v) { out.insert(v); });
-            head_variables(h.heads, out);
-        }
     }
 
     // Adds the auxiliary predicate and its rule; returns the atom that stands for the moved clauses.

@@ -40,6 +40,7 @@ class Orderer {
             Clause clause = body[next];
             body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
             atom(clause.atom, state, steps);
+            if (clause.kind == Clause::Kind::Delta) delta(clause, steps);
         }
         return steps;
     }
@@ -80,17 +81,27 @@ class Orderer {
                 } else if (!set(c.test, state, steps) && !take_apart(c.test, state, steps)) {
                     continue;
                 }
-            } else if (c.kind == Clause::Kind::Not) {
-                // A variable of another negation alone is another one there.
+            } else if (c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate) {
+                // A variable of another negation or aggregate alone is another one there.
                 Variables others = outside;
-                for (const Clause& other : body)
-                    if (other.kind != Clause::Kind::Not) each_variable(other, [&](VariableId v) { others.insert(v); });
+                for (const Clause& other : body) {
+                    if (other.kind == Clause::Kind::Aggregate) others.insert(other.variable);
+                    else if (other.kind != Clause::Kind::Not) each_variable(other, [&](VariableId v) { others.insert(v); });
+                }
                 bool ready = true;
-                each_variable(c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v)); });
+                const bool folds = c.kind == Clause::Kind::Aggregate;
+                each_variable(c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v) || (folds && v == c.variable)); });
                 if (!ready) continue;
-                Step s{.kind = Step::Kind::Absent};
+                Step s{.kind = folds ? Step::Kind::Fold : Step::Kind::Absent};
                 State inner = state;
                 s.inner = order(c.inner, inner, false, others);
+                if (folds) {
+                    s.variable = c.variable;
+                    s.term = c.test;
+                    s.aggregate = c.aggregate;
+                    s.fold = c.fold;
+                    if (!known(c.variable, state)) state.values.insert(c.variable);
+                }
                 steps.push_back(std::move(s));
             } else {
                 continue;
@@ -193,7 +204,8 @@ class Orderer {
         std::size_t best = body.size();
         int least = kNotYet;
         for (std::size_t i = 0; i < body.size(); ++i) {
-            if (body[i].kind != Clause::Kind::Atom) continue;
+            const bool delta = body[i].kind == Clause::Kind::Delta;
+            if ((body[i].kind != Clause::Kind::Atom && !delta) || (delta && !known(body[i].test, s))) continue;
             const int c = cost(body[i].atom, s);
             if (c >= kNotYet) continue;
             if (textual) return i;
@@ -236,6 +248,17 @@ class Orderer {
                 step.uses.push_back(ArgumentUse::Compare);
             }
         }
+        steps.push_back(std::move(step));
+    }
+
+    // The fact that has just been matched is compared with what held before the tick.
+    void delta(const Clause& c, std::vector<Step>& steps) const {
+        Step step{.kind = Step::Kind::Delta};
+        step.predicate = c.atom.predicate;
+        step.variable = c.variable;
+        step.compare = c.compare;
+        step.term = c.test;
+        for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) step.arguments.push_back(c.atom.arguments[i]);
         steps.push_back(std::move(step));
     }
 
@@ -289,10 +312,13 @@ class Inputs {
 
     std::uint64_t of(const std::vector<Step>& steps) const {
         // The bits of runtime/abi/module_abi.h.
-        constexpr std::uint64_t born = 1, links = 2, place = 4, tick = 16;
+        constexpr std::uint64_t born = 1, links = 2, place = 4, wake = 8, tick = 16;
         std::uint64_t bits = born;
         for (const Step& s : steps) {
             bits |= of(s.inner);
+            // A change is true in one tick alone; what is due is so when the time has come.
+            if (s.kind == Step::Kind::Delta) bits |= wake;
+            each_subterm(s.term, [&](const Term& t) { bits |= t.op == Op::Due ? wake : 0; });
             if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate) bits |= links;
             if (s.kind != Step::Kind::Match) continue;
             const Stored& stored = plan_.of(s.predicate);
@@ -317,7 +343,7 @@ class Inputs {
     }
     std::uint64_t of(const std::vector<HeadPlan>& heads) const {
         std::uint64_t bits = 0;
-        for (const HeadPlan& h : heads) bits |= of(h.steps) | of(h.heads);
+        for (const HeadPlan& h : heads) bits |= of(h.steps) | of(h.heads) | of(h.others);
         return bits;
     }
 
@@ -325,11 +351,10 @@ class Inputs {
     const Plan& plan_;
 };
 
-void head_variables(const std::vector<Head>& heads, Variables& out) {
-    for (const Head& h : heads) {
-        for (const Term& t : h.atom.arguments) each_variable(t, [&](VariableId v) { out.insert(v); });
-        head_variables(h.heads, out);
-    }
+Variables head_variables(const std::vector<Head>& heads) {
+    Variables out;
+    for (const Head& h : heads) each_variable(h, [&](VariableId v) { out.insert(v); });
+    return out;
 }
 
 std::vector<HeadPlan> plan_heads(const Orderer& orderer, const std::vector<Head>& heads, const Orderer::State& state) {
@@ -337,17 +362,24 @@ std::vector<HeadPlan> plan_heads(const Orderer& orderer, const std::vector<Head>
     for (const Head& h : heads) {
         HeadPlan plan;
         plan.kind = h.kind;
+        plan.folds = h.folds;
+        plan.term = h.term;
+        plan.variable = h.variable;
         if (h.kind == Head::Kind::Fact) {
             plan.predicate = h.atom.predicate;
             plan.place = h.atom.arguments[0].variable;
             plan.arguments.assign(h.atom.arguments.begin() + 1, h.atom.arguments.end());
-        } else {
-            Orderer::State inner = state;
-            Variables used;
-            head_variables(h.heads, used);
-            plan.steps = orderer.order(h.body, inner, true, used);
-            plan.heads = plan_heads(orderer, h.heads, inner);
         }
+        Orderer::State inner = state;
+        Variables used = head_variables(h.heads);
+        for (const Fold& f : h.folds)
+            if (f.each.valid()) used.insert(f.each);
+        plan.steps = orderer.order(h.body, inner, true, used);
+        if (h.kind == Head::Kind::Set) inner.values.insert(h.variable);
+        plan.heads = plan_heads(orderer, h.heads, inner);
+        Orderer::State last = state;
+        for (const Fold& f : h.folds) last.values.insert(f.result);
+        plan.others = plan_heads(orderer, h.others, last);
         out.push_back(std::move(plan));
     }
     return out;
@@ -359,8 +391,8 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
     Orderer::State state = orderer.start();
     RulePlan out;
     out.rule = id;
-    Variables used;
-    head_variables(rule.heads, used);
+    Variables used = head_variables(rule.heads);
+    if (rule.selected.valid()) used.insert(rule.selected);
     out.steps = orderer.order(rule.body, state, rule.linear, used);
     out.heads = plan_heads(orderer, rule.heads, state);
     const Inputs inputs(plan);
@@ -380,8 +412,7 @@ RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component
     const Orderer orderer(plan, rule, plan.of(component.predicates[0]).ranked, component.predicates);
     Orderer::State state = orderer.start();
     state.values.insert(given.begin(), given.end());
-    Variables used;
-    head_variables(rule.heads, used);
+    const Variables used = head_variables(rule.heads);
     RulePlan out{.rule = id, .steps = orderer.order(body, state, false, used)};
     out.heads = plan_heads(orderer, rule.heads, state);
     out.given = given;
@@ -414,11 +445,12 @@ void order_rules(Plan& plan) {
         for (const PredicateId p : c.predicates) out.outputs |= plan.columns[plan.of(p).column].own_dirty;
         plan.components.push_back(std::move(out));
     }
-    for (const RuleId id : plan.program.rules.ids()) {
-        const Rule& rule = plan.program.rules[id];
-        if (!rule.linear) continue;
-        (rule.birth ? plan.births : plan.linear_rules).push_back(plan_rule(plan, id, false, {}));
-    }
+    // What arrives is there before the program's own rules look.
+    for (const bool arrivals : {true, false})
+        for (const RuleId id : plan.program.rules.ids()) {
+            const Rule& rule = plan.program.rules[id];
+            if (rule.linear && rule.arrives == arrivals) (rule.birth ? plan.births : plan.linear_rules).push_back(plan_rule(plan, id, false, {}));
+        }
     const std::uint64_t tick = 16;
     for (const ComponentPlan& c : plan.components) plan.reads_tick = plan.reads_tick || (c.inputs & tick);
     for (const RulePlan& r : plan.linear_rules) plan.reads_tick = plan.reads_tick || (r.inputs & tick);

@@ -28,6 +28,8 @@ std::vector<std::string_view> optional_passes() {
 
 Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
+    delay_heads(program);
+    relay_heads(program);
     separate_base(program);
     localize(program);
     program.components.clear();

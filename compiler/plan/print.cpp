@@ -108,6 +108,7 @@ class Printer {
         for (const HeadPlan& h : heads) {
             remote_reads(h.steps, out);
             heads_remote(h.heads, out);
+            heads_remote(h.others, out);
         }
     }
     void remote_reads(const std::vector<Step>& steps, std::string& out) const {
@@ -122,12 +123,15 @@ class Printer {
             if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
                 out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
             sent(h.heads, rule, out);
+            sent(h.others, rule, out);
         }
     }
 
     void rule(const RulePlan& r) {
         rule_ = &program_.rules[r.rule];
         out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->home].name, rule_->text);
+        if (rule_->select != Select::None)
+            indented(2, fmt::format("choose {} {}", rule_->select == Select::Random ? "any" : rule_->select == Select::Ascending ? "the least" : "the greatest", name(rule_->selected)));
         steps(r.steps, 2);
         heads(r.heads, 2 + r.steps.size());
     }
@@ -181,29 +185,64 @@ class Printer {
             }
             case Step::Kind::Test: return "if " + print(program_, *rule_, s.term);
             case Step::Kind::Set: return name(s.variable) + " = " + print(program_, *rule_, s.term);
-            case Step::Kind::Absent: {
-                std::string saved;
-                std::swap(saved, out_);
-                steps(s.inner, depth + 1);
-                std::swap(saved, out_);
-                while (!saved.empty() && saved.back() == '\n') saved.pop_back();
-                return "unless\n" + saved;
+            case Step::Kind::Absent: return "unless\n" + inside(s, depth);
+            case Step::Kind::Each: return fmt::format("for each {} in {}", name(s.variable), print(program_, *rule_, s.term));
+            case Step::Kind::Fold: {
+                const std::string how = s.aggregate == Aggregate::Custom ? program_.functions[s.fold].name : aggregate_name(s.aggregate);
+                const std::string value = s.term.op == Op::Anonymous ? "" : " " + print(program_, *rule_, s.term);
+                return fmt::format("{} = {}{} over\n", name(s.variable), how, value) + inside(s, depth);
             }
+            case Step::Kind::Delta: return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), print(program_, *rule_, s.term));
         }
         return "";
+    }
+    static const char* sign(Op op) {
+        switch (op) {
+            case Op::Equal: return "=";
+            case Op::NotEqual: return "<>";
+            case Op::Less: return "<";
+            case Op::LessEqual: return "<=";
+            case Op::GreaterEqual: return ">=";
+            default: return ">";
+        }
+    }
+    std::string inside(const Step& s, std::size_t depth) {
+        std::string saved;
+        std::swap(saved, out_);
+        steps(s.inner, depth + 1);
+        std::swap(saved, out_);
+        while (!saved.empty() && saved.back() == '\n') saved.pop_back();
+        return saved;
     }
 
     void heads(const std::vector<HeadPlan>& all, std::size_t depth) {
         for (const HeadPlan& h : all) {
-            if (h.kind == Head::Kind::Comprehension) {
-                indented(depth, "-> for all");
-                steps(h.steps, depth + 1);
-                heads(h.heads, depth + 1 + h.steps.size());
-                continue;
+            switch (h.kind) {
+                case Head::Kind::Fact: {
+                    std::string text = "-> " + program_.predicates[h.predicate].name + "(" + name(h.place);
+                    for (const Term& t : h.arguments) text += ", " + print(program_, *rule_, t);
+                    indented(depth, text + ")");
+                    break;
+                }
+                case Head::Kind::Comprehension:
+                case Head::Kind::Aggregate:
+                    indented(depth, "-> for all");
+                    steps(h.steps, depth + 1);
+                    heads(h.heads, depth + 1 + h.steps.size());
+                    for (const Fold& f : h.folds) indented(depth, fmt::format("   {} = {}{}", name(f.result), aggregate_name(f.aggregate), f.each.valid() ? " " + name(f.each) : ""));
+                    heads(h.others, depth);
+                    break;
+                case Head::Kind::If:
+                    indented(depth, "-> if " + print(program_, *rule_, h.term));
+                    heads(h.heads, depth + 1);
+                    indented(depth, "   else");
+                    heads(h.others, depth + 1);
+                    break;
+                case Head::Kind::Set:
+                    indented(depth, fmt::format("-> {} = {}", name(h.variable), print(program_, *rule_, h.term)));
+                    heads(h.heads, depth + 1);
+                    break;
             }
-            std::string text = "-> " + program_.predicates[h.predicate].name + "(" + name(h.place);
-            for (const Term& t : h.arguments) text += ", " + print(program_, *rule_, t);
-            indented(depth, text + ")");
         }
     }
 

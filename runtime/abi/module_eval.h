@@ -67,7 +67,7 @@ void sort_rows(Eval& e, Row* rows, u32 count, Less) {
 }
 
 // How the candidates of a group become its value.
-enum class Reduce : u8 { Set, Best, First, Sum, Count };
+enum class Reduce : u8 { Set, Best, First, Sum, Count, Since };
 
 // The row of a group among sorted rows, or count.
 template <class T>
@@ -165,6 +165,10 @@ template <class T>
         for (u32 i = 0; i < n; ++i) {
             if (kept == 0 || T::key(p[kept - 1], p[i]) != 0) {
                 p[kept++] = p[i];
+                if constexpr (T::kReduce == Reduce::Since) {
+                    const u32 held = r.find(p[i]);
+                    if (held < r.count) p[kept - 1] = r.rows[held];
+                }
                 continue;
             }
             if constexpr (T::kReduce == Reduce::First) {
@@ -198,6 +202,12 @@ const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& o
 
 inline void wake_at(Eval& e, i64 tick) {
     if (tick != 0) e.host->wake(&e, tick, kDirtyWake);
+}
+
+// Whether the time has come; if not, the catom is looked at again when it has.
+inline bool due(Eval& e, i64 tick) {
+    if (tick > e.part->now) e.host->wake(&e, tick, kDirtyWake);
+    return tick <= e.part->now;
 }
 
 // One more than the largest rank among body facts.

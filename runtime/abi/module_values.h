@@ -103,6 +103,22 @@ inline double checked_real(Eval& e, u32 rule, double a) {
     return a + 0.0;
 }
 
+// ---- random values, the same on any number of processes
+
+// A number from 0 to below `bound`, each as likely as a 64-bit draw allows.
+inline u64 draw_below(Eval& e, u64 bound) { return e.host->random(&e) % bound; }
+// Values that nobody else has, short of a chance of one in 2^63 for any two: a positive int, and an id of no catom.
+inline i64 fresh_int(Eval& e) { return static_cast<i64>(e.host->random(&e) >> 1); }
+inline u64 fresh_node(Eval& e) { return e.host->random(&e) | (u64{1} << 63); }
+
+// ---- time
+
+// The nearest number of ticks to so many seconds, at least one.
+inline i64 ticks_of(Eval& e, double seconds) {
+    const double ticks = seconds / e.part->tick_seconds + 0.5;
+    return ticks < 1 ? 1 : ticks < 9e18 ? static_cast<i64>(ticks) : __INT64_MAX__ / 2;
+}
+
 // ---- order of values: three-way, for keys and tie-breaks
 
 template <class V>

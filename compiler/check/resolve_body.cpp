@@ -1,0 +1,254 @@
+// Pass 2, bodies: clauses of the syntax tree to clauses of the checked program.
+#include "compiler/check/resolver.h"
+#include "compiler/syntax/parse.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+std::vector<Clause> Resolver::body(const std::vector<syntax::Clause>& clauses) {
+    std::vector<Clause> out;
+    for (const syntax::Clause& clause : clauses) this->clause(clause, out);
+    return out;
+}
+
+void Resolver::clause(const syntax::Clause& tree, std::vector<Clause>& out) {
+    if (const auto* a = std::get_if<syntax::Atom>(&tree.node)) {
+        body_atom(*a, out);
+    } else if (const auto* t = std::get_if<syntax::Constraint>(&tree.node)) {
+        condition(*t->condition, out);
+    } else if (const auto* n = std::get_if<syntax::Not>(&tree.node)) {
+        const Inside inside(*scope_, *locals_, n);
+        Clause c{.kind = Clause::Kind::Not, .span = tree.span};
+        c.inner = body(n->clauses);
+        out.push_back(std::move(c));
+    } else if (const auto* f = std::get_if<syntax::Forall>(&tree.node)) {
+        // What holds for all holds where there is no exception.
+        const Inside inside(*scope_, *locals_, f);
+        Clause exception{.kind = Clause::Kind::Not, .span = tree.span};
+        exception.inner = body(f->clauses);
+        Clause c{.kind = Clause::Kind::Not, .span = tree.span};
+        body_atom(f->atom, c.inner);
+        c.inner.push_back(std::move(exception));
+        out.push_back(std::move(c));
+    } else if (const auto* b = std::get_if<syntax::BodyAggregate>(&tree.node)) {
+        body_aggregate(*b, tree.span, out);
+    } else if (const auto* p = std::get_if<syntax::Proved>(&tree.node)) {
+        proved(*p, tree.span, out);
+    } else {
+        not_yet(tree.span, std::holds_alternative<syntax::Element>(tree.node) ? "lists" : "delta conditions");
+    }
+}
+
+void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
+    const auto* equal = std::get_if<syntax::Binary>(&e.node);
+    const bool patterns = equal != nullptr && equal->op == syntax::BinaryOp::Equal && (scope_->is_pattern(*equal->left) || scope_->is_pattern(*equal->right));
+    const std::optional<Type> common = patterns ? join(scope_->infer(*equal->left), scope_->infer(*equal->right)) : std::nullopt;
+    // Types that do not go together are reported where they are compared.
+    if (!common) {
+        out.push_back(test(scope_->resolve(e, Type::Bool, "a condition")));
+        return;
+    }
+    const bool left = scope_->is_pattern(*equal->left);
+    const syntax::Expr &pattern = left ? *equal->left : *equal->right, &other = left ? *equal->right : *equal->left;
+    std::vector<Clause> tests;
+    Term value = scope_->is_pattern(other) ? scope_->pattern_variable(other, *common, tests) : scope_->resolve(other, *common, "`=`");
+    if (!value.is_variable()) {
+        Term variable{.op = Op::Variable, .type = value.type, .span = other.span, .variable = scope_->fresh("_value", value.type, other.span)};
+        tests.push_back(equality(variable, std::move(value), e.span));
+        value = variable;
+    }
+    const std::size_t at = tests.size();
+    Term made = scope_->pattern(pattern, *common, tests);
+    tests.insert(tests.begin() + static_cast<std::ptrdiff_t>(at), equality(std::move(value), std::move(made), e.span));
+    for (Clause& t : tests) out.push_back(std::move(t));
+}
+
+void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out) {
+    Clause c{.kind = Clause::Kind::Aggregate, .span = span};
+    c.variable = tree.result.text == "_" ? scope_->fresh("_", Type::Error, tree.result.span) : scope_->variable(tree.result.text, tree.result.span);
+    {
+        const Inside inside(*scope_, *locals_, &tree);
+        c.inner = body(tree.clauses);
+        if (tree.value != nullptr && tree.op != "count") c.test = scope_->resolve(*tree.value, Type::Error, fmt::format("`{}`", tree.op));
+        else if (tree.value != nullptr) scope_->resolve(*tree.value, Type::Error, "`count`", true);
+    }
+    c.aggregate = aggregate(tree.op, c.test, span);
+    if (c.aggregate == Aggregate::None) return;
+    const Type type = type_of_aggregate(tree.op, c.test.type);
+    Variable& result = rule_->variables[c.variable];
+    if (result.type == Type::Error) result.type = type;
+    if (result.type == type || type == Type::Error) return out.push_back(std::move(c));
+    // The result is compared with a value of another type, an int with a float say.
+    const VariableId compared = std::exchange(c.variable, scope_->fresh("_", type, tree.result.span));
+    Term value = scope_->convert(variable_term(c.variable, tree.result.span), rule_->variables[compared].type, fmt::format("`{}`", tree.result.text));
+    out.push_back(std::move(c));
+    out.push_back(equality(variable_term(compared, tree.result.span), std::move(value), tree.result.span));
+}
+
+Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span span) {
+    static const std::map<std::string, Aggregate> kinds = {{"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}};
+    const auto found = kinds.find(op);
+    if (found == kinds.end()) {
+        not_yet(span, fmt::format("`{}` of matches", op));
+        return Aggregate::None;
+    }
+    const Type& type = value.type;
+    const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool || type == Type::Error;
+    if (found->second == Aggregate::Sum && !type.numeric() && type != Type::Error)
+        report_.add(Kind::BadAggregate, span, fmt::format("a sum of {} values has no meaning", check::type_name(type))).help = "sum an int or a float";
+    else if ((found->second == Aggregate::Min || found->second == Aggregate::Max) && !ordered)
+        report_.add(Kind::BadAggregate, span, fmt::format("{} values have no least or greatest", check::type_name(type))).help = "compare an int, a float or a node";
+    return found->second;
+}
+
+// The number of facts at the home, which is put in when it is known: place_counts().
+void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out) {
+    std::vector<PredicateId> named;
+    for (const auto& [key, id] : names_.predicates)
+        if (key.first == tree.predicate.text) named.push_back(id);
+    if (names_.tree.is_lost(tree.predicate.text)) {
+        refused_ = true;
+        return;
+    }
+    if (named.empty()) return unknown_predicate(tree.predicate, true);
+    if (named.size() > 1) {
+        auto& d = report_.add(Kind::ArityMismatch, tree.predicate.span, fmt::format("there are {} predicates `{}`, with different numbers of arguments", named.size(), tree.predicate.text));
+        for (const PredicateId id : named) d.labels.push_back({program_.predicates[id].span, "one is declared here"});
+        d.help = fmt::format("say which: `N = count : {{ {}(A, _) }}`", tree.predicate.text);
+        return;
+    }
+    const Predicate& p = program_.predicates[named[0]];
+    refused_ = refused_ || p.refused;
+    if (p.kind == PredicateKind::Action)
+        report_.add(Kind::ActionInBody, tree.predicate.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help = "read the facts that lead to it";
+    Clause c{.kind = Clause::Kind::Aggregate, .aggregate = Aggregate::Count, .span = span};
+    Clause fact{.kind = Clause::Kind::Atom, .span = span};
+    fact.atom.predicate = named[0];
+    fact.atom.span = tree.predicate.span;
+    for (const Argument& argument : p.arguments) {
+        Term any;
+        any.type = argument.type;
+        any.span = tree.predicate.span;
+        fact.atom.arguments.push_back(std::move(any));
+    }
+    c.inner.push_back(std::move(fact));
+    Term count = scope_->resolve(*tree.count, Type::Int, "a number of facts", true);
+    if (count.is_variable()) {
+        c.variable = count.variable;
+        return out.push_back(std::move(c));
+    }
+    c.variable = scope_->fresh("_", Type::Int, tree.count->span);
+    out.push_back(std::move(c));
+    if (count.op != Op::Anonymous) out.push_back(equality(variable_term(out.back().variable, tree.count->span), std::move(count), tree.count->span));
+}
+
+Term Resolver::variable_term(VariableId id, Span span) const {
+    Term term;
+    term.op = Op::Variable;
+    term.type = rule_->variables[id].type;
+    term.variable = id;
+    term.span = span;
+    return term;
+}
+
+Clause Resolver::test(Term term) {
+    Clause c{.kind = Clause::Kind::Test};
+    c.span = term.span;
+    c.test = std::move(term);
+    return c;
+}
+
+Term Resolver::location(const syntax::Expr& e, std::vector<Clause>* tests) {
+    if (scope_->variable_name(e) != nullptr) return scope_->resolve(e, Type::Node, "the place of a fact");
+    Term term;
+    term.op = Op::Variable;
+    term.type = Type::Node;
+    term.span = e.span;
+    if (std::holds_alternative<syntax::Anonymous>(e.node)) {
+        term.variable = scope_->fresh("_", Type::Node, e.span);
+        return term;
+    }
+    // The same fixed catom twice in a rule is one place.
+    const bool lasting = !scope_->inside_part();
+    const std::string key = syntax::print(e);
+    if (const auto known = places_.find(key); known != places_.end()) {
+        term.variable = known->second;
+        return term;
+    }
+    Term value = scope_->resolve(e, Type::Node, "the place of a fact");
+    term.variable = scope_->fresh("_at", Type::Node, e.span);
+    if (lasting) places_[key] = term.variable;
+    if (tests != nullptr) tests->push_back(equality(term, std::move(value), e.span));
+    return term;
+}
+
+std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
+    const auto found = names_.predicates.find({atom.name.text, atom.arguments.size()});
+    if (found != names_.predicates.end()) {
+        if (!program_.predicates[found->second].refused) return found->second;
+        refused_ = true;
+        return std::nullopt;
+    }
+    if (names_.tree.is_lost(atom.name.text)) {
+        refused_ = true;
+        return std::nullopt;
+    }
+    for (const auto& [key, id] : names_.predicates)
+        if (key.first == atom.name.text) {
+            const std::size_t needs = program_.predicates[id].arguments.size();
+            report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, needs, needs == 1 ? "" : "s",
+                                                                   atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
+                .labels = {{program_.predicates[id].span, "declared here"}};
+            return std::nullopt;
+        }
+    unknown_predicate(atom.name, atom.arguments.size() > 1);
+    return std::nullopt;
+}
+
+void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) {
+    std::vector<std::string> known;
+    for (const auto& [key, id] : names_.predicates) known.push_back(key.first);
+    const std::string near = diagnostics::nearest_name(name.text, known);
+    report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
+        near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
+}
+
+void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
+    const std::optional<PredicateId> id = find(tree);
+    if (!id) return visit_anyway(tree);
+    const Predicate& p = program_.predicates[*id];
+    sigil(tree, p);
+    if (p.kind == PredicateKind::Action)
+        report_.add(Kind::ActionInBody, tree.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help = "read the facts that lead to it";
+    Clause c{.kind = Clause::Kind::Atom, .span = tree.span};
+    c.atom.predicate = *id;
+    c.atom.span = tree.span;
+    c.atom.read_only = tree.sigil == syntax::Sigil::Read;
+    std::vector<Clause> tests;
+    for (std::size_t i = 0; i < tree.arguments.size(); ++i) {
+        const std::string where = fmt::format("argument {} of `{}`", i + 1, p.name);
+        if (i == 0) c.atom.arguments.push_back(location(*tree.arguments[i], &tests));
+        else if (scope_->is_pattern(*tree.arguments[i])) c.atom.arguments.push_back(scope_->pattern_variable(*tree.arguments[i], p.arguments[i].type, tests));
+        else c.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, where, true, p.span));
+    }
+    out.push_back(std::move(c));
+    for (Clause& t : tests) out.push_back(std::move(t));
+}
+
+void Resolver::visit_anyway(const syntax::Atom& tree) {
+    for (const auto& argument : tree.arguments)
+        if (const std::string* name = scope_->variable_name(*argument)) scope_->variable(*name, argument->span);
+}
+
+void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
+    using syntax::Sigil;
+    if (!dialect_linear_ && tree.sigil == Sigil::Persistent) return;  // Original Meld's mark of linear facts.
+    const bool wrong = (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
+    if (!wrong) return;
+    auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));
+    d.labels = {{p.span, "declared here"}};
+    d.help = fmt::format("write `{}({})`", p.name, tree.arguments.size() > 1 ? "..." : "A");
+}
+
+}  // namespace meld::check

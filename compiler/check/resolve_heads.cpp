@@ -1,0 +1,137 @@
+// Pass 2, heads: items of the syntax tree to heads of the checked program.
+#include "compiler/check/resolver.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+std::vector<Head> Resolver::heads(const std::vector<syntax::HeadItem>& items) {
+    std::vector<Head> out;
+    for (const syntax::HeadItem& item : items) head(item, out);
+    return out;
+}
+
+void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
+    if (const auto* f = std::get_if<syntax::HeadFact>(&item.node)) {
+        head_fact(*f, out);
+    } else if (const auto* c = std::get_if<syntax::Comprehension>(&item.node)) {
+        const Inside inside(*scope_, *locals_, c);
+        Head h{.kind = Head::Kind::Comprehension, .span = item.span};
+        h.body = body(c->body);
+        h.heads = heads(c->head);
+        out.push_back(std::move(h));
+    } else if (const auto* a = std::get_if<syntax::RuleAggregate>(&item.node)) {
+        rule_aggregate(*a, item.span, out);
+    } else if (const auto* e = std::get_if<syntax::Exists>(&item.node)) {
+        exists(*e, item.span, out);
+    } else if (const auto* i = std::get_if<syntax::HeadIf>(&item.node)) {
+        Head h{.kind = Head::Kind::If, .span = item.span};
+        h.term = scope_->resolve(*i->condition, Type::Bool, "`if`");
+        h.heads = heads(i->then_head);
+        h.others = heads(i->else_head);
+        out.push_back(std::move(h));
+    }
+}
+
+void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
+    const syntax::Atom& tree = item.atom;
+    const std::optional<PredicateId> id = find(tree);
+    if (!id) return visit_anyway(tree);
+    const Predicate& p = program_.predicates[*id];
+    sigil(tree, p);
+    if (p.sensed)
+        report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: the runtime alone says where it holds", p.name)).help =
+            "derive a predicate of your own";
+    Head h{.kind = Head::Kind::Fact, .span = tree.span};
+    h.atom.predicate = *id;
+    h.atom.span = tree.span;
+    for (std::size_t i = 0; i < tree.arguments.size(); ++i) {
+        const bool counted = p.aggregate == Aggregate::Count && p.aggregate_at == i;
+        if (i == 0) h.atom.arguments.push_back(head_location(*tree.arguments[i]));
+        else if (counted) h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
+        else h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
+    }
+    if (item.delay) h.delay = delay(*item.delay);
+    out.push_back(std::move(h));
+}
+
+Term Resolver::delay(const syntax::Delay& tree) {
+    Term ticks;
+    ticks.type = Type::Int;
+    ticks.span = tree.span;
+    const bool whole = tree.unit == syntax::Delay::Unit::Ticks;
+    if (!(tree.amount > 0) || (whole && tree.amount < 1))
+        report_.add(Kind::BadDelay, tree.span, "a delay of no time is none").help = "leave it out, or write @+1 for the next tick";
+    if (whole) {
+        ticks.op = Op::Int;
+        ticks.integer = static_cast<std::int64_t>(tree.amount);
+        return ticks;
+    }
+    ticks.op = Op::Ticks;
+    Term seconds;
+    seconds.op = Op::Float;
+    seconds.type = Type::Float;
+    seconds.span = tree.span;
+    seconds.real = tree.unit == syntax::Delay::Unit::Milliseconds ? tree.amount / 1000 : tree.amount;
+    ticks.operands.push_back(std::move(seconds));
+    return ticks;
+}
+
+void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std::vector<Head>& out) {
+    Head h{.kind = Head::Kind::Aggregate, .span = span};
+    {
+        const Inside inside(*scope_, *locals_, &tree);
+        h.body = body(tree.body);
+        h.heads = heads(tree.each);
+        for (const syntax::HeadAggregate& one : tree.aggregates) {
+            Fold fold;
+            Term value;
+            if (one.op != "count") {
+                fold.each = scope_->variable(one.result.text, one.result.span);
+                value = variable_term(fold.each, one.result.span);
+            }
+            fold.aggregate = aggregate(one.op, value, one.result.span);
+            h.folds.push_back(std::move(fold));
+        }
+    }
+    const Inside inside(*scope_, *locals_, &tree.result);
+    for (std::size_t i = 0; i < h.folds.size(); ++i) {
+        const syntax::HeadAggregate& one = tree.aggregates[i];
+        h.folds[i].result = scope_->variable(one.result.text, one.result.span);
+        Variable& result = rule_->variables[h.folds[i].result];
+        const Type value = h.folds[i].each.valid() ? rule_->variables[h.folds[i].each].type : Type::Int;
+        if (result.type == Type::Error) result.type = type_of_aggregate(one.op, value);
+    }
+    h.others = heads(tree.result);
+    out.push_back(std::move(h));
+}
+
+// One head of kind Set for each variable, the others inside it.
+void Resolver::exists(const syntax::Exists& tree, Span span, std::vector<Head>& out) {
+    const Inside inside(*scope_, *locals_, &tree);
+    std::vector<Head> made = heads(tree.head);
+    for (std::size_t i = tree.variables.size(); i-- > 0;) {
+        const syntax::Name& name = tree.variables[i];
+        Head h{.kind = Head::Kind::Set, .span = span};
+        h.variable = scope_->variable(name.text, name.span);
+        const Type& type = rule_->variables[h.variable].type;
+        if (type != Type::Int && type != Type::Node && type != Type::Error)
+            report_.add(Kind::TypeMismatch, name.span, fmt::format("`exists` makes an int or a node, and `{}` is {}", name.text, check::type_name(type)));
+        h.term.op = Op::Fresh;
+        h.term.type = type;
+        h.term.span = name.span;
+        h.heads = std::move(made);
+        made.clear();
+        made.push_back(std::move(h));
+    }
+    for (Head& h : made) out.push_back(std::move(h));
+}
+
+Term Resolver::head_location(const syntax::Expr& e) {
+    std::vector<Clause> tests;
+    Term term = location(e, &tests);
+    for (Clause& t : tests) rule_->body.push_back(std::move(t));
+    return term;
+}
+
+}  // namespace meld::check

@@ -1,0 +1,103 @@
+// Pass 2's state: one rule at a time from syntax tree to checked rule. Used by the resolve*.cpp files only.
+#pragma once
+
+#include <optional>
+#include <set>
+
+#include "compiler/check/check.h"
+#include "compiler/check/local_names.h"
+#include "compiler/check/scope.h"
+
+namespace meld::check {
+
+class Resolver {
+  public:
+    Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report, std::set<std::uint32_t> linear_files)
+        : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)) {}
+
+    void rule(const syntax::Rule& tree);
+
+  private:
+    void not_yet(Span span, const std::string& what);
+
+    // ---- types of variables, before any term is built: from atoms first, then from equalities (resolve_types.cpp)
+    void type_variables(const std::vector<syntax::Clause>& clauses);
+    void type_heads(const std::vector<syntax::HeadItem>& heads);
+    void type_rule_aggregate(const syntax::RuleAggregate& aggregate);
+    void type_fresh(const std::vector<syntax::HeadItem>& heads);
+    void type_from_atoms(const std::vector<syntax::Clause>& clauses);
+    void type_from_atom(const syntax::Atom& atom);
+    void type_from_equalities(const std::vector<syntax::Clause>& clauses, bool& changed);
+    void type_name(const syntax::Name& variable, const Type& type, bool& changed);
+    Type type_of_aggregate(const std::string& op, const Type& value) const;
+
+    // ---- bodies (resolve_body.cpp)
+    std::vector<Clause> body(const std::vector<syntax::Clause>& clauses);
+    void clause(const syntax::Clause& tree, std::vector<Clause>& out);
+    // An equality with a pattern makes or takes apart; what it is compared with is a variable, made if need be.
+    void condition(const syntax::Expr& e, std::vector<Clause>& out);
+    void body_atom(const syntax::Atom& tree, std::vector<Clause>& out);
+    void body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out);
+    void proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out);
+    // Reports what an aggregate cannot be made of; the aggregate, or None where there is no such one.
+    Aggregate aggregate(const std::string& op, const Term& value, Span span);
+    static Clause test(Term term);
+    Term variable_term(VariableId id, Span span) const;
+    // The catom of an atom is always a variable: another expression there becomes a fresh one and a test.
+    Term location(const syntax::Expr& e, std::vector<Clause>* tests);
+    std::optional<PredicateId> find(const syntax::Atom& atom);
+    void unknown_predicate(const syntax::Name& name, bool with_arguments);
+    // So that variables of an atom that was refused do not count as unbound.
+    void visit_anyway(const syntax::Atom& tree);
+    void sigil(const syntax::Atom& tree, const Predicate& p);
+
+    // ---- heads (resolve_heads.cpp)
+    std::vector<Head> heads(const std::vector<syntax::HeadItem>& items);
+    void head(const syntax::HeadItem& item, std::vector<Head>& out);
+    void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    void rule_aggregate(const syntax::RuleAggregate& tree, Span span, std::vector<Head>& out);
+    void exists(const syntax::Exists& tree, Span span, std::vector<Head>& out);
+    Term delay(const syntax::Delay& tree);
+    Term head_location(const syntax::Expr& e);
+
+    // ---- the whole rule (resolve.cpp)
+    void finish(const syntax::Rule& tree, Rule& rule);
+    bool refuse_linear_inside(const std::vector<Clause>& body);
+    // Views: every head is a rule of its own, with what the heads around it add to the body.
+    void views(const Rule& rule, const std::vector<Clause>& body, const std::vector<Head>& heads, bool axiom);
+    void view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head);
+    void place_counts(Rule& rule) const;
+    void add(Rule rule);
+    static std::string swapped(const syntax::Rule& tree);
+    static void find_single_use(Rule& rule);
+    void note_lower_case();
+
+    const source::FileSet& files_;
+    const Names& names_;
+    Program& program_;
+    diagnostics::Reporter& report_;
+    std::set<std::uint32_t> linear_files_;
+    Scope* scope_ = nullptr;
+    const LocalNames* locals_ = nullptr;
+    Rule* rule_ = nullptr;
+    std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
+    bool dialect_linear_ = false;
+    std::size_t errors_before_ = 0;
+    // The rule uses a predicate whose declaration was refused.
+    bool refused_ = false;
+    bool lower_case_noted_ = false;
+};
+
+// Enters a part of a rule that has names of its own, and leaves it again.
+class Inside {
+  public:
+    Inside(Scope& scope, const LocalNames& locals, const void* part) : scope_(scope) { scope_.enter(part, locals.of(part)); }
+    ~Inside() { scope_.leave(); }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+
+  private:
+    Scope& scope_;
+};
+
+}  // namespace meld::check

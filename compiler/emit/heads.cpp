@@ -1,0 +1,221 @@
+// Emits what a rule makes of its matches: aggregates, facts, messages, actions.
+#include <algorithm>
+
+#include "compiler/emit/rule_emitter.h"
+
+namespace meld::emit {
+
+RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type) {
+    Folding f{aggregate, fresh("folded"), fresh("seen"), type};
+    w_.line("{} {}{{}};", cpp_type(type), f.result);
+    w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
+    return f;
+}
+
+void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
+    switch (f.aggregate) {
+        case Aggregate::Count: w_.line("++{};", f.result); break;
+        case Aggregate::Sum:
+            w_.line("{0} = {1};", f.result,
+                    f.type == Type::Float ? fmt::format("checked_real(*s.e, {}, {} + {})", scope_.rule_index, f.result, value)
+                                          : fmt::format("checked_add(*s.e, {}, {}, {})", scope_.rule_index, f.result, value));
+            break;
+        case Aggregate::Min:
+        case Aggregate::Max: w_.line("if ({0} == 0 || {1} {2} {3}) {3} = {1};", f.seen, value, f.aggregate == Aggregate::Min ? "<" : ">", f.result); break;
+        default: MELD_CHECK(false, "rule {}: an aggregate without code", scope_.rule.name);
+    }
+    w_.line("++{};", f.seen);
+}
+
+void RuleEmitter::fold(const Step& s) {
+    const Scope before = scope_;
+    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type);
+    w_.open("{");
+    const std::size_t outside = w_.depth();
+    steps(s.inner);
+    fold_in(f, s.term.op == Op::Anonymous ? "" : term_as(scope_, s.term, f.type));
+    close_to(outside);
+    w_.close();
+    restore(before);
+    std::string condition = needs_match(s.aggregate) ? f.seen + " > 0" : "";
+    const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
+    if (known) condition += (condition.empty() ? "" : " && ") + equal(f.type, f.result, scope_.value(s.variable));
+    else bind(s.variable, f.result);
+    if (!condition.empty()) w_.open(fmt::format("if ({}) {{", condition));
+}
+
+std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const Term& t) {
+    const Predicate& p = plan_.program.predicates[id];
+    if (p.aggregate == Aggregate::Count && p.aggregate_at == argument) return "1";
+    const Type type = p.arguments[argument].type;
+    const std::string value = term_as(scope_, t, type);
+    if (type != Type::Float || t.op == Op::Float || t.is_variable()) return value;
+    return fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value);
+}
+
+void RuleEmitter::make_row(const HeadPlan& h) {
+    const Stored& stored = plan_.of(h.predicate);
+    w_.line("{} row{{}};", row_type(h.predicate));
+    for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
+        if (i == 1 && stored.storage == Storage::PerLink) w_.line("row.a1 = {};", scope_.port(h.arguments[0].variable));
+        else w_.line("row.{} = {};", field_name(i), head_value(h.predicate, i, h.arguments[i - 1]));
+    }
+}
+
+void RuleEmitter::propose(const HeadPlan& h) {
+    const std::string name = predicate_name(plan_.program, h.predicate);
+    make_row(h);
+    if (plan_.of(h.predicate).ranked) {
+        std::string ranks;
+        for (const std::string& r : scope_.ranks) ranks += (ranks.empty() ? "" : ", ") + r;
+        w_.line("row.rank = {};", ranks.empty() ? "0" : "rank_above(" + ranks + ")");
+    }
+    w_.line("s.{}.propose(*s.e, row);", name);
+}
+
+void RuleEmitter::consume() {
+    std::vector<PredicateId> bags;
+    for (const Consumed& c : consumed_)
+        if (std::find(bags.begin(), bags.end(), c.predicate) == bags.end()) bags.push_back(c.predicate);
+    for (const PredicateId bag : bags) {
+        const std::string name = predicate_name(plan_.program, bag);
+        std::string positions;
+        int n = 0;
+        for (const Consumed& c : consumed_)
+            if (c.predicate == bag) {
+                positions += (positions.empty() ? "" : ", ") + c.position;
+                ++n;
+            }
+        if (n == 1) {
+            w_.line("s.{}.remove({});", name, positions);
+        } else {
+            const std::string list = fresh("positions");
+            w_.line("u32 {}[] = {{{}}};", list, positions);
+            w_.line("s.{}.remove_all({}, {});", name, list, n);
+        }
+        raise(bag);
+    }
+    consumed_.clear();
+}
+
+void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
+    for (const HeadPlan& h : all) {
+        w_.open("{");
+        switch (h.kind) {
+            case Head::Kind::Fact: fact(h); break;
+            case Head::Kind::Comprehension: comprehension(h, {}); break;
+            case Head::Kind::Aggregate: aggregate(h); break;
+            case Head::Kind::If:
+                w_.open(fmt::format("if ({}) {{", term(scope_, h.term)));
+                heads(h.heads);
+                w_.close();
+                w_.open("else {");
+                heads(h.others);
+                w_.close();
+                break;
+            case Head::Kind::Set: {
+                const Scope before = scope_;
+                bind(h.variable, term_as(scope_, h.term, scope_.rule.variables[h.variable].type));
+                heads(h.heads);
+                restore(before);
+                break;
+            }
+        }
+        w_.close();
+    }
+}
+
+void RuleEmitter::aggregate(const HeadPlan& h) {
+    std::vector<Folding> folds;
+    std::string condition;
+    for (const Fold& f : h.folds) {
+        folds.push_back(start_fold(f.aggregate, scope_.rule.variables[f.result].type));
+        if (needs_match(f.aggregate)) condition = folds.back().seen + " > 0";
+    }
+    comprehension(h, folds);
+    const Scope before = scope_;
+    w_.open(condition.empty() ? "{" : fmt::format("if ({}) {{", condition));
+    for (std::size_t i = 0; i < folds.size(); ++i) bind(h.folds[i].result, folds[i].result);
+    heads(h.others);
+    w_.close();
+    restore(before);
+}
+
+void RuleEmitter::fold_match(const HeadPlan& h, const std::vector<Folding>& folds) {
+    for (std::size_t i = 0; i < folds.size(); ++i) fold_in(folds[i], h.folds[i].each.valid() ? scope_.value(h.folds[i].each) : "");
+}
+
+void RuleEmitter::fact(const HeadPlan& h) {
+    const Predicate& p = plan_.program.predicates[h.predicate];
+    if (p.kind == PredicateKind::Action) {
+        values(h);
+        w_.line("s.e->host->act(s.e, {}, values);", h.predicate.index());
+    } else if (h.place != scope_.rule.home) {
+        send(h);
+    } else {
+        const std::string name = predicate_name(plan_.program, h.predicate);
+        w_.line("load_{}(s);", name);
+        make_row(h);
+        if (p.linear()) w_.line("s.{}.add(*s.e, row);", name);
+        else w_.open(fmt::format("if (give_base(*s.e, s.{}, row)) {{", name));
+        raise(h.predicate);
+        if (!p.linear()) w_.close();
+    }
+}
+
+void RuleEmitter::values(const HeadPlan& h) {
+    const Predicate& p = plan_.program.predicates[h.predicate];
+    w_.line("Value values[{}];", std::max<std::size_t>(1, h.arguments.size()));
+    for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
+        w_.line("values[{}].{} = {};", i - 1, value_member(p.arguments[i].type), head_value(h.predicate, i, h.arguments[i - 1]));
+    }
+}
+
+void RuleEmitter::send(const HeadPlan& h) {
+    values(h);
+    w_.raw("++s.e->derivations;");
+    if (scope_.places.contains(h.place)) {
+        w_.line("s.e->host->send(s.e, {}, {}, values);", scope_.at(h.place), h.predicate.index());
+        return;
+    }
+    const std::string port = fresh("port");
+    w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
+    w_.line("if ({0} >= 0) s.e->host->send(s.e, static_cast<u32>(s.neighbour[{0}]), {1}, values);", port, h.predicate.index());
+    w_.raw("else ++s.e->dropped;");
+}
+
+bool RuleEmitter::consumes(const HeadPlan& h) const {
+    return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) { return s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only; });
+}
+
+void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Folding>& folds) {
+    const Scope before = scope_;
+    const std::vector<Consumed> outer = std::move(consumed_);
+    consumed_.clear();
+    if (!consumes(h)) {
+        const std::size_t outside = w_.depth();
+        steps(h.steps);
+        fold_match(h, folds);
+        heads(h.heads);
+        close_to(outside);
+    } else {
+        // Facts are consumed match by match; those made meanwhile are held.
+        const std::string one = fresh("one");
+        w_.open(fmt::format("const auto {} = [&]() -> bool {{", one));
+        const std::size_t outside = w_.depth();
+        steps(h.steps);
+        fold_match(h, folds);
+        consume();
+        heads(h.heads);
+        w_.raw("return true;");
+        close_to(outside);
+        w_.raw("return false;");
+        w_.close("};");
+        w_.line("while (s.e->trap == Trap::None && {}()) {{", one);
+        w_.raw("}");
+    }
+    restore(before);
+    consumed_ = outer;
+}
+
+}  // namespace meld::emit

@@ -1,0 +1,183 @@
+// Emits how facts are matched: at the catom, at a neighbour, in the world, and that none is there.
+#include <algorithm>
+#include <utility>
+
+#include "compiler/emit/rule_emitter.h"
+
+namespace meld::emit {
+
+void RuleEmitter::match(const Step& s) {
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    if (p.world != WorldSource::None) return match_world(s, p.world);
+    if (s.changed) return match_changed(s);
+    if (!s.at_home) return match_remote(s);
+    if (p.linear()) return match_bag(s);
+    match_home(s);
+}
+
+bool RuleEmitter::whole_key(const Step& s) const {
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
+    if (end <= 1) return false;
+    for (std::size_t i = 1; i < end; ++i)
+        if (s.uses[i - 1] != ArgumentUse::Compare || !same_type(s.arguments[i - 1], p.arguments[i].type)) return false;
+    return true;
+}
+
+std::string RuleEmitter::group_row(const Step& s) {
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
+    const std::string group = fresh("group");
+    w_.line("{} {}{{}};", row_type(s.predicate), group);
+    for (std::size_t i = 1; i < end; ++i) w_.line("{}.{} = {};", group, field_name(i), term(scope_, s.arguments[i - 1]));
+    return group;
+}
+
+void RuleEmitter::match_home(const Step& s) {
+    const Stored& stored = plan_.of(s.predicate);
+    const std::string name = predicate_name(plan_.program, s.predicate);
+    const std::string i = fresh("i"), f = fresh("f");
+    const bool frozen = std::find(frozen_.begin(), frozen_.end(), s.predicate) != frozen_.end();
+    const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name), count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
+    if (!frozen) w_.line("load_{}(s);", name);
+    if (stored.storage == Storage::Rows && whole_key(s)) {
+        const std::string group = group_row(s);
+        w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
+        w_.open(fmt::format("if ({} < {}) {{", i, count));
+    } else {
+        w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
+    }
+    // Rows may be replaced while a comprehension acts: the fact is copied.
+    w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
+    if (s.ranks) scope_.ranks.push_back(f + ".rank");
+    if (stored.storage == Storage::PerLink) return match_link(s, f);
+    use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::match_link(const Step& s, const std::string& f) {
+    const Term& other = s.arguments[0];
+    Step rest = s;
+    rest.uses[0] = ArgumentUse::Skip;
+    w_.line("if (s.neighbour[{}.a1] < 0) continue;", f);
+    if (s.uses[0] == ArgumentUse::Bind) {
+        w_.line("[[maybe_unused]] const i32 {} = static_cast<i32>({}.a1);", scope_.port(other.variable), f);
+        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}.a1]);", scope_.at(other.variable), f);
+        scope_.places.insert(other.variable);
+    } else if (s.uses[0] == ArgumentUse::Compare) {
+        w_.line("if (s.g->catom_id[s.neighbour[{}.a1]] != {}) continue;", f, term(scope_, other));
+    }
+    use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::match_remote(const Step& s) {
+    const Stored& stored = plan_.of(s.predicate);
+    const std::string name = predicate_name(plan_.program, s.predicate);
+    const std::string at = scope_.at(s.place), f = fresh("f");
+    if (stored.storage == Storage::Rows) {
+        const std::string head = fresh("head"), rows = fresh("rows"), i = fresh("i");
+        w_.line("const RowsHead& {} = rows_of(s, {}, {});", head, stored.column.index(), at);
+        w_.line("const auto* {} = reinterpret_cast<const {}*>({}.data);", rows, row_type(s.predicate), head);
+        if (whole_key(s)) {
+            const std::string group = group_row(s);
+            w_.line("const u32 {} = find_row<{}_t>({}, {}.count, {});", i, name, rows, head, group);
+            w_.open(fmt::format("if ({} < {}.count) {{", i, head));
+        } else {
+            w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}.count; ++{0}) {{", i, head));
+        }
+        w_.line("[[maybe_unused]] const {}& {} = {}[{}];", row_type(s.predicate), f, rows, i);
+        if (s.ranks) scope_.ranks.push_back(f + ".rank");
+        return use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+    }
+    w_.line("const {0}& {1} = record<{0}>(s, {2}, {3});", record_name(stored.column), f, stored.column.index(), at);
+    if (stored.ranked) w_.open(fmt::format("if ({}.{}_rank != kAbsent) {{", f, name));
+    else w_.open(fmt::format("if (({}.present_{} & {:#x}u) != 0) {{", f, stored.presence_offset, stored.presence_mask));
+    if (s.ranks) scope_.ranks.push_back(fmt::format("{}.{}_rank", f, name));
+    use(s, [&](std::size_t k) { return fmt::format("{}.{}_{}", f, name, field_name(k)); });
+}
+
+void RuleEmitter::match_changed(const Step& s) {
+    const Stored& stored = plan_.of(s.predicate);
+    const std::string name = predicate_name(plan_.program, s.predicate);
+    const std::string changes = fresh("changes"), i = fresh("i"), f = fresh("f");
+    const bool derived = s.at_home && stored.base != s.predicate;
+    if (derived) w_.line("load_{}(s);", name);
+    w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
+                        derived ? fmt::format("own_changes(*s.e, s.{})", name) : fmt::format("s.e->part->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
+    w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
+    w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
+    use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::match_bag(const Step& s) {
+    const std::string name = predicate_name(plan_.program, s.predicate);
+    const std::string i = fresh("i"), f = fresh("f");
+    w_.line("load_{}(s);", name);
+    w_.open(fmt::format("for (u32 {0} = 0; {0} < s.{1}.list.count; ++{0}) {{", i, name));
+    std::string taken;
+    for (const Consumed& c : consumed_)
+        if (c.predicate == s.predicate) taken += fmt::format("{}{} == {}", taken.empty() ? "" : " || ", i, c.position);
+    if (!taken.empty()) w_.line("if ({}) continue;", taken);
+    w_.line("[[maybe_unused]] const {} {} = s.{}.list.rows[{}];", row_type(s.predicate), f, name, i);
+    if (!s.read_only) consumed_.push_back({s.predicate, i});
+    use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::match_world(const Step& s, WorldSource source) {
+    const auto value = [&](const std::string& text) {
+        use(s, [&](std::size_t) { return text; });
+    };
+    switch (source) {
+        case WorldSource::NeighborCount: {
+            const std::string n = fresh("n");
+            w_.line("i64 {} = 0;", n);
+            w_.line("for (i32 port = 0; port < s.g->ports; ++port) {} += s.neighbour[port] >= 0;", n);
+            return value(n);
+        }
+        case WorldSource::Vacant: {
+            const std::string port = fresh("port");
+            w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
+            w_.line("if (s.neighbour[{}] >= 0) continue;", port);
+            return value(fmt::format("i64{{{}}}", port));
+        }
+        case WorldSource::TargetPort: {
+            const std::string port = fresh("port");
+            w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
+            w_.line("if (!in_target(*s.g, site_towards(*s.g, s.site, {}))) continue;", port);
+            return value(fmt::format("i64{{{}}}", port));
+        }
+        case WorldSource::Target: return w_.open("if (in_target(*s.g, s.site)) {");
+        case WorldSource::Id: return value("static_cast<i64>(s.g->catom_id[s.catom])");
+        case WorldSource::Tick: return value("s.e->part->now");
+        case WorldSource::Cell: return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, s.site, {})}}", k - 1); });
+        case WorldSource::Position: {
+            const std::string centre = fresh("centre");
+            w_.line("double {}[3];", centre);
+            w_.line("s.e->host->position(s.e, {});", centre);
+            return use(s, [&](std::size_t k) { return fmt::format("{}[{}]", centre, k - 1); });
+        }
+        case WorldSource::Neighbor:
+        case WorldSource::NeighborPort:
+        case WorldSource::None: break;
+    }
+    MELD_CHECK(false, "rule {}: a link was planned as a match", scope_.rule.name);
+}
+
+void RuleEmitter::absent(const Step& s) {
+    const Scope before = scope_;
+    // It sees all facts, those too that the rule is about to consume.
+    const std::vector<Consumed> taken = std::exchange(consumed_, {});
+    const std::string found = fresh("found");
+    w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
+    const std::size_t outside = w_.depth();
+    steps(s.inner);
+    w_.raw("return true;");
+    const bool always = w_.depth() == outside;
+    close_to(outside);
+    if (!always) w_.raw("return false;");
+    w_.close("};");
+    restore(before);
+    consumed_ = taken;
+    w_.open(fmt::format("if (!{}()) {{", found));
+}
+
+}  // namespace meld::emit

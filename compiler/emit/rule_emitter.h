@@ -1,0 +1,126 @@
+// Emits one rule: nested loops over the plan's steps, innermost what the rule makes. The state that the emitting files
+// share: rules.cpp (the rule, links), matches.cpp (facts), heads.cpp (aggregates, what is made).
+#pragma once
+
+#include "compiler/emit/writer.h"
+
+namespace meld::emit {
+
+using namespace check;
+using plan::ArgumentUse;
+using plan::HeadPlan;
+using plan::Step;
+
+class RuleEmitter {
+  public:
+    RuleEmitter(const plan::Plan& plan, const RulePlan& rule, Writer& w)
+        : plan_(plan), rule_plan_(rule), w_(w), scope_{plan, plan.program.rules[rule.rule], rule.rule.index()} {
+        scope_.places.insert(scope_.rule.home);
+    }
+    void view();
+    void linear();
+    // The groups of the head that changed rows of one input can affect.
+    void touch(std::size_t number);
+    // The rule for one group of the head.
+    void group();
+
+  private:
+    struct Consumed {
+        PredicateId predicate;
+        std::string position;  // The C++ name of the index into the bag.
+    };
+
+    // A selector looks at all matches first, and then again for the one it has chosen.
+    void choose();
+    // Ends a block: what it has bound is unknown outside.
+    void restore(const Scope& before);
+    void comment();
+    // Comprehensions see what there was when the rule was applied, less what has been consumed since: what the rule itself
+    // makes joins the bags when it is done, and given facts are read as they were.
+    void freeze();
+    void close_to(std::size_t depth);
+    std::string fresh(const char* stem) { return fmt::format("{}{}", stem, scope_.next++); }
+    void steps(const std::vector<Step>& all);
+    void step(const Step& s);
+    void set(const Step& s);
+    void bind(VariableId v, const std::string& value);
+
+    // ---- links
+    void neighbours(const Step& s);
+    void locate(const Step& s);
+    void port_use(const Step& s, const std::string& port);
+
+    // ---- facts
+    void match(const Step& s);
+    // Binds and compares the arguments of a match; value(i) is the C++ text of argument i, counted from 1.
+    template <class Value>
+    void use(const Step& s, const Value& value) {
+        std::string conditions;
+        std::vector<std::pair<VariableId, std::string>> binds;
+        for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
+            const Term& t = s.arguments[i - 1];
+            if (s.uses[i - 1] == ArgumentUse::Bind) {
+                // The same variable twice in one fact: the second is a comparison with the first.
+                bind(t.variable, value(i));
+            } else if (s.uses[i - 1] == ArgumentUse::Compare) {
+                const Type& type = plan_.program.predicates[s.predicate].arguments[i].type;
+                conditions += (conditions.empty() ? "" : " && ") + equal(type, value(i), term_as(scope_, t, type));
+            }
+        }
+        if (!conditions.empty()) w_.open(fmt::format("if ({}) {{", conditions));
+    }
+    std::string row_type(PredicateId id) const { return predicate_name(plan_.program, id) + "_t::Row"; }
+    // Whether all arguments of the group are compared, so that the row can be looked up.
+    bool whole_key(const Step& s) const;
+    static bool same_type(const Term& t, const Type& type) { return t.type == type; }
+    // Emits the group row that is looked for; returns its name.
+    std::string group_row(const Step& s);
+    void match_home(const Step& s);
+    // A PerLink fact names its neighbour by port.
+    void match_link(const Step& s, const std::string& f);
+    void match_remote(const Step& s);
+    // Rows that have changed, as they were and as they are: of a predicate derived here in this evaluation, or since the last.
+    void match_changed(const Step& s);
+    void match_bag(const Step& s);
+    void match_world(const Step& s, WorldSource source);
+    // None of the ways to satisfy the inner steps exists.
+    void absent(const Step& s);
+
+    // ---- aggregates of matches, in bodies and heads
+    struct Folding {
+        Aggregate aggregate;
+        std::string result, seen;   // C++ names: what has been made so far, and of how many matches.
+        Type type;
+    };
+    Folding start_fold(Aggregate aggregate, const Type& type);
+    // Adds one match.
+    void fold_in(const Folding& f, const std::string& value);
+    // Of no match there is a sum and a count, but no least or greatest.
+    static bool needs_match(Aggregate a) { return a == Aggregate::Min || a == Aggregate::Max; }
+    void fold(const Step& s);
+
+    // ---- what the rule makes
+    std::string head_value(PredicateId id, std::size_t argument, const Term& t);
+    // Emits `Row row;` and its fields.
+    void make_row(const HeadPlan& h);
+    void propose(const HeadPlan& h);
+    void consume();
+    void raise(PredicateId id) { w_.line("s.raised |= {};", hex(plan_.columns[plan_.of(id).column].own_dirty)); }
+    void heads(const std::vector<HeadPlan>& all);
+    // Results are made while the matches are consumed, and then the last heads once.
+    void aggregate(const HeadPlan& h);
+    void fold_match(const HeadPlan& h, const std::vector<Folding>& folds);
+    void fact(const HeadPlan& h);
+    void values(const HeadPlan& h);
+    void send(const HeadPlan& h);
+    bool consumes(const HeadPlan& h) const;
+    void comprehension(const HeadPlan& h, const std::vector<Folding>& folds);
+    const plan::Plan& plan_;
+    const RulePlan& rule_plan_;
+    Writer& w_;
+    Scope scope_;
+    std::vector<Consumed> consumed_;
+    std::vector<PredicateId> held_, frozen_;  // See freeze().
+};
+
+}  // namespace meld::emit
