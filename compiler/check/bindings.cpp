@@ -59,6 +59,7 @@ class Bindings {
             changed = false;
             for (const Clause& c : clauses) {
                 if (c.kind == Clause::Kind::Aggregate && !bound.contains(c.variable) && shared_bound(c, bound)) changed = bound.insert(c.variable).second || changed;
+                if (c.kind == Clause::Kind::Element && !bound.contains(c.variable) && all_bound(c.test, bound)) changed = bound.insert(c.variable).second || changed;
                 if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
                 for (const std::size_t side : {0u, 1u}) {
                     const Term &target = c.test.operands[side], &value = c.test.operands[1 - side];
@@ -105,6 +106,10 @@ class Bindings {
         for (const Clause& c : clauses) {
             for (const Term& a : c.atom.arguments) need(a, bound, "here");
             if (c.kind == Clause::Kind::Test) need_of_test(c.test, bound);
+            if (c.kind == Clause::Kind::Element) {
+                need(c.test, bound, "in this list");
+                reported_.insert(c.variable);
+            }
             if (c.kind == Clause::Kind::Delta) need(c.test, bound, "in this condition");
             if (c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate) {
                 Bound inner = bound;

@@ -1,4 +1,6 @@
 // Pass 2, bodies: clauses of the syntax tree to clauses of the checked program.
+#include <algorithm>
+
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
 
@@ -35,9 +37,63 @@ void Resolver::clause(const syntax::Clause& tree, std::vector<Clause>& out) {
         body_aggregate(*b, tree.span, out);
     } else if (const auto* p = std::get_if<syntax::Proved>(&tree.node)) {
         proved(*p, tree.span, out);
-    } else {
-        not_yet(tree.span, std::holds_alternative<syntax::Element>(tree.node) ? "lists" : "delta conditions");
+    } else if (const auto* d = std::get_if<syntax::Delta>(&tree.node)) {
+        delta(*d, tree.span, out);
+    } else if (const auto* e = std::get_if<syntax::Element>(&tree.node)) {
+        element(*e, tree.span, out);
     }
+}
+
+// delta(X; p(A, X)) > e
+void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& out) {
+    std::vector<Clause> fact;
+    body_atom(tree.atom, fact);
+    Term bound = scope_->resolve(*tree.bound, Type::Error, "the amount of a change");
+    if (fact.empty()) return;
+    Clause c = std::move(fact[0]);
+    c.kind = Clause::Kind::Delta;
+    c.span = span;
+    c.variable = scope_->variable(tree.variable.text, tree.variable.span);
+    c.test = std::move(bound);
+    static const std::map<syntax::BinaryOp, Op> signs = {{syntax::BinaryOp::Equal, Op::Equal}, {syntax::BinaryOp::NotEqual, Op::NotEqual}, {syntax::BinaryOp::Less, Op::Less},
+                                                         {syntax::BinaryOp::LessEqual, Op::LessEqual}, {syntax::BinaryOp::Greater, Op::Greater}, {syntax::BinaryOp::GreaterEqual, Op::GreaterEqual}};
+    c.compare = signs.at(tree.op);
+    const auto stands = std::count_if(c.atom.arguments.begin() + 1, c.atom.arguments.end(), [&](const Term& t) { return t.is_variable() && t.variable == c.variable; });
+    const Type& type = rule_->variables[c.variable].type;
+    if (stands != 1)
+        report_.add(Kind::UnboundVariable, tree.variable.span, fmt::format("`{}` must be one argument of `{}`, whose change is looked at", tree.variable.text, tree.atom.name.text)).help =
+            fmt::format("write delta(X; {}(A, ..., X, ...))", tree.atom.name.text);
+    else if (!type.numeric() && type != Type::Error)
+        report_.add(Kind::TypeMismatch, tree.variable.span, fmt::format("`{}` is {}, and only numbers change by an amount", tree.variable.text, check::type_name(type)));
+    if (!c.test.type.numeric() && c.test.type != Type::Error)
+        report_.add(Kind::TypeMismatch, c.test.span, fmt::format("a change is a number, and this is {}", check::type_name(c.test.type)));
+    out.push_back(std::move(c));
+    for (std::size_t i = 1; i < fact.size(); ++i) out.push_back(std::move(fact[i]));
+}
+
+// E in List. An element that is no variable is made one, and compared or taken apart.
+void Resolver::element(const syntax::Element& tree, Span span, std::vector<Clause>& out) {
+    Clause c{.kind = Clause::Kind::Element, .span = span};
+    c.test = scope_->resolve(*tree.list, Type::Error, "`in`");
+    const Type list = c.test.type;
+    if (list != Type::Error && list.kind != Type::Kind::List && list.kind != Type::Kind::Set && list.kind != Type::Kind::Array) {
+        report_.add(Kind::TypeMismatch, c.test.span, fmt::format("`in` looks into a list, set or array, and this is {}", check::type_name(list)));
+        return;
+    }
+    // A list that has no type has no value either, which is reported where it is used.
+    const Type wanted = list.parts.empty() ? Type::Error : list.parts[0];
+    std::vector<Clause> tests;
+    const Term element = scope_->is_pattern(*tree.element) ? scope_->pattern_variable(*tree.element, wanted, tests) : scope_->resolve(*tree.element, wanted, "an element", true);
+    if (element.is_variable()) {
+        c.variable = element.variable;
+        out.push_back(std::move(c));
+    } else {
+        c.variable = scope_->fresh("_element", wanted, tree.element->span);
+        const Term variable = variable_term(c.variable, tree.element->span);
+        out.push_back(std::move(c));
+        if (element.op != Op::Anonymous) out.push_back(equality(variable, element, tree.element->span));
+    }
+    for (Clause& t : tests) out.push_back(std::move(t));
 }
 
 void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
@@ -87,10 +143,10 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
 }
 
 Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span span) {
-    static const std::map<std::string, Aggregate> kinds = {{"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}};
+    static const std::map<std::string, Aggregate> kinds = {{"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}, {"collect", Aggregate::Collect}};
     const auto found = kinds.find(op);
     if (found == kinds.end()) {
-        not_yet(span, fmt::format("`{}` of matches", op));
+        not_yet(span, fmt::format("aggregates `{}` of matches", op));
         return Aggregate::None;
     }
     const Type& type = value.type;

@@ -114,6 +114,10 @@ void Resolver::type_from_equalities(const std::vector<syntax::Clause>& clauses, 
         }
         if (const auto* proved = std::get_if<syntax::Proved>(&clause.node))
             if (const std::string* name = scope_->variable_name(*proved->count)) type_name({*name, proved->count->span}, Type::Int, changed);
+        if (const auto* element = std::get_if<syntax::Element>(&clause.node)) {
+            const Type list = scope_->infer(*element->list);
+            if (list.parts.size() == 1) changed = scope_->spread_type(*element->element, list.parts[0]) || changed;
+        }
         const auto* test = std::get_if<syntax::Constraint>(&clause.node);
         const auto* equal = test ? std::get_if<syntax::Binary>(&test->condition->node) : nullptr;
         if (equal == nullptr || equal->op != syntax::BinaryOp::Equal) continue;

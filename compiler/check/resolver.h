@@ -38,6 +38,8 @@ class Resolver {
     void condition(const syntax::Expr& e, std::vector<Clause>& out);
     void body_atom(const syntax::Atom& tree, std::vector<Clause>& out);
     void body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out);
+    void delta(const syntax::Delta& tree, Span span, std::vector<Clause>& out);
+    void element(const syntax::Element& tree, Span span, std::vector<Clause>& out);
     void proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out);
     // Reports what an aggregate cannot be made of; the aggregate, or None where there is no such one.
     Aggregate aggregate(const std::string& op, const Term& value, Span span);

@@ -7,7 +7,8 @@ namespace meld::emit {
 
 RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type) {
     Folding f{aggregate, fresh("folded"), fresh("seen"), type};
-    w_.line("{} {}{{}};", cpp_type(type), f.result);
+    if (aggregate == Aggregate::Collect) w_.line("RowList<u64> {}{{}};", f.result);
+    else w_.line("{} {}{{}};", cpp_type(type), f.result);
     w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
     return f;
 }
@@ -15,6 +16,7 @@ RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& ty
 void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
     switch (f.aggregate) {
         case Aggregate::Count: w_.line("++{};", f.result); break;
+        case Aggregate::Collect: w_.line("{}.add(*s.e, {});", f.result, as_word(value)); break;
         case Aggregate::Sum:
             w_.line("{0} = {1};", f.result,
                     f.type == Type::Float ? fmt::format("checked_real(*s.e, {}, {} + {})", scope_.rule_index, f.result, value)
@@ -33,14 +35,14 @@ void RuleEmitter::fold(const Step& s) {
     w_.open("{");
     const std::size_t outside = w_.depth();
     steps(s.inner);
-    fold_in(f, s.term.op == Op::Anonymous ? "" : term_as(scope_, s.term, f.type));
+    fold_in(f, s.term.op == Op::Anonymous ? "" : term_as(scope_, s.term, s.aggregate == Aggregate::Collect ? f.type.parts[0] : f.type));
     close_to(outside);
     w_.close();
     restore(before);
     std::string condition = needs_match(s.aggregate) ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
-    if (known) condition += (condition.empty() ? "" : " && ") + equal(f.type, f.result, scope_.value(s.variable));
-    else bind(s.variable, f.result);
+    if (known) condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
+    else bind(s.variable, folded(f));
     if (!condition.empty()) w_.open(fmt::format("if ({}) {{", condition));
 }
 
@@ -135,7 +137,7 @@ void RuleEmitter::aggregate(const HeadPlan& h) {
     comprehension(h, folds);
     const Scope before = scope_;
     w_.open(condition.empty() ? "{" : fmt::format("if ({}) {{", condition));
-    for (std::size_t i = 0; i < folds.size(); ++i) bind(h.folds[i].result, folds[i].result);
+    for (std::size_t i = 0; i < folds.size(); ++i) bind(h.folds[i].result, folded(folds[i]));
     heads(h.others);
     w_.close();
     restore(before);

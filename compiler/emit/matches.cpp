@@ -49,6 +49,7 @@ void RuleEmitter::match_home(const Step& s) {
     }
     // Rows may be replaced while a comprehension acts: the fact is copied.
     w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
+    last_fact_ = f;
     if (s.ranks) scope_.ranks.push_back(f + ".rank");
     if (stored.storage == Storage::PerLink) return match_link(s, f);
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
@@ -106,6 +107,32 @@ void RuleEmitter::match_changed(const Step& s) {
     w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
     w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::delta(const Step& s) {
+    const std::string name = predicate_name(plan_.program, s.predicate), row = row_type(s.predicate);
+    std::string others = "true", value;
+    for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
+        const Term& t = s.arguments[i - 1];
+        if (t.is_variable() && t.variable == s.variable) value = field_name(i);
+        else others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
+    }
+    const std::string change = fresh("change");
+    w_.line("const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; }}, [](const {3}& r) {{ return r.{5}; }});", change,
+            name, last_fact_, row, others, value);
+    const char* sign = s.compare == Op::Equal ? "==" : s.compare == Op::NotEqual ? "!=" : s.compare == Op::Less ? "<" : s.compare == Op::LessEqual ? "<=" : s.compare == Op::GreaterEqual ? ">=" : ">";
+    w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.term, Type::Float)));
+}
+
+void RuleEmitter::each(const Step& s) {
+    const Type& type = scope_.rule.variables[s.variable].type;
+    const std::string list = fresh("list"), i = fresh("i");
+    const std::string value = from_word(type, fmt::format("item({}, {})", list, i));
+    const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable);
+    w_.line("const ListRef {} = {};", list, term(scope_, s.term));
+    w_.open(fmt::format("for (u32 {0} = 0; {0} < count_of({1}); ++{0}) {{", i, list));
+    if (known) w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
+    else bind(s.variable, value);
 }
 
 void RuleEmitter::match_bag(const Step& s) {

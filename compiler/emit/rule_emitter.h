@@ -81,6 +81,9 @@ class RuleEmitter {
     void match_remote(const Step& s);
     // Rows that have changed, as they were and as they are: of a predicate derived here in this evaluation, or since the last.
     void match_changed(const Step& s);
+    // Compares the fact that was matched last with what held at the end of the tick before.
+    void delta(const Step& s);
+    void each(const Step& s);
     void match_bag(const Step& s);
     void match_world(const Step& s, WorldSource source);
     // None of the ways to satisfy the inner steps exists.
@@ -95,6 +98,10 @@ class RuleEmitter {
     Folding start_fold(Aggregate aggregate, const Type& type);
     // Adds one match.
     void fold_in(const Folding& f, const std::string& value);
+    // What has been made of all matches.
+    static std::string folded(const Folding& f) {
+        return f.aggregate == Aggregate::Collect ? fmt::format("list_over(*s.e, {0}.rows, {0}.count)", f.result) : f.result;
+    }
     // Of no match there is a sum and a count, but no least or greatest.
     static bool needs_match(Aggregate a) { return a == Aggregate::Min || a == Aggregate::Max; }
     void fold(const Step& s);
@@ -120,6 +127,7 @@ class RuleEmitter {
     Writer& w_;
     Scope scope_;
     std::vector<Consumed> consumed_;
+    std::string last_fact_;                   // The C++ name of the row that was matched last.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };
 

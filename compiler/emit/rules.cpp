@@ -153,8 +153,8 @@ void RuleEmitter::step(const Step& s) {
         case Step::Kind::Set: return set(s);
         case Step::Kind::Absent: return absent(s);
         case Step::Kind::Fold: return fold(s);
-        case Step::Kind::Each:
-        case Step::Kind::Delta: MELD_CHECK(false, "rule {}: a step without code", scope_.rule.name);
+        case Step::Kind::Each: return each(s);
+        case Step::Kind::Delta: return delta(s);
     }
 }
 

@@ -39,6 +39,10 @@ class Orderer {
             MELD_CHECK(next < body.size(), "rule {}: no atom can be read next", rule_.name);
             Clause clause = body[next];
             body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
+            if (clause.kind == Clause::Kind::Element) {
+                each(clause, state, steps);
+                continue;
+            }
             atom(clause.atom, state, steps);
             if (clause.kind == Clause::Kind::Delta) delta(clause, steps);
         }
@@ -204,9 +208,10 @@ class Orderer {
         std::size_t best = body.size();
         int least = kNotYet;
         for (std::size_t i = 0; i < body.size(); ++i) {
-            const bool delta = body[i].kind == Clause::Kind::Delta;
-            if ((body[i].kind != Clause::Kind::Atom && !delta) || (delta && !known(body[i].test, s))) continue;
-            const int c = cost(body[i].atom, s);
+            const Clause::Kind kind = body[i].kind;
+            if (kind == Clause::Kind::Test || kind == Clause::Kind::Not || kind == Clause::Kind::Aggregate) continue;
+            if (kind != Clause::Kind::Atom && !known(body[i].test, s)) continue;
+            const int c = kind == Clause::Kind::Element ? 42 : cost(body[i].atom, s);
             if (c >= kNotYet) continue;
             if (textual) return i;
             if (c < least) {
@@ -248,6 +253,14 @@ class Orderer {
                 step.uses.push_back(ArgumentUse::Compare);
             }
         }
+        steps.push_back(std::move(step));
+    }
+
+    void each(const Clause& c, State& s, std::vector<Step>& steps) const {
+        Step step{.kind = Step::Kind::Each};
+        step.variable = c.variable;
+        step.term = c.test;
+        if (!known(c.variable, s)) s.values.insert(c.variable);
         steps.push_back(std::move(step));
     }
 

@@ -30,6 +30,7 @@ Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
     delay_heads(program);
     relay_heads(program);
+    watch_changes(program);
     separate_base(program);
     localize(program);
     program.components.clear();

@@ -160,6 +160,8 @@ std::vector<std::string_view> optional_passes();
 void delay_heads(check::Program& program);
 // Rewrites facts for catoms more than one link away to auxiliaries that are handed on.
 void relay_heads(check::Program& program);
+// Gives facts whose change is looked at a view that can be compared with what it was.
+void watch_changes(check::Program& program);
 // Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
 void separate_base(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.

@@ -486,6 +486,25 @@ bool gathered(Relation<T>& r, const typename T::Row* before, u32 before_count) {
     return true;
 }
 
+// ---- change
+
+inline double distance(i64 a, i64 b) { return static_cast<double>(a < b ? static_cast<u64>(b) - static_cast<u64>(a) : static_cast<u64>(a) - static_cast<u64>(b)); }
+inline double distance(double a, double b) { return __builtin_fabs(a - b); }
+
+// By how much a fact's value has changed since the end of the tick before: from the nearest value among the facts that are
+// the same otherwise; infinite where there was none. A change is one in this tick alone, so the catom looks again in the next.
+template <class T, class Same, class Value>
+double change_of(Eval& e, const Relation<T>& r, const typename T::Row& now, const Same& same, const Value& value) {
+    double least = __builtin_inf();
+    for (u32 i = 0; i < r.origin_count; ++i) {
+        if (!same(now, r.origin[i])) continue;
+        const double d = distance(value(now), value(r.origin[i]));
+        if (d < least) least = d;
+    }
+    if (least != 0) e.host->wake(&e, e.part->now + 1, kDirtyWake);
+    return least;
+}
+
 // ---- linear facts: a sorted bag; the lowest fact that fits is matched first.
 
 template <class T>
