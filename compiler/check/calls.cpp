@@ -7,6 +7,14 @@ namespace meld::check {
 
 using diagnostics::Kind;
 
+namespace {
+
+bool is_struct_of_floats(const Type& type) {
+    return type == Type::Error || (type.kind == Type::Kind::Struct && std::all_of(type.parts.begin(), type.parts.end(), [](const Type& t) { return t == Type::Float || t == Type::Error; }));
+}
+
+}  // namespace
+
 Term Scope::call(const syntax::Call& call, Span span, const Type& wanted) {
     if (const auto own = names_.functions.find(call.name); own != names_.functions.end()) return call_function(own->second, call, span);
     if (const LibraryFunction* f = library_function(call.name, call.arguments.size())) return call_library(*f, call, span, wanted);
@@ -59,6 +67,7 @@ Term Scope::call_library(const LibraryFunction& f, const syntax::Call& call, Spa
         return term;
     }
     LibraryBindings bindings;
+    const std::size_t errors = report_.error_count();
     bool fit = true;
     for (std::size_t i = 0; i < f.parameters.size(); ++i) fit = match(f.parameters[i], infer(*call.arguments[i]), bindings) && fit;
     // Of `lreverse([])` only the place knows what the elements are.
@@ -69,10 +78,13 @@ Term Scope::call_library(const LibraryFunction& f, const syntax::Call& call, Spa
         term.operands.push_back(resolve(*call.arguments[i], substitute(f.parameters[i], bindings), where));
         match(f.parameters[i], term.operands.back().type, bindings);
     }
-    term.type = substitute(f.result, bindings);
     if (const auto number = bindings.find('N'); number != bindings.end() && !number->second.numeric() && number->second != Type::Error)
-        report_.add(Kind::TypeMismatch, call.arguments[0]->span, fmt::format("`{}` needs a number, and this is {}", f.name, type_name(infer(*call.arguments[0])))).help =
-            fmt::format("{}({})", f.name, f.signature);
+        report_.add(Kind::TypeMismatch, call.arguments[0]->span, fmt::format("`{}` needs {}, and this is {}", f.name, f.parameters[0].variable == 'N' ? "a number" : "numbers", type_name(infer(*call.arguments[0])))).help =
+            fmt::format("`{}` is {}", f.name, f.signature);
+    if (const auto record = bindings.find('S'); record != bindings.end() && !is_struct_of_floats(record->second))
+        report_.add(Kind::TypeMismatch, call.arguments.back()->span, fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
+    // What was refused is of any type, so that one mistake gives one message.
+    term.type = report_.error_count() > errors ? Type::Error : substitute(f.result, bindings);
     return term;
 }
 

@@ -6,7 +6,9 @@ namespace meld::check {
 Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
     Program program;
     declare(tree, prelude_files, program, report);
+    resolve_values(tree, program, report);
     resolve_rules(files, tree, program, report);
+    refuse_random_views(program, report);
     find_homes(program, report);
     check_bindings(program, report);
     stratify(program, report);

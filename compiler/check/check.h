@@ -13,10 +13,14 @@ Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint3
 
 // ---- the passes, one file each, in this order
 
-// Predicates and constants from declarations. Sensed and action predicates must be known to the prelude.
+// Predicates, constants and functions from declarations, the latter two by name and type. Sensed and action predicates must be known to the prelude.
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
+// Constants and the bodies of functions: names to ids, types, values.
+void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Rules: names to ids, types of all terms, implicit conversions; heads of views split into a rule each.
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
+// Random functions stand in linear rules only.
+void refuse_random_views(Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value. Warns of variables used once.
 void check_bindings(Program& program, diagnostics::Reporter& report);
 // Homes: which catom a rule runs at, and whether links connect the others to it.

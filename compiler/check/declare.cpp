@@ -2,7 +2,6 @@
 // Assumes nothing; leaves every declared name in the tables, with Type::Error where its type was refused.
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "compiler/check/check.h"
 #include "compiler/check/types.h"
@@ -22,8 +21,9 @@ class Declarer {
         : tree_(tree), prelude_files_(prelude_files), program_(program), report_(report) {}
 
     void run() {
+        for (const syntax::Item& item : tree_.items)
+            if (const auto* handle = std::get_if<syntax::Extern>(&item); handle != nullptr && !handle->result) types_.emplace(handle->name.text, Type::Int);
         for (const syntax::Item& item : tree_.items) std::visit([&](const auto& it) { declare(it); }, item);
-        for (const auto& [name, constant] : constants_) evaluate(name);
     }
 
   private:
@@ -166,126 +166,56 @@ class Declarer {
         const auto found = constants_.find(c.name.text);
         if (found != constants_.end()) {
             report_.add(Kind::DuplicateDeclaration, c.name.span, fmt::format("the constant `{}` is declared twice", c.name.text)).labels = {
-                {found->second.tree->name.span, "first declared here"}};
+                {program_.constants[found->second].span, "first declared here"}};
             return;
         }
         Constant constant;
         constant.name = c.name.text;
         constant.span = c.name.span;
         constant.prelude = c.span.file < prelude_files_;
-        constants_.emplace(c.name.text, Pending{&c, program_.constants.add(constant), State::Waiting});
+        constants_.emplace(c.name.text, program_.constants.add(constant));
     }
 
-    enum class State { Waiting, Busy, Done };
-    struct Pending {
-        const syntax::Constant* tree;
-        ConstantId id;
-        State state;
-    };
-    struct Number {
-        Type type = Type::Error;
-        std::int64_t integer = 0;
-        double real = 0;
-        double as_real() const { return type == Type::Float ? real : static_cast<double>(integer); }
-    };
+    // ---- functions
 
-    void evaluate(const std::string& name) {
-        Pending& pending = constants_.at(name);
-        if (pending.state == State::Done) return;
-        if (pending.state == State::Busy) {
-            report_.add(Kind::BadConstant, pending.tree->name.span, fmt::format("the constant `{}` is defined by itself", name));
-            pending.state = State::Done;
+    void declare(const syntax::Function& tree) {
+        Function f;
+        f.name = tree.name.text;
+        f.span = tree.name.span;
+        for (const syntax::Parameter& p : tree.parameters) f.variables.add({p.name.text, p.name.span, to_type(p.type, types_, tree_, report_)});
+        f.result = to_type(tree.result, types_, tree_, report_);
+        for (std::size_t i = 0; i < tree.parameters.size(); ++i)
+            for (std::size_t k = 0; k < i; ++k)
+                if (tree.parameters[i].name.text == tree.parameters[k].name.text)
+                    report_.add(Kind::DuplicateDeclaration, tree.parameters[i].name.span, fmt::format("`{}` has two parameters `{}`", f.name, tree.parameters[i].name.text)).labels = {
+                        {tree.parameters[k].name.span, "first declared here"}};
+        add(std::move(f));
+    }
+    void declare(const syntax::Extern& tree) {
+        // A type: a word that only extern functions understand. It is known already.
+        if (!tree.result) return;
+        not_yet(tree.span, "externs");
+        Function f;
+        f.name = tree.name.text;
+        f.span = tree.name.span;
+        f.external = true;
+        for (std::size_t i = 0; i < tree.arguments.size(); ++i) f.variables.add({fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
+        f.result = to_type(*tree.result, types_, tree_, report_);
+        add(std::move(f));
+    }
+    void add(Function f) {
+        f.parameter_count = f.variables.count();
+        const auto [found, added] = functions_.emplace(f.name, f.span);
+        if (!added) {
+            report_.add(Kind::DuplicateDeclaration, f.span, fmt::format("the function `{}` is declared twice", f.name)).labels = {{found->second, "first declared here"}};
             return;
         }
-        pending.state = State::Busy;
-        const std::optional<Number> value = fold(*pending.tree->value);
-        if (value) {
-            Constant& constant = program_.constants[pending.id];
-            constant.type = value->type;
-            constant.integer = value->integer;
-            constant.real = value->real;
-        }
-        pending.state = State::Done;
-    }
-
-    std::optional<Number> fold(const syntax::Expr& e) {
-        if (const auto* i = std::get_if<syntax::IntLiteral>(&e.node)) return Number{Type::Int, i->value, 0};
-        if (const auto* f = std::get_if<syntax::FloatLiteral>(&e.node)) return Number{Type::Float, 0, f->value};
-        if (const auto* b = std::get_if<syntax::BoolLiteral>(&e.node)) return Number{Type::Bool, b->value, 0};
-        if (const auto* c = std::get_if<syntax::CatomLiteral>(&e.node)) return Number{Type::Node, c->id, 0};
-        if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses && constants_.contains(call->name)) {
-            evaluate(call->name);
-            // One that has no value has been reported.
-            const Constant& other = program_.constants[constants_.at(call->name).id];
-            if (other.type == Type::Error) return std::nullopt;
-            return Number{other.type, other.integer, other.real};
-        }
-        if (const auto* call = std::get_if<syntax::Call>(&e.node); call != nullptr && !call->parentheses) {
-            if (tree_.is_lost(call->name)) return std::nullopt;
-            std::vector<std::string> known;
-            for (const auto& [name, pending] : constants_) known.push_back(name);
-            const std::string near = diagnostics::nearest_name(call->name, known);
-            report_.add(Kind::UnknownFunction, e.span, fmt::format("there is no constant `{}`", call->name)).help =
-                near.empty() ? fmt::format("declare it: `const {} = ...`", call->name) : fmt::format("did you mean `{}`?", near);
-            return std::nullopt;
-        }
-        if (const auto* u = std::get_if<syntax::Unary>(&e.node); u != nullptr && u->op == syntax::UnaryOp::Negate) {
-            std::optional<Number> v = fold(*u->operand);
-            if (!v) return std::nullopt;
-            if (v->type != Type::Int && v->type != Type::Float) return not_constant(e.span);
-            return negated(*v, e.span);
-        }
-        if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return fold_binary(*b, e.span);
-        return not_constant(e.span);
-    }
-    std::optional<Number> negated(Number n, Span span) {
-        n.real = -n.real;
-        if (__builtin_sub_overflow(std::int64_t{0}, n.integer, &n.integer)) return no_value(span, "this does not fit into 64 bits");
-        return n;
-    }
-    std::nullopt_t no_value(Span span, const std::string& why) {
-        report_.add(Kind::BadConstant, span, why);
-        return std::nullopt;
-    }
-    std::nullopt_t not_constant(Span span) {
-        report_.add(Kind::BadConstant, span, "this cannot be computed before the program runs").help = "use numbers, true, false, catoms, other constants and + - * / %";
-        return std::nullopt;
-    }
-
-    std::optional<Number> fold_binary(const syntax::Binary& b, Span span) {
-        using syntax::BinaryOp;
-        const std::optional<Number> l = fold(*b.left), r = fold(*b.right);
-        const auto numeric = [](const std::optional<Number>& n) { return n && (n->type == Type::Int || n->type == Type::Float); };
-        if (!l || !r) return std::nullopt;
-        if (!numeric(l) || !numeric(r)) return not_constant(span);
-        if (l->type == Type::Int && r->type == Type::Int) {
-            std::int64_t out = 0;
-            switch (b.op) {
-                case BinaryOp::Add: return __builtin_add_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
-                case BinaryOp::Subtract: return __builtin_sub_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
-                case BinaryOp::Multiply: return __builtin_mul_overflow(l->integer, r->integer, &out) ? no_value(span, "this does not fit into 64 bits") : std::optional(Number{Type::Int, out, 0});
-                case BinaryOp::Divide:
-                case BinaryOp::Modulo:
-                    if (r->integer == 0) return no_value(span, "division by zero");
-                    if (r->integer == -1) return b.op == BinaryOp::Modulo ? Number{Type::Int, 0, 0} : negated(*l, span);
-                    return Number{Type::Int, b.op == BinaryOp::Divide ? l->integer / r->integer : l->integer % r->integer, 0};
-                default: return not_constant(span);
-            }
-        }
-        switch (b.op) {
-            case BinaryOp::Add: return Number{Type::Float, 0, l->as_real() + r->as_real()};
-            case BinaryOp::Subtract: return Number{Type::Float, 0, l->as_real() - r->as_real()};
-            case BinaryOp::Multiply: return Number{Type::Float, 0, l->as_real() * r->as_real()};
-            case BinaryOp::Divide: return r->as_real() == 0 ? no_value(span, "division by zero") : std::optional(Number{Type::Float, 0, l->as_real() / r->as_real()});
-            default: return not_constant(span);
-        }
+        program_.functions.add(std::move(f));
     }
 
     // ---- the rest of the language is refused by name, so that nothing is silently dropped
 
     void not_yet(Span span, const std::string& what) { report_.add(Kind::NotSupportedYet, span, what + " are not compiled by this version"); }
-    void declare(const syntax::Function& f) { not_yet(f.span, "functions"); }
-    void declare(const syntax::Extern& e) { not_yet(e.span, "externs"); }
     void declare(const syntax::Alias& a) { not_yet(a.span, "type names"); }
     void declare(const syntax::NodeKind& k) { not_yet(k.span, "node kinds"); }
     void declare(const syntax::Import& i) { not_yet(i.span, "imports"); }
@@ -303,7 +233,8 @@ class Declarer {
     Program& program_;
     diagnostics::Reporter& report_;
     std::map<std::pair<std::string, std::size_t>, PredicateId> names_;
-    std::map<std::string, Pending> constants_;
+    std::map<std::string, ConstantId> constants_;
+    std::map<std::string, Span> functions_;
 };
 
 // The world predicates by name and number of arguments.

@@ -57,17 +57,26 @@ class SignatureReader {
 
 std::vector<LibraryFunction> make_library() {
     std::vector<LibraryFunction> all = {
+#define MELD_SECTION(what) {.name = what, .signature = "", .text = ""},
 #define MELD_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function},
 #define MELD_COMPARING_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function, .compares = true},
 #define MELD_RANDOM_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function, .random = true},
 #define MELD_OPERATOR(the_name, types, its_op, says) {.name = the_name, .signature = types, .text = says, .op = Op::its_op},
 #include "compiler/check/library.def"
+#undef MELD_SECTION
 #undef MELD_FUNCTION
 #undef MELD_COMPARING_FUNCTION
 #undef MELD_RANDOM_FUNCTION
 #undef MELD_OPERATOR
     };
-    for (LibraryFunction& f : all) SignatureReader(f.signature).read(f);
+    // Sections stand between the functions, without a signature.
+    std::string section;
+    for (LibraryFunction& f : all) {
+        if (f.signature.empty()) section = f.name;
+        else SignatureReader(f.signature).read(f);
+        f.section = section;
+    }
+    std::erase_if(all, [](const LibraryFunction& f) { return f.signature.empty(); });
     return all;
 }
 

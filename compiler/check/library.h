@@ -10,7 +10,7 @@
 
 namespace meld::check {
 
-// A type in a signature: T, U and V stand for any type, N for int or float.
+// A type in a signature: T stands for any type, N for int or float, S for a struct of floats.
 struct LibraryType {
     Type::Kind kind = Type::Kind::Error;
     char variable = 0;
@@ -28,6 +28,7 @@ struct LibraryFunction {
     std::string cpp = {};              // The name there.
     bool compares = false;             // It compares values of type T, and is told the type.
     bool random = false;               // It gives another value each time.
+    std::string section = {};          // What it is about; empty: a name of older programs.
 };
 
 // All functions, sorted by what they are about. Several may share a name; then they differ in the number of arguments.

@@ -1,6 +1,8 @@
 // The checked program as text.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compiler/check/program.h"
 
 namespace meld::check {
@@ -109,8 +111,25 @@ std::string joined_operands(const Program& program, const Rule& rule, const Term
     return text;
 }
 
+// A term of a function.
+std::string print_in(const Program& program, const Function& f, const Term& t) {
+    Rule makeshift;
+    makeshift.variables = f.variables;
+    return print(program, makeshift, t);
+}
+
+std::string print_function(const Program& program, const Function& f) {
+    std::string text = f.external ? fmt::format("extern {} {}(", type_name(f.result), f.name) : fmt::format("fun {}(", f.name);
+    for (std::size_t i = 0; i < f.parameter_count; ++i) {
+        const Variable& v = f.variables[VariableId(i)];
+        text += (i ? ", " : "") + type_name(v.type) + (f.external ? "" : " " + v.name);
+    }
+    return text + (f.external ? ").\n" : fmt::format(") : {} = {}.\n", type_name(f.result), print_in(program, f, f.body)));
+}
+
 std::string print_constant(const Program& program, const Constant& c) {
     if (c.argument) return fmt::format("// @{} is {}\n", c.name, type_name(c.type));
+    if (c.computed.valid()) return fmt::format("const {} = {}.  // {}, computed where it is used\n", c.name, print_in(program, program.functions[c.computed], program.functions[c.computed].body), type_name(c.type));
     const std::string value = c.type.compound() && c.type != Type::String ? print(program, Rule{}, c.value)
                               : c.type == Type::String ? fmt::format("\"{}\"", c.text)
                               : c.type == Type::Float  ? fmt::format("{:#}", c.real)
@@ -243,6 +262,10 @@ std::string print(const Program& program) {
         if (!p.prelude) text += print_declaration(p) + "\n";
     for (const Constant& c : program.constants)
         if (!c.prelude) text += print_constant(program, c);
+    for (const FunctionId id : program.functions.ids()) {
+        const bool constant = std::any_of(program.constants.begin(), program.constants.end(), [&](const Constant& c) { return c.computed == id; });
+        if (!constant) text += print_function(program, program.functions[id]);
+    }
     for (const Rule& rule : program.rules) {
         text += fmt::format("\n// {}, runs at {}", rule.name, rule.home.valid() ? rule.variables[rule.home].name : "?");
         for (const Variable& v : rule.variables) text += fmt::format(", {}: {}", v.name, type_name(v.type));

@@ -135,6 +135,7 @@ struct Constant {
     Term value = {};                  // All others: a term of literals.
     bool prelude = false;
     bool argument = false;            // @arg1: the run gives it, or is told which one is missing.
+    FunctionId computed = {};         // If valid, only the run can tell the value: this function of no parameters gives it.
 };
 
 // fun f(int X) : int = X + 1.  or  extern float f(int).

@@ -27,7 +27,14 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> module_headers() {
-    return {{"meld/module_eval.h", kModuleEval}, {"meld/module_deltas.h", kModuleDeltas}, {"runtime/abi/module_eval.h", kModuleEval}, {"runtime/abi/module_library.h", kModuleLibrary}, {"runtime/abi/module_values.h", kModuleValues}, {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+    return {{"meld/module_eval.h", kModuleEval},
+            {"meld/module_deltas.h", kModuleDeltas},
+            {"runtime/abi/module_eval.h", kModuleEval},
+            {"runtime/abi/module_library.h", kModuleLibrary},
+            {"runtime/abi/module_lists.h", kModuleLists},
+            {"runtime/abi/module_values.h", kModuleValues},
+            {"runtime/abi/module_abi.h", kModuleAbi},
+            {"runtime/abi/geometry_abi.h", kGeometryAbi}};
 }
 
 std::optional<Stage> stage_named(const std::string& name) {

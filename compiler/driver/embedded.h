@@ -7,6 +7,7 @@ extern const char kPrelude[];
 extern const char kGeometryAbi[];
 extern const char kModuleAbi[];
 extern const char kModuleValues[];
+extern const char kModuleLists[];
 extern const char kModuleLibrary[];
 extern const char kModuleEval[];
 extern const char kModuleDeltas[];

@@ -1,11 +1,12 @@
 # The prelude and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLibrary kModuleEval kModuleDeltas)
+set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleEval kModuleDeltas)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_values.h
+  ${CMAKE_SOURCE_DIR}/runtime/abi/module_lists.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_library.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_eval.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h)

@@ -11,12 +11,14 @@ std::string emit_module(const plan::Plan& plan) {
     w.line("#include \"meld/{}.h\"", has_deltas(plan) ? "module_deltas" : "module_eval");
     w.raw("");
     w.raw("using namespace meld;");
+    emit_externs(plan, w);
     w.raw("namespace {");
     emit_types(plan, w);
     emit_records(plan, w);
     emit_predicates(plan, w);
     emit_self(plan, w);
     emit_load_and_save(plan, w);
+    emit_functions(plan, w);
     for (const plan::ComponentPlan& c : plan.components)
         for (const RulePlan& r : c.rules) emit_view_rule(plan, r, w);
     for (const plan::ComponentPlan& c : plan.components) emit_deltas(plan, c, w);

@@ -128,6 +128,7 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
 
 // The value of a constant, with the lists it points to declared before it.
 std::string constant_value(const Constant& c, int& lists, Writer& w) {
+    if (c.computed.valid()) return "{.integer = 0}";
     if (c.type.compound() && !c.argument) {
         Term value = c.value;
         if (c.type == Type::String) value = Term{.op = Op::String, .type = Type::String, .text = c.text};
@@ -142,9 +143,9 @@ std::string constant_value(const Constant& c, int& lists, Writer& w) {
 void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     std::string rows;
     int lists = 0;
-    // Those of the prelude have no name: they cannot be set.
+    // Those of the prelude, and those that the run computes, have no name: they cannot be set.
     for (const Constant& c : plan.program.constants)
-        rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude ? "" : c.name), value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
+        rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude || c.computed.valid() ? "" : c.name), value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
     w.open("static const ParameterInfo kParameters[] = {");
     if (!rows.empty()) w.block(rows);
     if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}, 0, false},");

@@ -123,8 +123,8 @@ std::string made(const Scope& scope, const Term& t) {
 
 std::string arithmetic(const Scope& scope, const Term& t) {
     if (t.type == Type::Vec3) {
-        const char* name = t.op == Op::Add ? "vector_add" : t.op == Op::Subtract ? "vector_subtract" : t.op == Op::Multiply ? "vector_scale" : "vector_divide";
-        return fmt::format("{}(*s.e, {}, {}, {})", name, scope.site(), term(scope, t.operands[0]), term_as(scope, t.operands[1], t.operands[1].type == Type::Vec3 ? Type::Vec3 : Type::Float));
+        const char* name = t.op == Op::Add ? "add" : t.op == Op::Subtract ? "subtract" : t.op == Op::Multiply ? "scale" : "divide";
+        return fmt::format("library::vector_{}(*s.e, {}, {}, {})", name, scope.site(), term(scope, t.operands[0]), term_as(scope, t.operands[1], t.operands[1].type == Type::Vec3 ? Type::Vec3 : Type::Float));
     }
     const std::string a = term_as(scope, t.operands[0], t.type), b = term_as(scope, t.operands[1], t.type);
     const bool real = t.type == Type::Float;
@@ -142,6 +142,7 @@ std::string comparison(const Scope& scope, const Term& t) {
 }
 
 std::string parameter(const Scope& scope, const Term& t) {
+    if (const FunctionId computed = scope.plan.program.constants[t.constant].computed; computed.valid()) return call(scope, computed, {});
     const Type& type = scope.plan.program.constants[t.constant].type;
     const std::string text = fmt::format("s.e->part->parameters[{}].{}", t.constant.index(), value_member(type));
     return type == Type::Bool ? "(" + text + " != 0)" : text;
@@ -156,7 +157,7 @@ std::string let(const Scope& scope, const Term& t) {
 
 // ---- calls
 
-bool is_word(const LibraryType& type) { return type.variable != 0 && type.variable != 'N'; }
+bool is_word(const LibraryType& type) { return type.variable == 'T'; }
 
 std::string library_call(const Scope& scope, const Term& t) {
     const LibraryFunction* f = library_function(t.text, t.operands.size());
@@ -171,7 +172,7 @@ std::string library_call(const Scope& scope, const Term& t) {
         arguments += ", " + (is_word(f->parameters[i]) ? as_word(argument) : argument);
     }
     const bool numeric = bindings.contains('N');
-    const std::string call = fmt::format("{}{}({})", f->cpp, numeric ? "<" + cpp_type(bindings['N']) + ">" : "", arguments);
+    const std::string call = fmt::format("library::{}{}({})", f->cpp, numeric ? "<" + cpp_type(bindings['N']) + ">" : "", arguments);
     return is_word(f->result) ? from_word(t.type, call) : call;
 }
 
@@ -218,9 +219,10 @@ std::string term(const Scope& scope, const Term& t) {
         case Op::Item: return from_word(t.type, fmt::format("item({}, {})", operand(0), t.integer));
         case Op::Let: return let(scope, t);
         case Op::Append: return fmt::format("{}(*s.e, {}, {})", t.type == Type::String ? "join_text" : "append", operand(0), operand(1));
+        case Op::Call: return call(scope, t.function, t.operands);
         case Op::Library: return library_call(scope, t);
         case Op::Negate:
-            if (t.type == Type::Vec3) return fmt::format("vector_scale(*s.e, {}, {}, -1.0)", scope.site(), operand(0));
+            if (t.type == Type::Vec3) return fmt::format("library::vector_scale(*s.e, {}, {}, -1.0)", scope.site(), operand(0));
             return t.type == Type::Float ? "(-" + operand(0) + ")" : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.site(), operand(0));
         case Op::Not: return "(!" + operand(0) + ")";
         case Op::ToFloat: return fmt::format("static_cast<double>({})", operand(0));

@@ -40,6 +40,14 @@ std::string type_symbol(const Type& type) {
 
 namespace {
 
+// What nothing says the type of, as an element of [], is an int.
+Type settled(const Type& type) {
+    if (type == Type::Error) return Type::Int;
+    Type out = type;
+    for (Type& part : out.parts) part = settled(part);
+    return out;
+}
+
 void each_term(const std::vector<check::Clause>& body, const std::function<void(const check::Term&)>& visit) {
     for (const check::Clause& c : body) {
         for (const check::Term& t : c.atom.arguments) visit(t);
@@ -78,14 +86,14 @@ void TypeTable::add(const check::Term& term) {
 }
 
 void TypeTable::add(const Type& type) {
-    if (type == Type::Error || std::find(types_.begin(), types_.end(), type) != types_.end()) return;
-    for (const Type& part : type.parts) add(part);
-    types_.push_back(type);
+    const Type known = settled(type);
+    if (std::find(types_.begin(), types_.end(), known) != types_.end()) return;
+    for (const Type& part : known.parts) add(part);
+    types_.push_back(known);
 }
 
 std::size_t TypeTable::number(const Type& type) const {
-    if (type == Type::Error) return 0;
-    const auto found = std::find(types_.begin(), types_.end(), type);
+    const auto found = std::find(types_.begin(), types_.end(), settled(type));
     MELD_CHECK(found != types_.end(), "the type {} has no number", check::type_name(type));
     return static_cast<std::size_t>(found - types_.begin());
 }

@@ -26,9 +26,6 @@ class TypeTable {
     std::vector<check::Type> types_;  // Parts before what is made of them.
 };
 
-// The constant that holds the number of a type: kType_list_int.
-std::string type_symbol(const check::Type& type);
-
 // The name of a kind in ValueType.
 const char* value_type(const check::Type& type);
 

@@ -56,7 +56,7 @@ std::string quoted(const std::string& text) {
 
 std::string Scope::local(plan::VariableId v) const { return fmt::format("{}_{}", clean(rule.variables[v].name), v.index()); }
 
-std::string Scope::site() const { return std::to_string(rule_index); }
+std::string Scope::site() const { return caller.empty() ? std::to_string(rule_index) : caller; }
 
 std::string Scope::at(plan::VariableId v) const { return v == rule.home ? "s.catom" : local(v) + "_at"; }
 

@@ -64,6 +64,7 @@ struct Scope {
     std::set<plan::VariableId> places = {};
     int next = 0;                                   // For fresh names.
     std::vector<std::string> ranks = {};            // Expressions of the ranks that count for the head.
+    std::string caller = {};                        // In a function: the C++ name of the rule that called it.
 
     std::string value(plan::VariableId v) const;    // D_4, or the id of a place.
     std::string at(plan::VariableId v) const;       // The catom index of a place.
@@ -72,6 +73,8 @@ struct Scope {
     std::string site() const;                       // The rule that a trap names.
 };
 
+// The constant that holds the number of a type in kTypes: kType_list_int.
+std::string type_symbol(const check::Type& type);
 // The member of Value that holds a value of this type: integer, real, catom or list.
 const char* value_member(const check::Type& type);
 // A three-way comparison of two C++ expressions of this type, and whether they are equal.
@@ -91,12 +94,17 @@ std::string element(const Scope& scope, const check::Term& t, const check::Type&
 // Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` tells them apart.
 std::string static_list(const check::Term& t, int& number, Writer& w);
 
+// A call of a function of the program.
+std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);
+
 // ---- the parts of a module, in order
 void emit_types(const plan::Plan& plan, Writer& w);
 void emit_records(const plan::Plan& plan, Writer& w);
 void emit_predicates(const plan::Plan& plan, Writer& w);
 void emit_self(const plan::Plan& plan, Writer& w);
 void emit_load_and_save(const plan::Plan& plan, Writer& w);
+void emit_externs(const plan::Plan& plan, Writer& w);
+void emit_functions(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);

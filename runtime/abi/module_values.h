@@ -119,6 +119,25 @@ inline i64 ticks_of(Eval& e, double seconds) {
     return ticks < 1 ? 1 : ticks < 9e18 ? static_cast<i64>(ticks) : __INT64_MAX__ / 2;
 }
 
+// ---- calls of functions of the program
+
+// How many may be open, and how much stack they may take together; a thread's stack has at least eight times as much.
+inline constexpr u32 kMostOpenCalls = 10'000;
+inline constexpr i64 kMostStack_bytes = 1 << 20;
+
+struct OpenCall {
+    Eval& e;
+    bool refused;
+
+    // `base` is an address on the stack where the evaluation began.
+    OpenCall(Eval& eval, u32 rule, const void* base) : e(eval) {
+        const i64 used = reinterpret_cast<i64>(base) - reinterpret_cast<i64>(__builtin_frame_address(0));
+        if (++e.depth > kMostOpenCalls || used > kMostStack_bytes || used < -kMostStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        refused = e.trap != Trap::None;
+    }
+    ~OpenCall() { --e.depth; }
+};
+
 // ---- order of values: three-way, for keys and tie-breaks
 
 template <class V>

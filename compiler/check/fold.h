@@ -1,0 +1,42 @@
+// Computes terms before the program runs: the values of constants.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+class Folder {
+  public:
+    // `constant` gives the value of another constant, or none if it has none before the run.
+    Folder(const Program& program, std::function<std::optional<Term>(ConstantId)> constant) : program_(program), constant_(std::move(constant)) {}
+
+    // The term as literals; none where only the run can tell, or where computing goes wrong.
+    std::optional<Term> fold(const Term& term);
+    // What went wrong, and where; empty if nothing did.
+    const std::string& wrong() const { return wrong_; }
+    Span wrong_at() const { return wrong_at_; }
+
+  private:
+    std::optional<Term> value(const Term& t);
+    std::optional<Term> call(const Term& t);
+    std::optional<Term> arithmetic(const Term& t, const Term& a, const Term& b);
+    std::optional<Term> whole(const Term& t, std::int64_t a, std::int64_t b);
+    std::optional<Term> real(const Term& t, double a, double b);
+    std::optional<Term> compound(const Term& t);
+    std::nullopt_t fails(const Term& t, const std::string& why);
+
+    const Program& program_;
+    std::function<std::optional<Term>(ConstantId)> constant_;
+    std::map<VariableId, Term> variables_;
+    std::size_t steps_ = 0;
+    std::size_t depth_ = 0;
+    std::string wrong_;
+    Span wrong_at_ = {};
+};
+
+}  // namespace meld::check

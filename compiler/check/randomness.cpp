@@ -1,0 +1,76 @@
+// Pass: chance. A view holds while its body does, so what it holds may not be drawn anew each time it is looked at: random
+// functions are for linear rules and for facts given at birth. Assumes resolved rules.
+#include <set>
+
+#include "compiler/check/check.h"
+#include "compiler/check/library.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+class Randomness {
+  public:
+    Randomness(Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
+
+    void run() {
+        find_random_functions();
+        for (const Constant& c : program_.constants)
+            if (c.computed.valid()) refuse(program_.functions[c.computed].body, fmt::format("the constant `{}`", c.name));
+        for (Rule& rule : program_.rules) {
+            if (rule.linear) continue;
+            const std::size_t errors = report_.error_count();
+            check_body(rule.body);
+            each_head(rule.heads, [&](const Head& h) {
+                for (const Term& t : h.atom.arguments) refuse(t, "a view");
+                refuse(h.term, "a view");
+                check_body(h.body);
+                for (const Fold& f : h.folds) refuse(f.initial, "a view");
+            });
+            rule.refused = rule.refused || report_.error_count() > errors;
+        }
+    }
+
+  private:
+    bool is_random(const Term& t) const {
+        if (t.op == Op::Call) return random_.contains(t.function);
+        if (t.op != Op::Library) return false;
+        const LibraryFunction* f = library_function(t.text, t.operands.size());
+        return f != nullptr && f->random;
+    }
+    void find_random_functions() {
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (const FunctionId id : program_.functions.ids())
+                each_subterm(program_.functions[id].body, [&](const Term& t) {
+                    if (is_random(t)) changed = random_.insert(id).second || changed;
+                });
+        }
+    }
+    void check_body(const std::vector<Clause>& body) {
+        for (const Clause& c : body) {
+            for (const Term& t : c.atom.arguments) refuse(t, "a view");
+            refuse(c.test, "a view");
+            check_body(c.inner);
+        }
+    }
+    void refuse(const Term& term, const std::string& what) {
+        each_subterm(term, [&](const Term& t) {
+            if (is_random(t))
+                report_.add(Kind::RandomInView, t.span, fmt::format("`{}` gives another value each time, and {} would never come to rest", t.op == Op::Call ? program_.functions[t.function].name : t.text, what)).help =
+                    "draw in a rule that consumes a linear fact, and keep the value in a fact";
+        });
+    }
+
+    Program& program_;
+    diagnostics::Reporter& report_;
+    std::set<FunctionId> random_;
+};
+
+}  // namespace
+
+void refuse_random_views(Program& program, diagnostics::Reporter& report) { Randomness(program, report).run(); }
+
+}  // namespace meld::check
