@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <algorithm>
+#include <deque>
 #include <memory>
 #include <span>
 
@@ -51,6 +53,12 @@ std::string content_hash(const std::string& cpp_text, const std::string& name, c
         hash.add(path);
         hash.add(text);
     }
+    hash.add(options.linked.empty() ? "" : options.extern_header);
+    hash.add(options.linked.size());
+    for (const ExternSource& source : options.linked) {
+        hash.add(source.path);
+        hash.add(source.text);
+    }
     return hash.digest();
 }
 
@@ -84,13 +92,30 @@ bool is_intact(const std::string& path, const BuildOptions& options) {
     return note && note->abi_version == options.abi_version && note->schema_hash == options.schema_hash;
 }
 
-// Links the object, fills in the checksum and puts the module where the cache expects it.
-Result<void> link_and_publish(const Backend& backend, const std::string& object, const std::string& module_path,
+// Every extern must be defined: a module with an open one could be loaded, and would end the process when it calls it.
+Result<void> check_externs(const std::vector<ExternObject>& objects, const BuildOptions& options) {
+    for (const std::string& name : options.externs) {
+        bool found = false;
+        for (const ExternObject& object : objects) found = found || std::find(object.symbols.begin(), object.symbols.end(), name) != object.symbols.end();
+        if (found) continue;
+        if (options.linked.empty()) return fail(fmt::format("the extern `{}` is not linked", name), fmt::format("Give the C file that defines {} with --link FILE.c", name), ExitCode::ProgramWrong);
+        return fail(fmt::format("the extern `{}` is in none of the linked files", name), fmt::format("Define {} in one of them; in C++ as extern \"C\"", name), ExitCode::ProgramWrong);
+    }
+    return {};
+}
+
+// Links the objects, fills in the checksum and puts the module where the cache expects it.
+Result<void> link_and_publish(const Backend& backend, const std::vector<std::string>& objects, const std::string& module_path,
                               const BuildOptions& options) {
-    const TemporaryFile object_file(options.cache_dir, ".o");
-    if (const Result<void> written = object_file.write(object); !written) return written;
+    std::deque<TemporaryFile> files;
+    std::vector<std::string> paths;
+    for (const std::string& object : objects) {
+        const TemporaryFile& file = files.emplace_back(options.cache_dir, ".o");
+        if (const Result<void> written = file.write(object); !written) return written;
+        paths.push_back(file.path());
+    }
     const TemporaryFile linked_file(options.cache_dir, ".linked");
-    if (const Result<void> linked = backend.link_module(object_file.path(), linked_file.path()); !linked) return linked;
+    if (const Result<void> linked = backend.link_module(paths, linked_file.path()); !linked) return linked;
     Result<std::string> module = read_module_file(linked_file.path());
     if (!module) return tl::unexpected(module.error());
     if (const Result<void> sealed = seal_module(std::as_writable_bytes(std::span(*module))); !sealed) return sealed;
@@ -114,7 +139,16 @@ Result<std::string> build_module(const std::string& cpp_text, const std::string&
     const Result<std::string> object = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
                                                                   {.optimisation = options.optimisation, .target_cpu = target});
     if (!object) return object;
-    if (const Result<void> published = link_and_publish(**backend, *object, module_path, options); !published)
+    std::vector<std::string> objects = {*object};
+    std::vector<ExternObject> linked;
+    for (const ExternSource& source : options.linked) {
+        Result<ExternObject> compiled = (*backend)->compile_extern(source, options.extern_header, {.optimisation = options.optimisation, .target_cpu = target});
+        if (!compiled) return tl::unexpected(compiled.error());
+        objects.push_back(compiled->object);
+        linked.push_back(std::move(*compiled));
+    }
+    if (const Result<void> defined = check_externs(linked, options); !defined) return tl::unexpected(defined.error());
+    if (const Result<void> published = link_and_publish(**backend, objects, module_path, options); !published)
         return tl::unexpected(published.error());
     evict(options.cache_dir, module_path, options.limits);
     return module_path;

@@ -15,74 +15,78 @@ bool is_struct_of_floats(const Type& type) {
 
 }  // namespace
 
-Term Scope::call(const syntax::Call& call, Span span, const Type& wanted) {
-    if (const auto own = names_.functions.find(call.name); own != names_.functions.end()) return call_function(own->second, call, span);
-    if (const LibraryFunction* f = library_function(call.name, call.arguments.size())) return call_library(*f, call, span, wanted);
-    return unknown_function(call, span);
+Term Scope::call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted) {
+    if (const auto own = names_.functions.find(name); own != names_.functions.end()) return call_function(own->second, arguments, span);
+    if (const LibraryFunction* f = library_function(name, arguments.size())) return call_library(*f, arguments, span, wanted);
+    return unknown_function(name, span);
 }
 
-Term Scope::unknown_function(const syntax::Call& call, Span span) {
+bool Scope::is_function(const std::string& name) const { return names_.functions.contains(name) || library_function(name, 0) != nullptr; }
+
+Term Scope::condition(const syntax::Atom& atom) { return convert(call(atom.name.text, atom.arguments, atom.span, Type::Bool), Type::Bool, "a condition"); }
+
+Term Scope::unknown_function(const std::string& name, Span span) {
     Term term;
     term.span = span;
-    if (names_.tree.is_lost(call.name)) return term;
+    if (names_.tree.is_lost(name)) return term;
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
-    for (const auto& [name, id] : names_.functions) known.push_back(name);
-    const std::string near = diagnostics::nearest_name(call.name, known);
-    report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", call.name)).help =
-        near.empty() ? fmt::format("declare it: `fun {}(int X) : int = ...`", call.name) : fmt::format("did you mean `{}`?", near);
+    for (const auto& [own, id] : names_.functions) known.push_back(own);
+    const std::string near = diagnostics::nearest_name(name, known);
+    report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
+        near.empty() ? fmt::format("declare it: `fun {}(int X) : int = ...`", name) : fmt::format("did you mean `{}`?", near);
     return term;
 }
 
-void Scope::wrong_count(const std::string& name, std::size_t needs, const syntax::Call& call, Span span, Span declared) {
+void Scope::wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared) {
     auto& d = report_.add(Kind::ArityMismatch, span, fmt::format("`{}` takes {} argument{}, and here {} {}", name, needs, needs == 1 ? "" : "s",
-                                                                call.arguments.size() == 1 ? "is" : "are", call.arguments.size()));
+                                                                given == 1 ? "is" : "are", given));
     if (declared.end > declared.begin) d.labels.push_back({declared, "declared here"});
 }
 
-Term Scope::call_function(FunctionId id, const syntax::Call& call, Span span) {
+Term Scope::call_function(FunctionId id, const Arguments& arguments, Span span) {
     const Function& f = program_.functions[id];
     Term term;
     term.span = span;
-    if (f.parameter_count != call.arguments.size()) {
-        wrong_count(f.name, f.parameter_count, call, span, f.span);
+    if (f.parameter_count != arguments.size()) {
+        wrong_count(f.name, f.parameter_count, arguments.size(), span, f.span);
         return term;
     }
     term.op = Op::Call;
     term.function = id;
     term.type = f.result;
-    for (std::size_t i = 0; i < call.arguments.size(); ++i) {
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
         const Variable& parameter = f.variables[VariableId(i)];
-        term.operands.push_back(resolve(*call.arguments[i], parameter.type, fmt::format("argument {} of `{}`", i + 1, f.name), false, parameter.span));
+        term.operands.push_back(resolve(*arguments[i], parameter.type, fmt::format("argument {} of `{}`", i + 1, f.name), false, parameter.span));
     }
     return term;
 }
 
-Term Scope::call_library(const LibraryFunction& f, const syntax::Call& call, Span span, const Type& wanted) {
+Term Scope::call_library(const LibraryFunction& f, const Arguments& arguments, Span span, const Type& wanted) {
     Term term;
     term.span = span;
     const std::string where = fmt::format("`{}`", f.name);
-    if (f.parameters.size() != call.arguments.size()) {
-        wrong_count(f.name, f.parameters.size(), call, span, {});
+    if (f.parameters.size() != arguments.size()) {
+        wrong_count(f.name, f.parameters.size(), arguments.size(), span, {});
         return term;
     }
     LibraryBindings bindings;
     const std::size_t errors = report_.error_count();
     bool fit = true;
-    for (std::size_t i = 0; i < f.parameters.size(); ++i) fit = match(f.parameters[i], infer(*call.arguments[i]), bindings) && fit;
+    for (std::size_t i = 0; i < f.parameters.size(); ++i) fit = match(f.parameters[i], infer(*arguments[i]), bindings) && fit;
     // Of `lreverse([])` only the place knows what the elements are.
     if (fit && has_unknown(substitute(f.result, bindings))) match(f.result, wanted, bindings);
     term.op = f.op;
     if (f.op == Op::Library) term.text = f.name;
     for (std::size_t i = 0; i < f.parameters.size(); ++i) {
-        term.operands.push_back(resolve(*call.arguments[i], substitute(f.parameters[i], bindings), where));
+        term.operands.push_back(resolve(*arguments[i], substitute(f.parameters[i], bindings), where));
         match(f.parameters[i], term.operands.back().type, bindings);
     }
     if (const auto number = bindings.find('N'); number != bindings.end() && !number->second.numeric() && number->second != Type::Error)
-        report_.add(Kind::TypeMismatch, call.arguments[0]->span, fmt::format("`{}` needs {}, and this is {}", f.name, f.parameters[0].variable == 'N' ? "a number" : "numbers", type_name(infer(*call.arguments[0])))).help =
+        report_.add(Kind::TypeMismatch, arguments[0]->span, fmt::format("`{}` needs {}, and this is {}", f.name, f.parameters[0].variable == 'N' ? "a number" : "numbers", type_name(infer(*arguments[0])))).help =
             fmt::format("`{}` is {}", f.name, f.signature);
     if (const auto record = bindings.find('S'); record != bindings.end() && !is_struct_of_floats(record->second))
-        report_.add(Kind::TypeMismatch, call.arguments.back()->span, fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
+        report_.add(Kind::TypeMismatch, arguments.back()->span, fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
     // What was refused is of any type, so that one mistake gives one message.
     term.type = report_.error_count() > errors ? Type::Error : substitute(f.result, bindings);
     return term;

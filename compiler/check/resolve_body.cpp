@@ -16,7 +16,9 @@ std::vector<Clause> Resolver::body(const std::vector<syntax::Clause>& clauses) {
 
 void Resolver::clause(const syntax::Clause& tree, std::vector<Clause>& out) {
     if (const auto* a = std::get_if<syntax::Atom>(&tree.node)) {
-        body_atom(*a, out);
+        // A function that gives a bool is a condition.
+        if (is_predicate(a->name.text) || !scope_->is_function(a->name.text)) body_atom(*a, out);
+        else out.push_back(test(scope_->condition(*a)));
     } else if (const auto* t = std::get_if<syntax::Constraint>(&tree.node)) {
         condition(*t->condition, out);
     } else if (const auto* n = std::get_if<syntax::Not>(&tree.node)) {
@@ -94,6 +96,11 @@ void Resolver::element(const syntax::Element& tree, Span span, std::vector<Claus
         if (element.op != Op::Anonymous) out.push_back(equality(variable, element, tree.element->span));
     }
     for (Clause& t : tests) out.push_back(std::move(t));
+}
+
+bool Resolver::is_predicate(const std::string& name) const {
+    const auto found = names_.predicates.lower_bound({name, 0});
+    return found != names_.predicates.end() && found->first.first == name;
 }
 
 void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {

@@ -35,6 +35,7 @@ class Resolver {
     std::vector<Clause> body(const std::vector<syntax::Clause>& clauses);
     void clause(const syntax::Clause& tree, std::vector<Clause>& out);
     // An equality with a pattern makes or takes apart; what it is compared with is a variable, made if need be.
+    bool is_predicate(const std::string& name) const;
     void condition(const syntax::Expr& e, std::vector<Clause>& out);
     void body_atom(const syntax::Atom& tree, std::vector<Clause>& out);
     void body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out);

@@ -208,7 +208,7 @@ Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {
     } else if (const auto* a = std::get_if<syntax::RunArgument>(&e.node)) {
         return run_argument(a->number, e.span, wanted);
     } else if (const auto* call = std::get_if<syntax::Call>(&e.node)) {
-        return call->parentheses ? this->call(*call, e.span, wanted) : constant_name(*call, e.span);
+        return call->parentheses ? this->call(call->name, call->arguments, e.span, wanted) : constant_name(*call, e.span);
     } else if (const auto* u = std::get_if<syntax::Unary>(&e.node)) {
         return unary(*u, e.span);
     } else if (const auto* bin = std::get_if<syntax::Binary>(&e.node)) {

@@ -49,6 +49,10 @@ class Scope {
     // Converts int to float where that is wanted; reports other differences.
     Term convert(Term term, const Type& wanted, const std::string& where, Span declared = {});
 
+    // A call of a function that gives a bool, where a fact could stand.
+    bool is_function(const std::string& name) const;
+    Term condition(const syntax::Atom& atom);
+
     // ---- patterns (patterns.cpp)
 
     // Whether it is a list, struct or tuple with variables in it: it can be taken apart as well as made.
@@ -69,11 +73,12 @@ class Scope {
     // Each gives the term of one kind of expression; `wanted` guides empty lists and the like.
     Term untyped(const syntax::Expr& e, const Type& wanted);
     Term constant_name(const syntax::Call& call, Span span);
-    Term call(const syntax::Call& call, Span span, const Type& wanted);
-    Term call_function(FunctionId id, const syntax::Call& call, Span span);
-    Term call_library(const LibraryFunction& f, const syntax::Call& call, Span span, const Type& wanted);
-    Term unknown_function(const syntax::Call& call, Span span);
-    void wrong_count(const std::string& name, std::size_t needs, const syntax::Call& call, Span span, Span declared);
+    using Arguments = std::vector<syntax::ExprPtr>;
+    Term call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted);
+    Term call_function(FunctionId id, const Arguments& arguments, Span span);
+    Term call_library(const LibraryFunction& f, const Arguments& arguments, Span span, const Type& wanted);
+    Term unknown_function(const std::string& name, Span span);
+    void wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared);
     Term unary(const syntax::Unary& u, Span span);
     Term binary(const syntax::Binary& b, Span span);
     Term vector_product(const syntax::Binary& b, Span span, const Type& left, const Type& right);

@@ -1,5 +1,10 @@
 #include "compiler/driver/compile.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
 #include "compiler/build/build.h"
@@ -14,11 +19,30 @@ namespace meld::driver {
 
 namespace {
 
+Result<std::string> read_linked(const std::string& path) {
+    static constexpr std::string_view endings[] = {".c", ".cc", ".cpp", ".cxx"};
+    if (std::none_of(std::begin(endings), std::end(endings), [&](std::string_view ending) { return path.ends_with(ending); }))
+        return fail(fmt::format("cannot link {}: it is no C or C++ file", path), "Link files that end in .c or .cpp");
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (!in) return fail(fmt::format("cannot read {}", path), "Give the path of the C file as seen from here");
+    return text.str();
+}
+
 Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const CompileOptions& options) {
     BuildOptions build_options;
     if (!options.cache_dir.empty()) build_options.cache_dir = options.cache_dir;
     build_options.optimisation = options.optimisation;
     build_options.headers = module_headers();
+    build_options.extern_header = kExtern;
+    for (const std::string& path : options.link) {
+        Result<std::string> text = read_linked(path);
+        if (!text) return text;
+        build_options.linked.push_back({path, std::move(*text)});
+    }
+    for (const check::Function& f : plan.program.functions)
+        if (f.external) build_options.externs.push_back(f.name);
     build_options.schema_hash = emit::schema_hash(plan);
     build_options.abi_version = kAbiVersion;
     return build_module(cpp, plan.program.name, build_options);

@@ -21,6 +21,7 @@ struct CompileOptions {
     std::string cache_dir = {};                    // Empty: the default.
     std::vector<std::string> library_paths = {};
     plan::PlanOptions plan = {};
+    std::vector<std::string> link = {};            // C and C++ files with the program's extern functions.
 };
 
 struct Compilation {

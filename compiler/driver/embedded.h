@@ -11,5 +11,6 @@ extern const char kModuleLists[];
 extern const char kModuleLibrary[];
 extern const char kModuleEval[];
 extern const char kModuleDeltas[];
+extern const char kExtern[];
 
 }  // namespace meld::driver

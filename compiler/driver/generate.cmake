@@ -1,6 +1,6 @@
 # The prelude and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleEval kModuleDeltas)
+set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleEval kModuleDeltas kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
@@ -9,7 +9,8 @@ set(embedded_files
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_lists.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_library.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_eval.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h)
+  ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h
+  ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
 list(JOIN embedded_names "," embedded_names_text)
 list(JOIN embedded_files "," embedded_files_text)
 add_custom_command(

@@ -130,6 +130,7 @@ int main(int argc, char** argv) {
     compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, what it sends, and how each predicate is stored");
     compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3")->check(CLI::Range(0, 3))->capture_default_str();
     compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");
+    compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();

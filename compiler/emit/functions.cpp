@@ -1,4 +1,6 @@
 // Emits the functions of a program: static C++ functions that may call each other in any order.
+#include <algorithm>
+
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -61,6 +63,10 @@ void emit_functions(const plan::Plan& plan, Writer& w) {
 }
 
 void emit_externs(const plan::Plan& plan, Writer& w) {
+    const auto& functions = plan.program.functions;
+    if (std::none_of(functions.begin(), functions.end(), [](const Function& f) { return f.external; })) return;
+    w.raw("// Memory for what externs make; see meld/extern.h.");
+    w.raw("extern \"C\" void* meld_allocate(Eval* e, u64 bytes) { return scratch(*e, bytes); }");
     for (const FunctionId id : plan.program.functions.ids())
         if (plan.program.functions[id].external) emit_extern(plan, id, w);
 }

@@ -178,4 +178,32 @@ inline ListRef list_to_set(Eval& e, u32, const TypeInfo* types, u16 type, ListRe
     return list_over(e, items, kept);
 }
 
+// ---- what extern functions give is looked at once: no NaN, sets in order, structs with all their fields
+
+inline ListRef checked_extern(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l);
+
+inline i64 checked_extern(Eval&, u32, const TypeInfo*, u16, i64 v) { return v; }
+inline u64 checked_extern(Eval&, u32, const TypeInfo*, u16, u64 v) { return v; }
+inline bool checked_extern(Eval&, u32, const TypeInfo*, u16, bool v) { return v; }
+inline double checked_extern(Eval& e, u32 rule, const TypeInfo*, u16, double v) { return checked_real(e, rule, v); }
+
+inline u64 checked_item(Eval& e, u32 rule, const TypeInfo* types, u16 type, u64 w) {
+    if (types[type].kind == ValueType::Float) return word(checked_real(e, rule, as<double>(w)));
+    return types[type].kind < ValueType::String ? w : word(checked_extern(e, rule, types, type, as<ListRef>(w)));
+}
+inline ListRef checked_extern(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l) {
+    const TypeInfo& t = types[type];
+    if (t.kind == ValueType::String) return l == nullptr ? nullptr : text_over(e, text_of(l), l->count);
+    const bool record = t.kind >= ValueType::Struct;
+    const u32 n = count_of(l), fields = t.kind == ValueType::Vec3 ? 3 : t.part_count;
+    if (record && n != fields) {
+        trap(e, Trap::BadIndex, rule, i64{fields} - 1, i64{n});
+        return nullptr;
+    }
+    u64* items = new_items(e, n);
+    for (u32 i = 0; i < n; ++i) items[i] = checked_item(e, rule, types, t.kind == ValueType::Vec3 ? 1 : t.parts[record ? i : 0], l->items[i]);
+    const ListRef checked = list_over(e, items, n);
+    return t.kind == ValueType::Set ? list_to_set(e, rule, types, t.parts[0], checked) : checked;
+}
+
 }  // namespace meld

@@ -22,18 +22,21 @@ std::string meldc_path() {
 
 }  // namespace
 
-Result<std::string> compile_program(const std::string& program) {
+Result<std::string> compile_program(const std::string& program, const std::vector<std::string>& link) {
     if (program.ends_with(".so")) return program;
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
     const std::string meldc = meldc_path();
+    std::vector<const char*> arguments = {"meldc", "compile", program.c_str()};
+    for (const std::string& file : link) arguments.insert(arguments.end(), {"--link", file.c_str()});
+    arguments.push_back(nullptr);
     const pid_t child = fork();
     if (child < 0) return fail(std::string("cannot start meldc: ") + std::strerror(errno));
     if (child == 0) {
         dup2(ends[1], STDOUT_FILENO);
         close(ends[0]);
         close(ends[1]);
-        execlp(meldc.c_str(), "meldc", "compile", program.c_str(), static_cast<char*>(nullptr));
+        execvp(meldc.c_str(), const_cast<char* const*>(arguments.data()));
         _exit(127);
     }
     close(ends[1]);

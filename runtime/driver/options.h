@@ -15,6 +15,7 @@ struct RunOptions {
     int threads = 1;
     std::int64_t seed = -1;
     std::vector<std::string> set;   // name=value
+    std::vector<std::string> link;  // C files with extern functions.
     std::vector<std::string> given; // Values of @arg1, @arg2, ...
     std::string facts_out;
     std::string record;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "runtime/base/error.h"
 #include "runtime/driver/options.h"
@@ -12,7 +13,7 @@ namespace meld::driver {
 int run_command(RunOptions options);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
-// Errors carry meldc's exit code; its messages have been printed by then.
-Result<std::string> compile_program(const std::string& program);
+// `link` are the C files of its externs. Errors carry meldc's exit code; its messages have been printed by then.
+Result<std::string> compile_program(const std::string& program, const std::vector<std::string>& link);
 
 }  // namespace meld::driver

@@ -15,11 +15,22 @@ struct ObjectOptions {
     std::string target_cpu;
 };
 
-// What the library offers; compile_object.h and link_module.h say what the functions do.
+// A C or C++ file whose functions a program calls.
+struct ExternSource {
+    std::string path;
+    std::string text;
+};
+struct ExternObject {
+    std::string object;                // ELF
+    std::vector<std::string> symbols;  // That it defines for others.
+};
+
+// What the library offers; compile_object.h, compile_extern.h and link_module.h say what the functions do.
 struct Backend {
     Result<std::string> (*compile_object)(const std::string& cpp_text, const std::string& name,
                                           const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options);
-    Result<void> (*link_module)(const std::string& object_path, const std::string& output_path);
+    Result<ExternObject> (*compile_extern)(const ExternSource& source, const std::string& header, const ObjectOptions& options);
+    Result<void> (*link_module)(const std::vector<std::string>& object_paths, const std::string& output_path);
 };
 
 inline constexpr const char* kBackendLibrary = "libmeld_backend.so";

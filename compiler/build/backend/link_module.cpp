@@ -12,10 +12,10 @@ LLD_HAS_DRIVER(elf)
 
 namespace meld {
 
-Result<void> link_module(const std::string& object_path, const std::string& output_path) {
+Result<void> link_module(const std::vector<std::string>& object_paths, const std::string& output_path) {
     static std::mutex one_at_a_time;
     const std::scoped_lock lock(one_at_a_time);
-    const char* const arguments[] = {"ld.lld",
+    std::vector<const char*> arguments = {"ld.lld",
                                      "-shared",
                                      "-Bsymbolic",
                                      "-z",
@@ -24,9 +24,9 @@ Result<void> link_module(const std::string& object_path, const std::string& outp
                                      "--threads=1",
                                      "-O0",
                                      "--build-id=none",
-                                     object_path.c_str(),
                                      "-o",
                                      output_path.c_str()};
+    for (const std::string& path : object_paths) arguments.push_back(path.c_str());
     std::string messages;
     llvm::raw_string_ostream stream(messages);
     const lld::DriverDef drivers[] = {{lld::Gnu, &lld::elf::link}};

@@ -1,0 +1,23 @@
+// One run of Clang's front end and LLVM's code generator over given arguments and files.
+#pragma once
+
+#include <llvm/ADT/IntrusiveRefCntPtr.h>
+#include <llvm/Support/VirtualFileSystem.h>
+
+#include <string>
+#include <vector>
+
+namespace meld {
+
+// All files in memory are below this folder.
+inline const std::string kMemoryRoot = "/claymeld/";
+
+struct ClangRun {
+    std::string object;    // Empty: it did not compile.
+    std::string messages;
+};
+
+// Compiles as Clang's compiler proper does with these arguments. May be called from several threads at once.
+ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files);
+
+}  // namespace meld
