@@ -1,14 +1,13 @@
-/* What a C or C++ function sees that a Meld program declares with `extern`. Include it as <meld/extern.h>.
- *
- *     extern float mean(list float).        double mean(meld_value list);
- *     extern list int range(int).           meld_value range(meld_call* call, int64_t n);
- *
- * int is int64_t, float double, bool bool, node uint64_t (its number), a type of your own (`extern type handle.`) int64_t; all
- * others are a meld_value. A function that gives one of those takes a meld_call first: what it makes lives as long as the
- * call's result is needed, and is never freed by hand. Functions must be pure: they give the same for the same, change nothing
- * and may be called at any time, from several threads at once, as often as the simulation likes. */
-#ifndef MELD_EXTERN_H
-#define MELD_EXTERN_H
+// What a C or C++ function sees that a Meld program declares with `extern`. Include it as <meld/extern.h>.
+//
+//     extern float mean(list float).        double mean(meld_value list);
+//     extern list int range(int).           meld_value range(meld_call* call, int64_t n);
+//
+// int is int64_t, float double, bool bool, node uint64_t (its number), a type of your own (`extern type handle.`) int64_t; all
+// others are a meld_value. A function that gives one of those takes a meld_call first: what it makes lives as long as the
+// call's result is needed, and is never freed by hand. Functions must be pure: they give the same for the same, change nothing
+// and may be called at any time, from several threads at once, as often as the simulation likes.
+#pragma once
 
 #include <stdint.h>
 
@@ -70,6 +69,4 @@ static inline meld_value meld_string(meld_call* call, const char* bytes, uint32_
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif
