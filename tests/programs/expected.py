@@ -267,3 +267,103 @@ def consensus(case):
         "votes": [(a, votes[a]) for a in found],
         "decision": [(a, int(votes[root] > 0)) for a in found],
     }
+
+
+def queens(case):
+    def ways(above):
+        if len(above) == case.columns:
+            return [above]
+        safe = [c for c in range(case.columns) if all(q != c and abs(q - c) != d for d, q in enumerate(above, 1))]
+        return [board for c in safe for board in ways([c, *above])]
+
+    boards = ways([])
+    order = sorted(case.links, key=lambda a: case.outcome.cell_of[a])
+    told = case.outcome.facts["example"]
+    if len(told) != (1 if boards else 0) or any(a != order[-1] or list(board) not in boards for a, board in told):
+        raise AssertionError(f"{told} is no example of {len(boards)} boards")
+    return {
+        "column": [(a, c) for a in order for c in range(case.columns)],
+        "next": list(zip(order, order[1:])),
+        "ways": [(a, 0) for a in order[:-1]] + [(order[-1], len(boards))],
+        "example": told,
+    }
+
+
+def quicksort(case):
+    at = {cell: catom for catom, cell in case.outcome.cell_of.items()}
+    return {"sorted": [(at[cell], sorted(numbers), 0) for cell, numbers in case.lists.items()]}
+
+
+def belief_propagation(case):
+    doubt, rough, colours = 1.6, 1.2, range(3)
+
+    def normalized(beliefs):
+        top = max(beliefs)
+        total = top + math.log(math.fsum(math.exp(b - top) for b in beliefs))
+        return [b - total for b in beliefs]
+
+    def added(lists):
+        return [math.fsum(column) for column in zip(*lists)]
+
+    cell_of = case.outcome.cell_of
+    seen = {a: case.colour(cell) for a, cell in cell_of.items()}
+    evidence = {a: [0.0 if i == c else -doubt for i in colours] for a, c in seen.items()}
+
+    def message(cavity):
+        through = [[b - (0.0 if i == j else rough) for j, b in enumerate(cavity)] for i in colours]
+        return normalized([math.log(math.fsum(math.exp(b) for b in row)) for row in through])
+
+    heard = {(a, b): message(evidence[b]) for a, others in case.links.items() for b in others}
+    for _ in range(case.rounds - 1):
+        heard = {(a, b): message(added([evidence[b]] + [heard[b, c] for c in case.links[b] if c != a])) for a, b in heard}
+    belief = {a: normalized(added([evidence[a]] + [heard[a, b] for b in case.links[a]])) for a in cell_of}
+    case.expect_messages(case.rounds * len(heard))
+    # A catom without neighbours hears nothing in any round.
+    return {
+        "seen": list(seen.items()),
+        "evidence": list(evidence.items()),
+        "kept": [(a, b, m) for (a, b), m in heard.items()],
+        "belief": list(belief.items()),
+        "likely": [(a, max(colours, key=lambda i, b=b: b[i])) for a, b in belief.items()],
+    }
+
+
+def mutual_exclusion(case):
+    found = hops(case.links, case.sources)
+    parent = parents(case.links, found)
+    wants = {a for a in found if case.wants(case.outcome.cell_of[a])}
+    alone = case.outcome.facts["alone"]
+    if {a for a, _ in alone} != wants or sorted(n for _, n in alone) != list(range(1, len(wants) + 1)):
+        raise AssertionError(f"{sorted(alone)} is not one turn after the other for {sorted(wants)}")
+    case.expect_messages(2 * (len(found) - 1))
+    return {
+        "root": [(s,) for s in case.sources],
+        "wants": [(a,) for a, cell in case.outcome.cell_of.items() if case.wants(cell)],
+        "hops": list(found.items()),
+        "parent": list(parent.items()),
+        "children": [(b, a) for a, b in parent.items()],
+        "token": [(s, len(wants)) for s in case.sources],
+        "fresh": [(a,) for a in case.links if a not in found],
+        "asleep": [(a,) for a in case.links if a not in case.sources],
+        "alone": alone,
+    }
+
+
+def heat(case):
+    warm = {a: t for a, t, _ in case.outcome.facts["warmth"]}
+    told = {a: t for a, _, t in case.outcome.facts["warmth"]}
+    fixed = {}
+    for a, cell in case.outcome.cell_of.items():
+        degrees = case.held(cell)
+        if degrees is not None:
+            fixed[a] = degrees
+    for a, others in case.links.items():
+        if a in fixed:
+            if others and warm[a] != fixed[a] and not any(b in fixed for b in others):
+                raise AssertionError(f"@{a} is held at {fixed[a]} and has {warm[a]}")
+            continue
+        if others and abs(warm[a] - math.fsum(told[b] for b in others) / len(others)) > 1e-9:
+            raise AssertionError(f"@{a} is not the mean of what its neighbours told")
+        if abs(warm[a] - told[a]) > case.step:
+            raise AssertionError(f"@{a} has told {told[a]} and has {warm[a]}")
+    return {name: case.outcome.facts[name] for name in ("warmth", "heard", "hot", "cold")}

@@ -207,16 +207,59 @@ def consensus():
         yield Case(world, f'root = ["{at(first)}"]\nyes = ["x < -1"]', sources=[first], wants=lambda cell: cell[0] < -1)
 
 
+def queens():
+    yield Case("queens.toml", lattice="square", columns=8)
+    for side in (1, 3, 4, 6):
+        board = World(f"{side} rows", "square", box((0, 0, 0), (side, 1, 1)))
+        yield Case(board, 'placed = [{ where = "cell == (0, 0, 0)", args = [[]] }]', ("--set", f"columns={side}"), columns=side)
+
+
+def quicksort():
+    own = {(-2, 0, 0): [5, 3, 9, 1, 3, 8, 0, -4, 7, 7, 2], (-1, 0, 0): [], (0, 0, 0): list(range(1, 11)), (1, 0, 0): [12]}
+    yield Case("quicksort.toml", lattice="square", lists=own)
+    draw = random.Random(3)
+    row = box((0, 0, 0), (24, 1, 1))
+    lists = {cell: [draw.randint(-50, 50) for _ in range(draw.randint(0, 60))] for cell in row}
+    given = ", ".join(f'{{ where = "{at(cell)}", args = [{numbers}, 0] }}' for cell, numbers in lists.items())
+    yield Case(World("a row of lists", "square", row), f"sort = [{given}]", lists=lists)
+
+
+def belief_propagation():
+    wrong = {(-10, 3, 0): 2, (0, 0, 0): 2, (-13, -4, 0): 1, (9, 2, 0): 1, (-9, -8, 0): 1, (2, 7, 0): 0, (12, -6, 0): 0}
+    yield Case("belief_propagation.toml", lattice="square", rounds=12, colour=lambda c: wrong.get(c, 0 if c[0] < -5 else 1 if c[0] < 5 else 2))
+    disc = [cell for cell in ball("hex", 6, 1)]
+    given = 'seen = [{ where = "x < 0", args = [0] }, { where = "x >= 0 && y < 2", args = [1] }, { where = "x >= 0 && y >= 2", args = [2] }]'
+    yield Case(World("a disc", "hex", disc), given, ("--set", "rounds=5"), rounds=5, colour=lambda c: 0 if c[0] < 0 else 1 if c[1] < 2 else 2)
+
+
+def mutual_exclusion():
+    yield Case("mutual_exclusion.toml", lattice="cubic", sources=[(-2, -2, -1)], wants=lambda c: c[0] < 0 or c[2] > 0)
+    knot = World("a small ball and an island", "fcc", ball("fcc", 2) + [(9, 9, 0)])
+    first = (0, 0, 0)
+    yield Case(knot, f'root = ["{at(first)}"]\nwants = ["y < 1"]', sources=[first], wants=lambda c: c[1] < 1)
+
+
+def heat():
+    yield Case("heat.toml", lattice="cubic", step=0.05, held=lambda c: 100.0 if c[0] < -14 else 0.0 if c[0] >= 14 else None)
+    for world in few_worlds():
+        yield Case(world, 'hot = ["x < -9"]\ncold = ["x >= 9"]', ("--set", "step=0.5"), step=0.5, held=lambda c: 100.0 if c[0] < -9 else 0.0 if c[0] >= 9 else None)
+
+
 PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk,
                                              life, shortest_paths, relaxation, pagerank, pagerank_async, bipartite, colouring,
-                                             minimum_spanning_tree, consensus)}
+                                             minimum_spanning_tree, consensus, queens, quicksort, belief_propagation,
+                                             mutual_exclusion, heat)}
 
 
 def equal(found, wanted):
     """Facts are the same, numbers up to rounding: the order of a sum is the program's own."""
-    return len(found) == len(wanted) and all(
-        len(a) == len(b) and all(math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-9) if isinstance(x, float) else x == y for x, y in zip(a, b))
-        for a, b in zip(found, wanted))
+    if isinstance(found, (list, tuple)):
+        return isinstance(wanted, (list, tuple)) and len(found) == len(wanted) and all(equal(a, b) for a, b in zip(found, wanted))
+    return math.isclose(found, wanted, rel_tol=1e-9, abs_tol=1e-9) if isinstance(found, float) else found == wanted
+
+
+def hashable(facts):
+    return [tuple(tuple(v) if isinstance(v, list) else v for v in fact) for fact in facts]
 
 
 def check(case, compute):
@@ -226,8 +269,8 @@ def check(case, compute):
         here, there = sorted(case.outcome.facts[name]), sorted(wanted.get(name, []))
         if equal(here, there):
             continue
-        extra = collections.Counter(here) - collections.Counter(there)
-        missing = collections.Counter(there) - collections.Counter(here)
+        extra = collections.Counter(hashable(here)) - collections.Counter(hashable(there))
+        missing = collections.Counter(hashable(there)) - collections.Counter(hashable(here))
         raise AssertionError(f"{name} is not as expected; not expected: {list(extra)[:5]}; missing: {list(missing)[:5]}")
 
 

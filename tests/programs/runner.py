@@ -25,11 +25,25 @@ class Outcome:
         self.facts = collections.defaultdict(list)
         for line in text.splitlines():
             name, arguments = FACT.fullmatch(line).groups()
-            self.facts[name].append(tuple(literal(word) for word in arguments.split(", ")))
+            self.facts[name].append(tuple(literal(word) for word in split(arguments)))
         self.cell_of = {row[0]: row[1:] for row in self.facts.pop("where-cell", [])}
 
 
+def split(arguments):
+    """At the commas that stand in no list."""
+    words, depth = [""], 0
+    for letter in arguments:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "," and depth == 0:
+            words.append("")
+        else:
+            words[-1] += letter
+    return [word.strip() for word in words]
+
+
 def literal(word):
+    if word.startswith("["):
+        return [literal(inner) for inner in split(word[1:-1])] if word != "[]" else []
     if word.startswith("@"):
         return int(word[1:])
     return int(word) if re.fullmatch(r"-?\d+", word) else float(word)

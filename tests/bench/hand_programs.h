@@ -1,0 +1,93 @@
+// The programs of bench_programs as a person would write them in C++ for one machine: dense arrays, neighbours by geometry,
+// no messages. Each does the same rounds or the same steps as the Meld program, so that results can be compared.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/abi/geometry_abi.h"
+
+namespace meld::bench {
+
+// Calls visit(neighbour) for each neighbour of a catom, by port.
+template <class Visit>
+void each_neighbour(const Geometry& g, u32 catom, const Visit& visit) {
+    for (i32 port = 0; port < g.ports; ++port) {
+        const i32 other = catom_towards(g, g.catom_site[catom], port);
+        if (other >= 0) visit(static_cast<u32>(other));
+    }
+}
+
+// examples/meld/temperature.meld: each round a catom moves towards its neighbours by `rate` of each difference.
+inline std::vector<double> hand_diffuse(const Geometry& g, std::vector<double> now, int rounds, double rate) {
+    std::vector<double> next(now.size());
+    for (int round = 0; round < rounds; ++round) {
+        for (u32 c = 0; c < now.size(); ++c) {
+            double sum = 0;
+            each_neighbour(g, c, [&](u32 b) { sum += now[b] - now[c]; });
+            next[c] = now[c] + rate * sum;
+        }
+        now.swap(next);
+    }
+    return now;
+}
+
+struct Ranks {
+    std::vector<double> rank, residue;
+};
+
+// examples/meld/pagerank_async.meld: a catom passes on what it has received when that is more than `enough`; only catoms
+// that received something are looked at.
+inline Ranks hand_pagerank(const Geometry& g, std::size_t catoms, double damping, double enough) {
+    Ranks out{std::vector<double>(catoms, 0.0), std::vector<double>(catoms, 1 - damping)};
+    std::vector<double> gain(catoms, 0.0), next(catoms, 0.0);
+    std::vector<u32> awake(catoms), woken;
+    std::vector<u8> is_woken(catoms, 0);
+    for (u32 c = 0; c < catoms; ++c) awake[c] = c;
+    while (!awake.empty()) {
+        for (const u32 c : awake) {
+            out.residue[c] += gain[c];
+            gain[c] = 0;
+            if (out.residue[c] <= enough) continue;
+            int degree = 0;
+            each_neighbour(g, c, [&](u32) { ++degree; });
+            if (degree == 0) continue;
+            const double share = damping * out.residue[c] / degree;
+            out.rank[c] += out.residue[c];
+            out.residue[c] = 0;
+            each_neighbour(g, c, [&](u32 b) {
+                next[b] += share;
+                if (is_woken[b]) return;
+                is_woken[b] = 1;
+                woken.push_back(b);
+            });
+        }
+        for (const u32 c : woken) {
+            is_woken[c] = 0;
+            gain[c] = next[c];
+            next[c] = 0;
+        }
+        awake.swap(woken);
+        woken.clear();
+    }
+    return out;
+}
+
+// examples/meld/queens.meld: how many ways there are to place one queen a row so that none takes another.
+inline std::int64_t hand_queens(int n, int* columns, int row) {
+    if (row == n) return 1;
+    std::int64_t found = 0;
+    for (int column = 0; column < n; ++column) {
+        bool safe = true;
+        for (int above = 0; above < row && safe; ++above) {
+            const int apart = columns[above] - column;
+            safe = apart != 0 && apart != row - above && apart != above - row;
+        }
+        if (!safe) continue;
+        columns[row] = column;
+        found += hand_queens(n, columns, row + 1);
+    }
+    return found;
+}
+
+}  // namespace meld::bench
