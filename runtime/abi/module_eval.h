@@ -553,8 +553,15 @@ struct Bag {
             }
         for (u32 i = 0; i < n; ++i) remove(positions[i]);
     }
+    // The shorter side moves: mostly facts are consumed from the front, and there may be a hundred thousand.
     void remove(u32 at) {
-        for (u32 i = at + 1; i < list.count; ++i) list.rows[i - 1] = list.rows[i];
+        if (at < list.count / 2) {
+            for (u32 i = at; i > 0; --i) list.rows[i] = list.rows[i - 1];
+            ++list.rows;
+            --list.capacity;
+        } else {
+            for (u32 i = at + 1; i < list.count; ++i) list.rows[i - 1] = list.rows[i];
+        }
         --list.count;
         changed = true;
     }

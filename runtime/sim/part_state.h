@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "runtime/eval/evaluator.h"
 #include "runtime/partition/partition.h"
 #include "runtime/tuple/columns.h"
+#include "runtime/tuple/values.h"
 #include "runtime/world/ensemble.h"
 #include "runtime/world/target.h"
 #include "runtime/world/world_file.h"
@@ -56,6 +58,7 @@ class PartState {
     // ---- for central modules
     // Facts given from outside: the catom and, where neighbours read them, its readers are marked.
     bool give(u32 predicate, Catom catom, const Value* arguments);
+    void give_all(u32 predicate, Catom catom, const std::vector<const Value*>& facts);
     bool take(u32 predicate, Catom catom, const Value* arguments);
     void mark(Catom catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
     // Catoms come and go; links around the cell are marked. Arrays may move.
@@ -97,13 +100,21 @@ class PartState {
 
   private:
     // exchange.cpp
-    void deliver(const eval::Message& message);
+    // A linear or given fact that has come for a catom of this part in this tick.
+    struct Arrival {
+        Catom to;
+        u16 predicate;
+        const Value* arguments;
+    };
+    // Gives them all, many for one catom at once; they are seen in the next tick.
+    void deliver(const std::vector<Arrival>& arrivals);
     // Changed: the other side has the column as it was before this tick, and rows may be sent alone.
     enum class Pushed { Changed, Whole };
     void note_export(int thread, Catom catom, u16 column, Pushed what);
     void write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const;
     void exchange();
-    void receive(const comm::Packet& packet);
+    // What a packet says; the facts in it are added to the arrivals, their arguments and lists to the other two.
+    void receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
     void agree();
 
     // setup.cpp

@@ -27,7 +27,9 @@ const Totals& PartState::end_tick() {
     totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
     sent_bytes_ = dropped_ = 0;
     if (alone()) {
-        for (const eval::Message& m : evaluator.messages()) deliver(m);
+        std::vector<Arrival> arrivals;
+        for (const eval::Message& m : evaluator.messages()) arrivals.push_back({m.to, m.predicate, m.arguments});
+        deliver(arrivals);
     } else {
         exchange();
     }
@@ -35,8 +37,24 @@ const Totals& PartState::end_tick() {
     return totals;
 }
 
-// A fact arrives at a catom of this part; it is seen in the next tick.
-void PartState::deliver(const eval::Message& m) { give(m.predicate, m.to, m.arguments); }
+void PartState::deliver(const std::vector<Arrival>& arrivals) {
+    // By predicate and then by receiver: both sorts keep what is equal in order.
+    std::vector<Keyed> order, spare;
+    for (std::size_t i = 0; i < arrivals.size(); ++i) order.push_back({arrivals[i].predicate, static_cast<u32>(i)});
+    sort_by_key(order, spare);
+    for (Keyed& k : order) k.key = arrivals[k.place].to;
+    sort_by_key(order, spare);
+    std::vector<const Value*> together;
+    for (std::size_t i = 0; i < order.size();) {
+        const Arrival& first = arrivals[order[i].place];
+        together.clear();
+        for (; i < order.size() && order[i].key == first.to && arrivals[order[i].place].predicate == first.predicate; ++i) together.push_back(arrivals[order[i].place].arguments);
+        // Few are put in one by one, many are merged in at once.
+        if (together.size() > 8) give_all(first.predicate, first.to, together);
+        else
+            for (const Value* arguments : together) give(first.predicate, first.to, arguments);
+    }
+}
 
 void PartState::note_export(int thread, Catom catom, u16 column, Pushed what) {
     if (alone()) return;
@@ -59,6 +77,7 @@ void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 colum
 
 // Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
 void PartState::exchange() {
+    std::vector<Arrival> arrivals;
     for (auto& lists : outgoing_)
         for (std::size_t other = 0; other < lists.size(); ++other) {
             for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column, e.what);
@@ -66,7 +85,7 @@ void PartState::exchange() {
         }
     for (const eval::Message& m : evaluator.messages()) {
         if (owned(m.to)) {
-            deliver(m);
+            arrivals.push_back({m.to, m.predicate, m.arguments});
             continue;
         }
         std::vector<std::byte>& out = packets_[static_cast<std::size_t>(halo->owner(ensemble.cell(m.to)))];
@@ -83,10 +102,14 @@ void PartState::exchange() {
         packets.push_back({static_cast<int>(other), std::move(packets_[other])});
         packets_[other].clear();
     }
-    for (const comm::Packet& packet : comm.exchange(std::move(packets))) receive(packet);
+    std::deque<std::vector<Value>> arguments;
+    tuple::Arena lists;
+    const std::vector<comm::Packet> received = comm.exchange(std::move(packets));
+    for (const comm::Packet& packet : received) receive(packet, arrivals, arguments, lists);
+    deliver(arrivals);
 }
 
-void PartState::receive(const comm::Packet& packet) {
+void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists) {
     const std::byte* at = packet.bytes.data();
     const std::byte* end = at + packet.bytes.size();
     while (at != end) {
@@ -108,10 +131,9 @@ void PartState::receive(const comm::Packet& packet) {
             mark_around(cell, module.columns[number].reader_dirty);
         } else {
             const PredicateInfo& p = module.predicates[number];
-            tuple::Arena lists;
-            std::vector<Value> arguments(p.arity);
-            for (u32 i = 0; i < p.arity; ++i) arguments[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), at, lists);
-            give(number, *catom, arguments.data());
+            std::vector<Value>& values = arguments.emplace_back(p.arity);
+            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), at, lists);
+            arrivals.push_back({*catom, number, values.data()});
         }
     }
 }

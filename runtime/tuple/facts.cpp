@@ -1,5 +1,6 @@
 #include "runtime/tuple/facts.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -144,6 +145,34 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);
     columns.insert_row(p.column, catom, at, row, pool);
     columns.tell_added(p.column, catom, row, pool);
+    return true;
+}
+
+bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*> facts, int pool) {
+    const PredicateInfo& p = module.predicates[predicate];
+    const u32 size = module.columns[p.column].row_bytes;
+    const RowsHead& head = columns.rows(p.column, catom);
+    std::stable_sort(facts.begin(), facts.end(), [&](const Value* a, const Value* b) { return compare_arguments(module, p, a, b) < 0; });
+    std::vector<u8> rows;
+    rows.reserve((head.count + facts.size()) * size);
+    u32 held = 0, added = 0;
+    const auto keep_held = [&] { rows.insert(rows.end(), head.data + std::size_t{held} * size, head.data + (std::size_t{held} + 1) * size), ++held; };
+    const Value* before = nullptr;
+    for (const Value* arguments : facts) {
+        int c = -1;
+        while (held < head.count && (c = compare_row(module, p, head.data + std::size_t{held} * size, arguments)) < 0) keep_held();
+        const bool known = (held < head.count && c == 0) || (before != nullptr && compare_arguments(module, p, before, arguments) == 0);
+        if (known && p.kind != PredicateKind::Linear) continue;
+        rows.resize(rows.size() + size, 0);
+        u8* row = rows.data() + rows.size() - size;
+        for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);
+        before = arguments;
+        ++added;
+    }
+    if (added == 0) return false;
+    while (held < head.count) keep_held();
+    columns.set_rows(p.column, catom, rows.data(), static_cast<u32>(rows.size() / size), pool);
+    columns.release_dropped(pool);
     return true;
 }
 
