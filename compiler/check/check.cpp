@@ -3,8 +3,11 @@
 
 namespace meld::check {
 
-Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
     Program program;
+    separate_modules(tree, prelude_files, report);
+    expand_type_names(tree, report);
+    check_imports(tree, report);
     declare(tree, prelude_files, program, report);
     resolve_values(tree, program, report);
     resolve_rules(files, tree, program, report);

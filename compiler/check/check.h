@@ -8,11 +8,18 @@
 namespace meld::check {
 
 // Checks the tree (prelude first, then the program) and reports every mistake it finds. The result is complete only where
-// nothing was reported as an error; it is safe to print in any case. prelude_files: how many files of the set are ours.
-Program check(const source::FileSet& files, const syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
+// nothing was reported as an error; it is safe to print in any case. Names in the tree become full names. prelude_files: how many files of the set are ours.
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
 
 // ---- the passes, one file each, in this order
 
+// Modules: names of a module become `module-name`, imported names the names of what they import. Rules that ask for names which
+// their module does not show are reported and left out.
+void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
+// Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
+void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report);
+// Imports that repeat a declaration must repeat it rightly.
+void check_imports(const syntax::Tree& tree, diagnostics::Reporter& report);
 // Predicates, constants and functions from declarations, the latter two by name and type. Sensed and action predicates must be known to the prelude.
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
 // Constants and the bodies of functions: names to ids, types, values.

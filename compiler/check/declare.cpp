@@ -1,5 +1,5 @@
 // Pass 1: predicates and constants from declarations.
-// Assumes nothing; leaves every declared name in the tables, with Type::Error where its type was refused.
+// Assumes expand_type_names(); leaves every declared name in the tables, with Type::Error where its type was refused.
 #include <algorithm>
 #include <map>
 
@@ -50,6 +50,11 @@ class Declarer {
                 p.route = true;
             } else if (m.text == "sensed") {
                 p.sensed = true;
+            } else if (m.text == "neighbor") {
+                // A link of the program's own, as `neighbor` is the world's.
+                p.route = true;
+            } else if (m.text == "virtual") {
+                report_.add(Kind::HintIgnored, m.span, "`virtual` has no effect here").help = "a link is followed only while its two catoms touch, whoever makes it";
             } else if (m.text == "linear" || m.text == "action" || m.text == "persistent") {
                 if (kind != nullptr && kind->text != m.text)
                     report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text)).labels = {
@@ -58,7 +63,7 @@ class Declarer {
                 p.kind = m.text == "linear" ? PredicateKind::Linear : m.text == "action" ? PredicateKind::Action : PredicateKind::Persistent;
             } else {
                 report_.add(Kind::NotSupportedYet, m.span, fmt::format("the modifier `{}` is not compiled by this version", m.text)).help =
-                    "modifiers here are route, linear, action, sensed and persistent";
+                    "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
             }
         }
         if (p.sensed && p.kind == PredicateKind::Action)
@@ -215,10 +220,11 @@ class Declarer {
     // ---- the rest of the language is refused by name, so that nothing is silently dropped
 
     void not_yet(Span span, const std::string& what) { report_.add(Kind::NotSupportedYet, span, what + " are not compiled by this version"); }
-    void declare(const syntax::Alias& a) { not_yet(a.span, "type names"); }
-    void declare(const syntax::NodeKind& k) { not_yet(k.span, "node kinds"); }
-    void declare(const syntax::Import& i) { not_yet(i.span, "imports"); }
-    void declare(const syntax::Export& e) { not_yet(e.span, "exports"); }
+    // Done by the passes before.
+    void declare(const syntax::Alias&) {}
+    void declare(const syntax::NodeKind&) {}
+    void declare(const syntax::Import&) {}
+    void declare(const syntax::Export&) {}
     void declare(const syntax::Module&) {}
     void declare(const syntax::Hint& h) {
         auto& d = report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` has no effect here", h.directive.text));

@@ -1,6 +1,8 @@
 // Texts that are part of meldc: the prelude and the headers that emitted code includes.
 #pragma once
 
+#include <span>
+
 namespace meld::driver {
 
 extern const char kPrelude[];
@@ -12,5 +14,12 @@ extern const char kModuleLibrary[];
 extern const char kModuleEval[];
 extern const char kModuleDeltas[];
 extern const char kExtern[];
+
+// stdlib/*.meld without the prelude, for `use "name"`.
+struct EmbeddedLibrary {
+    const char* name;
+    const char* text;
+};
+extern const std::span<const EmbeddedLibrary> kLibraries;
 
 }  // namespace meld::driver

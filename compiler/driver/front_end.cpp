@@ -10,6 +10,16 @@
 
 namespace meld::driver {
 
+namespace {
+
+std::vector<syntax::Library> libraries() {
+    std::vector<syntax::Library> result;
+    for (const EmbeddedLibrary& library : kLibraries) result.push_back({library.name, library.text});
+    return result;
+}
+
+}  // namespace
+
 std::uint32_t add_prelude(source::FileSet& files) {
     MELD_EXPECT(files.count() == 0);
     files.add("stdlib/prelude.meld", kPrelude);
@@ -19,18 +29,16 @@ std::uint32_t add_prelude(source::FileSet& files) {
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options) {
     ParsedProgram parsed;
-    for (std::uint32_t i = 0; i < prelude_files; ++i) {
-        syntax::Tree tree = syntax::parse(files, i, report);
-        for (syntax::Item& item : tree.items) parsed.prelude.items.push_back(std::move(item));
-    }
-    parsed.program = syntax::parse(files, file, report, options);
+    for (std::uint32_t i = 0; i < prelude_files; ++i) parsed.prelude.append(syntax::parse(files, i, report));
+    syntax::ParseOptions with_libraries = options;
+    with_libraries.libraries = libraries();
+    parsed.program = syntax::parse(files, file, report, with_libraries);
     return parsed;
 }
 
 check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report) {
-    syntax::Tree tree = std::move(parsed.program);
-    std::swap(tree.items, parsed.prelude.items);
-    for (syntax::Item& item : parsed.prelude.items) tree.items.push_back(std::move(item));
+    syntax::Tree tree = std::move(parsed.prelude);
+    tree.append(std::move(parsed.program));
     check::Program program = check::check(files, tree, prelude_files, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
     program.source_text = files.file(file).text();

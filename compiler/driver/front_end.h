@@ -13,7 +13,7 @@ namespace meld::driver {
 // Puts the prelude into the set, which must be empty: its files come first. Returns how many they are.
 std::uint32_t add_prelude(source::FileSet& files);
 
-// Parses the program in a file of the set with what it includes.
+// Parses the program in a file of the set with what it includes and the libraries it uses; those of the compiler are added to the options.
 struct ParsedProgram {
     syntax::Tree prelude;
     syntax::Tree program;

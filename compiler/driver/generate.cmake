@@ -1,4 +1,4 @@
-# The prelude and the headers of emitted code, embedded in meldc.
+# The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
 set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleEval kModuleDeltas kExtern)
 set(embedded_files
@@ -11,11 +11,15 @@ set(embedded_files
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_eval.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
+file(GLOB embedded_libraries CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/stdlib/*.meld)
+list(REMOVE_ITEM embedded_libraries ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld)
+list(JOIN embedded_libraries "," embedded_libraries_text)
 list(JOIN embedded_names "," embedded_names_text)
 list(JOIN embedded_files "," embedded_files_text)
 add_custom_command(
   OUTPUT ${embedded}
-  COMMAND ${CMAKE_COMMAND} -DOUT=${embedded} -DNAMES=${embedded_names_text} -DFILES=${embedded_files_text} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
-  DEPENDS ${embedded_files} ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
+  COMMAND ${CMAKE_COMMAND} -DOUT=${embedded} -DNAMES=${embedded_names_text} -DFILES=${embedded_files_text}
+    -DLIBRARIES=${embedded_libraries_text} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
+  DEPENDS ${embedded_files} ${embedded_libraries} ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
   VERBATIM)
 list(APPEND generated ${embedded})

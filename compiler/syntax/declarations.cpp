@@ -230,6 +230,7 @@ void Builder::import_item(DeclarationWords words, Span span) {
     Import result;
     result.span = span;
     result.path = words.back().text;
+    result.path_span = words.back().span;
     words.resize(words.size() - 2);
     const bool renamed = words.size() >= 3 && is_name(words[words.size() - 2], "as") && words.back().form == Form::Name;
     if (renamed) {

@@ -1,8 +1,10 @@
 // An include is looked for beside the file that names it, then in the library folders; a name without an ending may mean name.meld.
+// `use` looks in the library folders, then among the compiler's own libraries, then beside the file.
 #include "compiler/syntax/include_path.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -25,16 +27,9 @@ std::string identity(const fs::path& path) {
     return error ? path.lexically_normal().string() : canonical.string();
 }
 
-std::vector<fs::path> candidates(const fs::path& path, const fs::path& folder, const std::vector<std::string>& library_paths) {
-    std::vector<fs::path> result;
-    const auto add = [&](const fs::path& base) {
-        result.push_back((base / path).lexically_normal());
-        if (!path.has_extension()) result.push_back((base / path).lexically_normal().concat(".meld"));
-    };
-    add(folder);
-    if (path.is_absolute()) return result;
-    for (const std::string& library : library_paths) add(library);
-    return result;
+void add_candidates(const fs::path& path, const fs::path& base, std::vector<fs::path>& result) {
+    result.push_back((base / path).lexically_normal());
+    if (!path.has_extension()) result.push_back((base / path).lexically_normal().concat(".meld"));
 }
 
 std::optional<std::uint32_t> find_in_set(const source::FileSet& files, const fs::path& path) {
@@ -45,40 +40,111 @@ std::optional<std::uint32_t> find_in_set(const source::FileSet& files, const fs:
     return std::nullopt;
 }
 
+// `use "gradient.meld"` means the library gradient too.
+std::string library_name(const std::string& path) { return path.ends_with(".meld") ? path.substr(0, path.size() - 5) : path; }
+
 }  // namespace
 
-Includes::Includes(std::vector<std::string> library_paths, const std::string& first_file) : library_paths_(std::move(library_paths)) {
-    read_.insert(identity(first_file));
+Includes::Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file)
+    : files_(files), library_paths_(std::move(library_paths)), libraries_(std::move(libraries)) {
+    by_identity_[identity(files.file(main_file).path())] = main_file;
+    modules_[main_file] = 0;
+    read_.emplace(main_file, 0);
 }
 
-std::optional<std::uint32_t> Includes::open(source::FileSet& files, std::uint32_t from, const std::string& path, source::Span where,
-                                            diagnostics::Reporter& report) {
+std::optional<std::uint32_t> Includes::module_of(std::uint32_t file) const {
+    const auto found = modules_.find(file);
+    return found == modules_.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool Includes::enter(source::Span where, diagnostics::Reporter& report) {
+    if (depth_ >= kMaxDepth) {
+        report.add(Kind::IncludeFailed, where, fmt::format("includes are nested more than {} files deep", kMaxDepth)).help = "include the files side by side";
+        return false;
+    }
+    ++depth_;
+    return true;
+}
+
+std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where, diagnostics::Reporter& report) {
     const auto failed = [&](std::string message, std::string help) {
         report.add(Kind::IncludeFailed, where, std::move(message)).help = std::move(help);
         return std::nullopt;
     };
     if (path.empty()) return failed("this include names no file", "include \"file.meld\".");
     if (path.find('\0') != std::string::npos) return failed("a path holds no NUL byte", "");
-    if (depth_ >= kMaxDepth) return failed(fmt::format("includes are nested more than {} files deep", kMaxDepth), "include the files side by side");
+    const fs::path folder = fs::path(files_.file(from).path()).parent_path();
+    std::vector<fs::path> beside, in_libraries;
+    add_candidates(path, folder, beside);
+    if (!fs::path(path).is_absolute())
+        for (const std::string& library : library_paths_) add_candidates(path, library, in_libraries);
+
     std::string places;
-    for (const fs::path& candidate : candidates(path, fs::path(files.file(from).path()).parent_path(), library_paths_)) {
-        std::error_code error;
-        const bool on_disk = fs::exists(candidate, error);
-        std::optional<std::uint32_t> file = find_in_set(files, candidate);
-        if (!file && !on_disk) {
+    trouble_.clear();
+    const auto search = [&](const std::vector<fs::path>& candidates) -> std::optional<std::uint32_t> {
+        for (const fs::path& candidate : candidates) {
+            bool exists = false;
+            if (const auto file = open(candidate.string(), exists)) return file;
+            if (exists) return std::nullopt;
             places += (places.empty() ? "" : ", ") + candidate.string();
-            continue;
         }
-        if (!read_.insert(identity(candidate)).second) return std::nullopt;
-        if (!file) {
-            auto read = files.read(candidate.string());
-            if (!read) return failed(read.error().problem, read.error().suggestion);
-            file = *read;
-        }
-        ++depth_;
-        return file;
+        return std::nullopt;
+    };
+    std::optional<std::uint32_t> file = search(lookup == Lookup::Use ? in_libraries : beside);
+    if (!file && trouble_.empty() && lookup == Lookup::Use) file = open_library(library_name(path));
+    if (!file && trouble_.empty()) file = search(lookup == Lookup::Use ? beside : in_libraries);
+    if (!file && trouble_.empty() && lookup == Lookup::Import) file = open_library(library_name(path));
+    if (file) return file;
+    if (!trouble_.empty()) return failed(trouble_, help_);
+    if (lookup == Lookup::Use) {
+        unknown_library(path, where, report);
+        return std::nullopt;
     }
-    return failed(fmt::format("there is no file \"{}\"", path), "looked for " + places);
+    std::string help = "looked for " + places;
+    const std::string near = lookup == Lookup::Import ? nearest_library(path) : "";
+    if (!near.empty()) help += fmt::format("; did you mean the library `{}`?", near);
+    return failed(fmt::format("there is no file \"{}\"", path), std::move(help));
+}
+
+// The file of this path, read if it is not in the set; `exists` is set, and trouble_ says why, if it is there and cannot be read.
+std::optional<std::uint32_t> Includes::open(const std::string& candidate, bool& exists) {
+    std::error_code error;
+    const std::optional<std::uint32_t> known = find_in_set(files_, candidate);
+    exists = known || fs::exists(candidate, error);
+    if (!exists) return std::nullopt;
+    const auto [place, first] = by_identity_.try_emplace(identity(candidate), 0);
+    if (!first) return place->second;
+    if (known) return place->second = *known;
+    const auto read = files_.read(candidate);
+    if (read) return place->second = *read;
+    by_identity_.erase(place);
+    trouble_ = read.error().problem;
+    help_ = read.error().suggestion;
+    return std::nullopt;
+}
+
+std::optional<std::uint32_t> Includes::open_library(const std::string& name) {
+    const auto found = std::find_if(libraries_.begin(), libraries_.end(), [&](const Library& library) { return library.name == name; });
+    if (found == libraries_.end()) return std::nullopt;
+    // No path on disk begins so.
+    const auto [place, first] = by_identity_.try_emplace("library " + name, 0);
+    if (first) place->second = files_.add("stdlib/" + name + ".meld", found->text);
+    return place->second;
+}
+
+std::string Includes::nearest_library(const std::string& path) const {
+    std::vector<std::string> names;
+    for (const Library& library : libraries_) names.push_back(library.name);
+    return diagnostics::nearest_name(library_name(path), names);
+}
+
+void Includes::unknown_library(const std::string& path, source::Span where, diagnostics::Reporter& report) const {
+    std::string list;
+    for (const Library& library : libraries_) list += (list.empty() ? "" : ", ") + library.name;
+    const std::string near = nearest_library(path);
+    const std::string have = list.empty() ? "" : "the libraries are " + list + "; ";
+    report.add(Kind::UnknownLibrary, where, fmt::format("there is no library \"{}\"", path)).help =
+        (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) + have + "-I adds a folder with more";
 }
 
 }  // namespace meld::syntax

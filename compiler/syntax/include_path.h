@@ -1,6 +1,7 @@
-// Which file an include means, and which files have been read already.
+// Which file an include means, whose names it holds, and what has been read already.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,20 +12,48 @@
 
 namespace meld::syntax {
 
+// A library that needs no file on disk: use "name".
+struct Library {
+    std::string name;
+    std::string text;
+};
+
+// How a file is named: `include` looks beside the including file first, `use` in the library folders and among the compiler's own
+// libraries first, `import` as `include` and then among those libraries.
+enum class Lookup { Include, Use, Import };
+
 class Includes {
   public:
-    // library_paths: folders searched after the including file's own; first_file counts as read.
-    Includes(std::vector<std::string> library_paths, const std::string& first_file);
+    // library_paths: folders searched after the including file's own; main_file is read already, as unit 0.
+    Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file);
 
-    // Finds the file among those of the set, then on disk. Nothing if it was read before, or cannot be (which is reported at `where`).
-    // After a file was opened and parsed, close() must follow.
-    std::optional<std::uint32_t> open(source::FileSet& files, std::uint32_t from, const std::string& path, source::Span where,
-                                      diagnostics::Reporter& report);
-    void close() { --depth_; }
+    // Finds the file among those of the set, then on disk. Nothing if there is none, which is reported at `where`.
+    std::optional<std::uint32_t> find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where, diagnostics::Reporter& report);
+
+    // Whether this file is still to be read into this unit; from now on it is read.
+    bool first_time(std::uint32_t file, std::uint32_t unit) { return read_.emplace(file, unit).second; }
+    bool is_read(std::uint32_t file, std::uint32_t unit) const { return read_.contains({file, unit}); }
+    // The unit of a file that is a module.
+    std::optional<std::uint32_t> module_of(std::uint32_t file) const;
+    void set_module(std::uint32_t file, std::uint32_t unit) { modules_[file] = unit; }
+
+    // One file inside another. False where that is too deep, which is reported.
+    bool enter(source::Span where, diagnostics::Reporter& report);
+    void leave() { --depth_; }
 
   private:
+    std::optional<std::uint32_t> open(const std::string& candidate, bool& exists);
+    std::optional<std::uint32_t> open_library(const std::string& name);
+    std::string nearest_library(const std::string& path) const;
+    void unknown_library(const std::string& path, source::Span where, diagnostics::Reporter& report) const;
+
+    source::FileSet& files_;
     std::vector<std::string> library_paths_;
-    std::set<std::string> read_;
+    std::vector<Library> libraries_;
+    std::map<std::string, std::uint32_t> by_identity_;
+    std::map<std::uint32_t, std::uint32_t> modules_;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> read_;
+    std::string trouble_, help_;
     int depth_ = 0;
 };
 

@@ -1,11 +1,16 @@
 // Files to tree: scans, parses item by item, and follows includes.
 //
+// Every item is added with its unit: the program, or the module its file is. `import` reads a file as a module of its own.
+//
 // The grammar reads one item at a time, so that a mistake costs one item and no more: the parser goes on behind the next full stop, or
 // where a full stop was forgotten it reads the item again as if it were there.
 #include "compiler/syntax/parse.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -41,6 +46,13 @@ bool starts_declaration(TokenKind kind) {
     }
 }
 
+std::uint32_t new_unit(std::uint32_t file, Unit unit, Includes& includes, Tree& tree) {
+    const auto index = static_cast<std::uint32_t>(tree.units.size());
+    tree.units.push_back(std::move(unit));
+    includes.set_module(file, index);
+    return index;
+}
+
 class FileParser {
   public:
     FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes* includes)
@@ -48,7 +60,16 @@ class FileParser {
         classify_words(tokens_);
     }
 
-    void run(Tree& tree) {
+    // The name in `module name.`, if the file has such a line.
+    std::optional<Name> module_name() const {
+        for (std::size_t i = 0; i + 2 < tokens_.size(); ++i)
+            if (tokens_[i].kind == TokenKind::Module && tokens_[i + 1].kind == TokenKind::Name && tokens_[i + 2].kind == TokenKind::Period) return Builder::to_name(tokens_[i + 1]);
+        return std::nullopt;
+    }
+
+    // Adds the items of the file to the tree as names of this unit.
+    void run(std::uint32_t unit, Tree& tree) {
+        unit_ = unit;
         while (tokens_[at_].kind != TokenKind::End && error_count_ < kMaxErrorsPerFile) {
             if (read_include(tree)) continue;
             if (tokens_[at_].kind == TokenKind::Period) {
@@ -84,14 +105,20 @@ class FileParser {
         at_ = path + 1;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
         if (includes_ == nullptr) return true;
-        const std::size_t errors = report_.error_count();
-        if (const auto included = includes_->open(files_, file_, tokens_[path].text, tokens_[path].span, report_)) {
-            FileParser(files_, *included, report_, includes_).run(tree);
-            includes_->close();
-        } else {
-            tree.lost_file = tree.lost_file || report_.error_count() > errors;
-        }
+        const auto included = includes_->find(kind == TokenKind::Use ? Lookup::Use : Lookup::Include, file_, tokens_[path].text, tokens_[path].span, report_);
+        if (included) read_file(*included, tokens_[path].span, tree);
+        else tree.lost_file = true;
         return true;
+    }
+
+    // A module has names of its own and is read once; the names of another file are those of the file that includes it.
+    void read_file(std::uint32_t file, Span where, Tree& tree) {
+        if (includes_->module_of(file) || includes_->is_read(file, unit_) || !includes_->enter(where, report_)) return;
+        FileParser parser(files_, file, report_, includes_);
+        std::uint32_t unit = unit_;
+        if (const auto name = parser.module_name()) unit = new_unit(file, {name->text, name->span}, *includes_, tree);
+        if (includes_->first_time(file, unit)) parser.run(unit, tree);
+        includes_->leave();
     }
 
     void stray_period() {
@@ -130,7 +157,7 @@ class FileParser {
 
     void finish_item(Tree& tree) {
         const std::size_t before = report_.error_count();
-        if (auto item = build_.finish(report_)) tree.items.push_back(std::move(*item));
+        if (auto item = build_.finish(report_)) tree.add(std::move(*item), unit_);
         if (report_.error_count() > before) ++error_count_;
     }
 
@@ -211,6 +238,7 @@ class FileParser {
     std::uint32_t file_;
     diagnostics::Reporter& report_;
     Includes* includes_;
+    std::uint32_t unit_ = 0;
     std::vector<Token> tokens_;
     Builder build_;
     ItemParser parser_;
@@ -219,12 +247,51 @@ class FileParser {
     int error_count_ = 0;
 };
 
+// A file without `module` is a module of its file's name for those that import from it, with a number where that name is taken.
+Unit unit_named_after(std::uint32_t file, const std::string& path, const Tree& tree) {
+    std::string name = std::filesystem::path(path).stem().string();
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_') c = '-';
+    if (name.empty() || !std::islower(static_cast<unsigned char>(name[0]))) name.insert(0, "file-");
+    const auto taken = [&](const std::string& text) { return std::any_of(tree.units.begin(), tree.units.end(), [&](const Unit& unit) { return unit.name == text; }); };
+    std::string text = name;
+    for (int number = 2; taken(text); ++number) text = fmt::format("{}-{}", name, number);
+    return {text, {file, 0, 0}};
+}
+
+// Reads the files that are named by nothing but imports, and tells each import whose names it asks for. A file that is part of the
+// importing unit already is not read a second time.
+void read_imports(source::FileSet& files, diagnostics::Reporter& report, Includes& includes, Tree& tree) {
+    for (std::size_t i = 0; i < tree.items.size(); ++i) {
+        const auto* import = std::get_if<Import>(&tree.items[i]);
+        if (import == nullptr) continue;
+        const Span where = import->path_span;
+        const auto file = includes.find(Lookup::Import, where.file, import->path, where, report);
+        std::uint32_t unit = tree.unit_of[i];
+        if (file && !includes.is_read(*file, unit)) {
+            if (const auto known = includes.module_of(*file)) {
+                unit = *known;
+            } else {
+                FileParser parser(files, *file, report, &includes);
+                const auto name = parser.module_name();
+                unit = new_unit(*file, name ? Unit{name->text, name->span} : unit_named_after(*file, files.file(*file).path(), tree), includes, tree);
+                includes.first_time(*file, unit);
+                parser.run(unit, tree);
+            }
+        }
+        // Reading has added items, so the import may stand elsewhere by now.
+        std::get<Import>(tree.items[i]).unit = file ? unit : Import::kNoUnit;
+    }
+}
+
 }  // namespace
 
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options) {
     Tree tree;
-    Includes includes(options.library_paths, files.file(file).path());
-    FileParser(files, file, report, options.follow_includes ? &includes : nullptr).run(tree);
+    tree.units.emplace_back();
+    Includes includes(files, options.library_paths, options.libraries, file);
+    FileParser(files, file, report, options.follow_includes ? &includes : nullptr).run(0, tree);
+    if (options.follow_includes) read_imports(files, report, includes, tree);
     return tree;
 }
 

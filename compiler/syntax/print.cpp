@@ -167,6 +167,7 @@ std::string print(const Rule& rule) {
     return "";
 }
 
+std::string print(const Type& type) { return print_type(type); }
 std::string print(const Declaration& declaration) { return ItemPrinter{}(declaration); }
 
 std::string print(const Tree& tree) {

@@ -146,7 +146,8 @@ struct Function { Name name; std::vector<Parameter> parameters; Type result; Exp
 struct Extern { Name name; std::optional<Type> result; std::vector<Type> arguments; Span span; };  // extern float f(int).  extern type h.
 struct Alias { Type type; Name name; Span span; };                            // type list int vector.
 struct NodeKind { Name name; Span span; };                                    // node kind.
-struct Import { std::string path; Name predicate, as; std::optional<Declaration> declaration; Span span; };
+// import linear p(node, int) as q from file.  `unit` is what the file's names belong to (Tree::units), known once it is read.
+struct Import { std::string path; Name predicate, as; std::optional<Declaration> declaration; Span span; Span path_span = {}; std::uint32_t unit = kNoUnit; static constexpr std::uint32_t kNoUnit = 0xffffffff; };
 struct Export { Name predicate; Span span; };
 struct Module { Name name; Span span; };
 // priority, index, compact, data: accepted, remembered as written.
@@ -154,14 +155,33 @@ struct Hint { Name directive; std::string text; std::vector<Name> names; Span sp
 
 using Item = std::variant<Declaration, Constant, Function, Extern, Alias, NodeKind, Import, Export, Module, Hint, Rule>;
 
-// A file with everything it includes, in order. Items of included files stand where the include stood.
+// Whose names they are: the program's, or those of a module, a file that begins with `module name.` or that others import from.
+struct Unit {
+    std::string name;                                                         // Empty: the program.
+    Span span = {};                                                           // Where it is named, or the beginning of its file.
+};
+
+// A file with everything it includes and uses, in order. Items of included files stand where the include stood.
 struct Tree {
     std::vector<Item> items;
+    std::vector<std::uint32_t> unit_of;                                       // By item: an index into `units`.
+    std::vector<Unit> units;
     // Names that stand in items with a syntax error: whether they are declared there cannot be known, so nobody should say
     // that they are not. Where a whole file is missing that holds for every name.
     std::set<std::string> lost = {};
     bool lost_file = false;
 
+    void add(Item item, std::uint32_t unit) {
+        items.push_back(std::move(item));
+        unit_of.push_back(unit);
+    }
+    // Adds the items and units of another tree; this one has no modules, only names that all the others share.
+    void append(Tree other) {
+        for (std::size_t i = 0; i < other.items.size(); ++i) add(std::move(other.items[i]), other.unit_of[i]);
+        units = std::move(other.units);
+        lost.merge(other.lost);
+        lost_file = lost_file || other.lost_file;
+    }
     bool is_lost(const std::string& name) const { return lost_file || lost.contains(name); }
 };
 

@@ -160,7 +160,9 @@ TEST(BadInput, RandomDamageNeverCrashes) {
         const Parsed program = parsed(text);
         const std::string page = program.rendered() + diagnostics::render_json(program.files, program.messages());
         const std::string printed = print(program.tree);
-        EXPECT_FALSE(parsed(printed).report.has_errors()) << printed << parsed(printed).rendered() << "from\n" << text;
+        // The damage may be in the name of a file, which then is not there.
+        const Parsed again = parsed(printed, {.follow_includes = false});
+        EXPECT_FALSE(again.report.has_errors()) << printed << again.rendered() << "from\n" << text;
     }
 }
 

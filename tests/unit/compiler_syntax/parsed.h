@@ -27,7 +27,10 @@ struct Parsed {
     }
 };
 
-inline Parsed parsed(std::string text, const ParseOptions& options = {}) {
+// Files that programs of these tests import from; they hold nothing.
+inline ParseOptions with_importable_files() { return {.libraries = {{"f", ""}, {"file", ""}, {"x", ""}}}; }
+
+inline Parsed parsed(std::string text, const ParseOptions& options = with_importable_files()) {
     Parsed result;
     const std::uint32_t file = result.files.add("test.meld", std::move(text));
     result.tree = parse(result.files, file, result.report, options);

@@ -1,0 +1,120 @@
+// Before pass 1: type names. `type list int vector.` and `node page.` are put in where the names stand, so that later passes see types alone.
+// Assumes separate_modules(): every name is the name of one type.
+#include <map>
+#include <optional>
+#include <set>
+
+#include "compiler/check/check.h"
+#include "compiler/check/each_name.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+bool is_type_word(const std::string& word) {
+    static const std::set<std::string> words = {"bool", "int", "float", "string", "node", "catom", "module", "addr", "vec3", "list", "set", "array", "struct", "tuple"};
+    return words.contains(word);
+}
+
+class TypeNames {
+  public:
+    TypeNames(syntax::Tree& tree, diagnostics::Reporter& report) : tree_(tree), report_(report) {}
+
+    void run() {
+        for (syntax::Item& item : tree_.items) {
+            if (auto* a = std::get_if<syntax::Alias>(&item)) add(a->name, &a->type);
+            if (auto* k = std::get_if<syntax::NodeKind>(&item)) add(k->name, nullptr);
+        }
+        for (auto& [name, alias] : aliases_) expand(name);
+        EachName<TypeNames> walk(*this);
+        for (syntax::Item& item : tree_.items) {
+            if (std::holds_alternative<syntax::Alias>(item)) continue;
+            walk.item(item);
+            if (auto* d = std::get_if<syntax::Declaration>(&item)) drop_type_before_name(*d);
+        }
+    }
+
+    void predicate(const syntax::Name&, std::optional<std::size_t>) {}
+    void constant(const std::string&, Span) {}
+    void function(const std::string&, Span) {}
+    void type(syntax::Type& t) {
+        const auto found = t.arguments.empty() ? aliases_.find(t.name) : aliases_.end();
+        if (found == aliases_.end()) return;
+        const Span use = t.span;
+        // Inside a name that means itself.
+        if (found->second.state == State::Busy) {
+            recursive(found->first, use);
+            t = {"int", {}, use};
+            return;
+        }
+        expand(found->first);
+        t = found->second.type;
+        at(t, use);
+    }
+
+  private:
+    enum class State { Waiting, Busy, Done };
+    struct Alias {
+        syntax::Type type;
+        Span span;
+        State state = State::Waiting;
+    };
+
+    void add(const syntax::Name& name, const syntax::Type* type) {
+        if (is_type_word(name.text)) {
+            report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("`{}` is a type already", name.text)).help = "choose another name";
+            return;
+        }
+        // A kind of nodes is a name for node.
+        Alias alias{type != nullptr ? *type : syntax::Type{"node", {}, name.span}, name.span, type != nullptr ? State::Waiting : State::Done};
+        const auto [place, first] = aliases_.emplace(name.text, std::move(alias));
+        if (first) return;
+        report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("the type name `{}` is declared twice", name.text)).labels = {{place->second.span, "first declared here"}};
+    }
+
+    void expand(const std::string& name) {
+        Alias& alias = aliases_.at(name);
+        if (alias.state != State::Waiting) return;
+        alias.state = State::Busy;
+        EachName<TypeNames> walk(*this);
+        walk.type(alias.type);
+        alias.state = State::Done;
+    }
+
+    void recursive(const std::string& name, Span use) {
+        auto& d = report_.add(Kind::RecursiveTypeName, aliases_.at(name).span, fmt::format("the type `{}` means itself", name));
+        d.labels = {{use, fmt::format("`{}` is needed here", name)}};
+        d.help = "a type is built from int, float, bool, node, string, lists, sets, arrays and structs of these";
+    }
+
+    // `type vector p(node, int).`: the arguments have their own types.
+    void drop_type_before_name(syntax::Declaration& d) {
+        for (std::size_t i = 0; i < d.modifiers.size();) {
+            if (!aliases_.contains(d.modifiers[i].text)) {
+                ++i;
+                continue;
+            }
+            report_.add(Kind::HintIgnored, d.modifiers[i].span, fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text)).help =
+                "the types of the arguments stand between the brackets";
+            d.modifiers.erase(d.modifiers.begin() + static_cast<std::ptrdiff_t>(i));
+        }
+    }
+
+    // Messages about a use of the name point at the use.
+    static void at(syntax::Type& t, Span span) {
+        t.span = span;
+        for (syntax::Type& part : t.arguments) at(part, span);
+    }
+
+    syntax::Tree& tree_;
+    diagnostics::Reporter& report_;
+    std::map<std::string, Alias> aliases_;
+};
+
+}  // namespace
+
+void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report) { TypeNames(tree, report).run(); }
+
+}  // namespace meld::check
