@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
     for (CLI::App* sub : {check, compile}) {
         sub->add_option("FILE", options.file, "The program, a .meld file")->required();
         sub->add_flag("--json", options.json, "Messages as JSON on standard output");
-        sub->add_option("-I", options.compile.library_paths, "Folder for include and use")->type_name("DIR");
+        sub->add_option("-I,--library", options.compile.library_paths, "Folder for include and use")->type_name("DIR")->take_all()->allow_extra_args(false);
     }
     compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")->type_name("FILE");
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");

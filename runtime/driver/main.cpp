@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
     CLI::App* r = app.add_subcommand("run", "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
     r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")->type_name("FILE");
+    r->add_option("-I,--library", run.library_paths, "Folder where the program's includes and libraries are looked for too")->type_name("DIR")->take_all()->allow_extra_args(false);
     r->add_option("--ticks", run.ticks, "Stop after this many ticks")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
     r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")->check(CLI::Range(1, 100000))->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")->check(CLI::Range(1, 1024))->capture_default_str();

@@ -10,6 +10,7 @@ namespace meld::driver {
 struct RunOptions {
     std::string program;            // A .meld file, or a compiled .so.
     std::string world;              // Empty: PROGRAM.toml if it is there, else a cube of 1,000 catoms.
+    std::vector<std::string> library_paths;  // For the program's includes and libraries.
     std::int64_t ticks = -1;
     int parts = 1;
     int threads = 1;

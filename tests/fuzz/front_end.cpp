@@ -18,9 +18,7 @@ std::optional<check::Program> front_end(std::string text) {
     MELD_CHECK(!report.has_errors(), "the prelude is wrong");
     syntax::Tree program_tree = syntax::parse(files, file, report);
     syntax::print(program_tree);
-    for (syntax::Item& item : program_tree.items) tree.items.push_back(std::move(item));
-    tree.lost = std::move(program_tree.lost);
-    tree.lost_file = program_tree.lost_file;
+    tree.append(std::move(program_tree));
     check::Program program = check::check(files, tree, prelude + 1, report);
     diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Always);
     diagnostics::render_json(files, report.sorted());

@@ -28,7 +28,7 @@ Result<check::Program> checked(const std::string& text) {
     const std::uint32_t prelude = files.add("stdlib/prelude.meld", driver::kPrelude);
     const std::uint32_t file = files.add("program.meld", text);
     syntax::Tree tree = syntax::parse(files, prelude, report), own = syntax::parse(files, file, report);
-    for (syntax::Item& item : own.items) tree.items.push_back(std::move(item));
+    tree.append(std::move(own));
     if (report.has_errors()) return fail(messages(files, report));
     check::Program program = check::check(files, tree, prelude + 1, report);
     if (report.has_errors()) return fail(messages(files, report));
