@@ -10,9 +10,10 @@
 
 namespace meld::check {
 
-// Visit has four functions, each of which may change the name it is given:
+// Visit has five functions, each of which may change the name it is given:
 //   predicate(syntax::Name&, std::optional<std::size_t> arity)    an atom, or a predicate named alone (no arity)
 //   constant(std::string& name, Span)                              a bare small-letter name in an expression
+//   capital(syntax::Expr&)                                         a bare capital name, a variable unless it is a constant
 //   function(std::string& name, Span)                              f in f(X), and functions of custom aggregates
 //   type(syntax::Type&)                                            every type and part of a type, innermost first
 template <class Visit>
@@ -52,6 +53,8 @@ class EachName {
             exprs(record->fields);
         } else if (auto* tuple = std::get_if<TupleValue>(&e.node)) {
             exprs(tuple->fields);
+        } else if (std::holds_alternative<syntax::Variable>(e.node)) {
+            visit_.capital(e);
         }
     }
 

@@ -89,6 +89,11 @@ class Separator {
     void constant(std::string& name, Span span) {
         if (!parameters_.contains(name)) rename(Sort::Constant, name, span);
     }
+    // Programs of original Meld write constants in capitals: `const RED = 0.`
+    void capital(syntax::Expr& e) {
+        const std::string name = std::get<syntax::Variable>(e.node).name;
+        if (names_[unit_].find(Sort::Constant, name) != nullptr && !parameters_.contains(name)) e.node = syntax::Call{full_name(unit_, name), {}, false};
+    }
     void function(std::string& name, Span span) { rename(Sort::Function, name, span); }
     void type(syntax::Type& t) {
         if (t.arguments.empty()) rename(Sort::Type, t.name, t.span);

@@ -26,8 +26,10 @@ class TypeNames {
         for (syntax::Item& item : tree_.items) {
             if (auto* a = std::get_if<syntax::Alias>(&item)) add(a->name, &a->type);
             if (auto* k = std::get_if<syntax::NodeKind>(&item)) add(k->name, nullptr);
+            if (auto* e = std::get_if<syntax::Extern>(&item); e != nullptr && !e->result) handles_.insert(e->name.text);
         }
         for (auto& [name, alias] : aliases_) expand(name);
+        for (const auto& [name, alias] : aliases_) must_be_known(alias.type);
         EachName<TypeNames> walk(*this);
         for (syntax::Item& item : tree_.items) {
             if (std::holds_alternative<syntax::Alias>(item)) continue;
@@ -38,6 +40,7 @@ class TypeNames {
 
     void predicate(const syntax::Name&, std::optional<std::size_t>) {}
     void constant(const std::string&, Span) {}
+    void capital(const syntax::Expr&) {}
     void function(const std::string&, Span) {}
     void type(syntax::Type& t) {
         const auto found = t.arguments.empty() ? aliases_.find(t.name) : aliases_.end();
@@ -83,6 +86,17 @@ class TypeNames {
         alias.state = State::Done;
     }
 
+    // A name for a type that nobody knows; where the name is used, the same is said of the use.
+    void must_be_known(const syntax::Type& t) {
+        for (const syntax::Type& part : t.arguments) must_be_known(part);
+        if (is_type_word(t.name) || handles_.contains(t.name) || tree_.is_lost(t.name)) return;
+        std::vector<std::string> names{"bool", "int", "float", "string", "node", "vec3"};
+        for (const auto& [name, alias] : aliases_) names.push_back(name);
+        const std::string near = diagnostics::nearest_name(t.name, names);
+        report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help =
+            near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
+    }
+
     void recursive(const std::string& name, Span use) {
         auto& d = report_.add(Kind::RecursiveTypeName, aliases_.at(name).span, fmt::format("the type `{}` means itself", name));
         d.labels = {{use, fmt::format("`{}` is needed here", name)}};
@@ -111,6 +125,7 @@ class TypeNames {
     syntax::Tree& tree_;
     diagnostics::Reporter& report_;
     std::map<std::string, Alias> aliases_;
+    std::set<std::string> handles_;  // extern type handle.
 };
 
 }  // namespace

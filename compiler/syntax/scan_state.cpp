@@ -93,12 +93,12 @@ void ScanState::run_argument(const char* written) {
 
 void ScanState::delay(const char* written) {
     Token& token = push(TokenKind::Delay);
-    char* end = nullptr;
-    token.real = std::strtod(written + 2, &end);
-    token.text = end;
-    // strtod takes the e of a unit as an exponent; a delay has none.
     const std::string_view whole(written);
-    const std::size_t unit = whole.find_first_not_of("0123456789.", 2);
+    // Blanks may stand around the plus.
+    const std::size_t number = whole.find_first_of("0123456789");
+    token.real = std::strtod(written + number, nullptr);
+    // strtod takes the e of a unit as an exponent; a delay has none.
+    const std::size_t unit = whole.find_first_not_of("0123456789.", number);
     token.text = unit == std::string_view::npos ? "" : std::string(whole.substr(unit));
     if (!std::isfinite(token.real)) {
         number_out_of_range("give the delay in seconds, @+2s");
