@@ -14,6 +14,7 @@ const char* ending_name(sim::Ending ending) {
     switch (ending) {
         case sim::Ending::Quiet: return "quiet";
         case sim::Ending::Ticks: return "ticks";
+        case sim::Ending::Finished: return "finished";
         case sim::Ending::Interrupted: return "interrupted";
         case sim::Ending::Failed: return "failed";
     }
@@ -24,6 +25,7 @@ const char* ending_text(sim::Ending ending) {
     switch (ending) {
         case sim::Ending::Quiet: return "nothing left to do";
         case sim::Ending::Ticks: return "as many ticks as asked for";
+        case sim::Ending::Finished: return "stopped by the program";
         case sim::Ending::Interrupted: return "interrupted";
         case sim::Ending::Failed: return "the program failed";
     }

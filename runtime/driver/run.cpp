@@ -19,6 +19,7 @@
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
 #include "runtime/sim/bytes.h"
+#include "runtime/sim/printer.h"
 #include "runtime/sim/simulation.h"
 
 namespace meld::driver {
@@ -139,6 +140,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
         const record::RecordingInfo about{info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()), world->radius};
         simulation.add(std::make_unique<record::Recorder>(options.record, world->record.every, world->record.predicates, about));
     }
+    // What catoms print goes to standard output, unless results are written there.
+    const bool results_there = options.json || options.facts_out == "-" || options.digest == "-";
+    simulation.add(std::make_unique<sim::Printer>(results_there ? stderr : stdout));
     if (!options.digest.empty()) simulation.add(std::make_unique<DigestWriter>(options.digest));
     if (auto done = simulation.start(sim::Registry::standard()); !done) return tl::unexpected<Error>(done.error());
 

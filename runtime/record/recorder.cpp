@@ -35,6 +35,8 @@ Result<void> Recorder::start(sim::PartState& part) {
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
     }
     set_color_ = tuple::find_predicate(part.module, "setColor", 3);
+    set_color_and_opacity_ = tuple::find_predicate(part.module, "setColor", 4);
+    set_color_number_ = tuple::find_predicate(part.module, "setColor2", 1);
     std::vector<std::byte> outcome;
     Error error;
     if (part.comm.part() == 0) {
@@ -50,11 +52,24 @@ Result<void> Recorder::start(sim::PartState& part) {
     return write(part);
 }
 
+namespace {
+
+// Red, orange, yellow, green, aqua, blue, white, purple, pink: the colours of setColor2, over and over.
+std::uint32_t numbered_colour(i64 number) {
+    static constexpr std::uint32_t colours[] = {0xff0000, 0xff8000, 0xffff00, 0x00c000, 0x00ffff, 0x0000ff, 0xffffff, 0x8000ff, 0xff60c0};
+    constexpr i64 count = std::size(colours);
+    return colours[static_cast<std::size_t>((number % count + count) % count)];
+}
+
+}  // namespace
+
 // The colours asked for in this tick.
 void Recorder::colour(sim::PartState& part) {
-    if (!set_color_) return;
     for (const eval::Action& a : part.actions()) {
-        if (a.predicate != *set_color_) continue;
+        const bool numbered = set_color_number_ && a.predicate == *set_color_number_;
+        const bool mixed = (set_color_ && a.predicate == *set_color_) || (set_color_and_opacity_ && a.predicate == *set_color_and_opacity_);
+        if (numbered) colours_[part.ensemble.id(a.catom)] = numbered_colour(a.arguments[0].integer);
+        if (!mixed) continue;
         std::uint32_t rgb = 0;
         for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(a.arguments[i].integer, 0, 255));
         colours_[part.ensemble.id(a.catom)] = rgb;

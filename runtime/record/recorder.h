@@ -43,7 +43,8 @@ class Recorder : public sim::SimModule {
     std::vector<std::string> wanted_;
     RecordingInfo info_;
     std::vector<Recorded> recorded_;
-    std::optional<u32> set_color_;
+    // setColor with three colours, with an opacity behind them, and setColor2 with a number.
+    std::optional<u32> set_color_, set_color_and_opacity_, set_color_number_;
     std::unordered_map<u64, std::uint32_t> colours_;  // By id, 0xRRGGBB; catoms that were never coloured are grey.
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;

@@ -36,7 +36,8 @@ struct Totals {
     std::uint64_t sent_bytes = 0;    // Between parts.
     bool awake = false;              // Something is left to do: an agenda, a message, an action.
     bool waiting = false;            // Only timers are left.
-    bool stop = false;               // Somebody asked for the end.
+    bool stop = false;               // Somebody outside asked for the end.
+    bool finished = false;           // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
 };

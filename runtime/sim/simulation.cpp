@@ -107,6 +107,10 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             summary_.ending = Ending::Interrupted;
             break;
         }
+        if (part_.totals.finished) {
+            summary_.ending = Ending::Finished;
+            break;
+        }
         if (!part_.totals.awake && !part_.totals.waiting && may_end) {
             summary_.ending = Ending::Quiet;
             break;

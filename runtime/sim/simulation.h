@@ -19,7 +19,7 @@ struct RunLimits {
 };
 
 // Why a run ended.
-enum class Ending { Quiet, Ticks, Interrupted, Failed };
+enum class Ending { Quiet, Ticks, Finished, Interrupted, Failed };
 
 struct Summary {
     Ending ending = Ending::Quiet;

@@ -150,6 +150,7 @@ void PartState::agree() {
         const std::string_view name = module.predicates[a.predicate].name;
         mine.births_wanted += name == "create";
         mine.teleports += name == "moveTo";
+        mine.finished = mine.finished || name == "stop-program";
     }
     mine.sent_bytes = sent_bytes_;
     mine.awake = !evaluator.agenda().empty() || mine.actions > 0;
@@ -182,6 +183,7 @@ void PartState::agree() {
         sum.awake = sum.awake || t.awake;
         sum.waiting = sum.waiting || t.waiting;
         sum.stop = sum.stop || t.stop;
+        sum.finished = sum.finished || t.finished;
         sum.greatest_rank = std::max(sum.greatest_rank, t.greatest_rank);
         const bool earlier = t.failure.trap != Trap::None && (sum.failure.trap == Trap::None || t.failure.catom < sum.failure.catom);
         if (earlier) sum.failure = t.failure;
