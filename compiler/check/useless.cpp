@@ -25,6 +25,7 @@ class Useless {
         for (const PredicateId p : program_.predicates.ids()) {
             other_name(p);
             unused(p);
+            unknown_action(p);
         }
     }
 
@@ -136,6 +137,17 @@ class Useless {
     void unused(PredicateId id) {
         if (!ours(id) || read_[id.index()] || made_[id.index()] || given_[id.index()]) return;
         report_.add(Kind::NeverRead, program_.predicates[id].span, fmt::format("`{}` is declared and never used", program_.predicates[id].name)).help = "leave out the declaration";
+    }
+
+    void unknown_action(PredicateId id) {
+        const Predicate& p = program_.predicates[id];
+        if (!ours(id) || p.kind != PredicateKind::Action || (!made_[id.index()] && !given_[id.index()])) return;
+        std::vector<std::string> known;
+        for (const Predicate& other : program_.predicates)
+            if (other.prelude && other.kind == PredicateKind::Action) known.push_back(other.name);
+        const std::string near = diagnostics::nearest_name(p.name, known);
+        report_.add(Kind::UnknownAction, p.span, fmt::format("the runtime has no action `{}`: nothing happens unless a component in C++ carries it out", p.name)).help =
+            near.empty() ? "" : fmt::format("did you mean `{}`?", near);
     }
 
     const Program& program_;
