@@ -91,7 +91,7 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         return {};
     }
     const plan::Plan plan = plan::make_plan(std::move(program), options.plan);
-    if (options.last == Stage::Plan) out.result = plan::print(plan);
+    if (options.last == Stage::Plan) out.result = plan.stored.empty() ? check::print(plan.program) : plan::print(plan);
     if (options.last == Stage::Explain) out.result = plan::explain(plan);
     if (!out.result.empty()) return {};
     std::string cpp = emit::emit_module(plan);

@@ -61,9 +61,15 @@ int run_compile(Options& options) {
         if (!stage) return fail_with({"there is no stage '" + options.emit + "'", "Stages are tokens, ast, program, plan, cpp and module"});
         options.compile.last = *stage;
     }
-    const std::vector<std::string_view> passes = plan::optional_passes();
+    const auto known = [](const std::string& name, plan::Passes which) {
+        const std::vector<std::string_view> passes = plan::passes(which);
+        return name.empty() || std::find(passes.begin(), passes.end(), name) != passes.end();
+    };
     for (const std::string& name : options.compile.plan.without)
-        if (std::find(passes.begin(), passes.end(), name) == passes.end()) return fail_with({"there is no pass '" + name + "' to leave out", did_you_mean(name, passes)});
+        if (!known(name, plan::Passes::Optional)) return fail_with({"there is no pass '" + name + "' that can be left out", did_you_mean(name, plan::passes(plan::Passes::Optional))});
+    const std::string& after = options.compile.plan.after;
+    if (!known(after, plan::Passes::All)) return fail_with({"there is no pass '" + after + "'", did_you_mean(after, plan::passes(plan::Passes::All))});
+    if (!after.empty() && options.compile.last != Stage::Plan) return fail_with({"--after prints the plan after a pass", "Add --emit=plan"});
     if (options.explain_rules) options.compile.last = Stage::Explain;
     Compilation c;
     if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
@@ -129,6 +135,7 @@ int main(int argc, char** argv) {
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
     compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, what it sends, and how each predicate is stored");
     compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3")->check(CLI::Range(0, 3))->capture_default_str();
+    compile->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")->type_name("PASS");
     compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");
     compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");

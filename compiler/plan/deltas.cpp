@@ -106,7 +106,7 @@ class Component {
         return std::all_of(component_.rules.begin(), component_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
-            return steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
+            return rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
         });
     }
 

@@ -183,10 +183,12 @@ class Orderer {
     int cost(const Atom& a, const State& s) const {
         const VariableId at = a.arguments[0].variable;
         const bool home = at == rule_.home;
-        int unknown = 0;
+        int unknown = 0, unknown_group = 0;
         for (std::size_t i = 1; i < a.arguments.size(); ++i) {
             if (a.arguments[i].is_variable()) unknown += known(a.arguments[i].variable, s) ? 0 : 1;
             else if (a.arguments[i].op != Op::Anonymous && !known(a.arguments[i], s)) return kNotYet;
+            const bool open = a.arguments[i].op == Op::Anonymous || (a.arguments[i].is_variable() && !known(a.arguments[i].variable, s));
+            unknown_group += open && i <= group_arguments(program_.predicates[a.predicate]) ? 1 : 0;
         }
         if (is_neighbor(a)) {
             const VariableId other = home ? a.arguments[1].is_variable() ? a.arguments[1].variable : VariableId() : at;
@@ -196,8 +198,10 @@ class Orderer {
         }
         const Storage storage = plan_.of(a.predicate).storage;
         const bool one = storage == Storage::Flag || storage == Storage::Single || (storage == Storage::World);
-        if (home) return one ? 10 + unknown : (unknown == 0 ? 20 : 40 + unknown);
-        if (s.places.contains(at)) return one ? 15 + unknown : (unknown == 0 ? 25 : 50 + unknown);
+        // A group that is known has one row at most, and it is looked up.
+        const bool key = unknown == 0 || unknown_group == 0;
+        if (home) return one ? 10 + unknown : (key ? 20 : 40 + unknown);
+        if (s.places.contains(at)) return one ? 15 + unknown : (key ? 25 : 50 + unknown);
         if (s.values.contains(at)) return 35 + unknown;
         // Nothing is known of this catom: it must be a neighbour that points here; all neighbours are asked.
         const bool points_home = program_.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable() && a.arguments[1].variable == rule_.home;
@@ -426,7 +430,9 @@ RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component
     Orderer::State state = orderer.start();
     state.values.insert(given.begin(), given.end());
     const Variables used = head_variables(rule.heads);
-    RulePlan out{.rule = id, .steps = orderer.order(body, state, false, used)};
+    RulePlan out;
+    out.rule = id;
+    out.steps = orderer.order(body, state, false, used);
     out.heads = plan_heads(orderer, rule.heads, state);
     out.given = given;
     return out;

@@ -9,72 +9,58 @@ namespace meld::plan {
 
 namespace {
 
+// The components of the program, with the predicates and rules that earlier passes have made.
+void find_components(Plan& plan) {
+    plan.program.components.clear();
+    diagnostics::Reporter already_reported;
+    check::stratify(plan.program, already_reported);
+    lay_out(plan);
+}
+
+// A pass over the checked program, or, once there is a layout, over the plan.
 struct Pass {
     std::string_view name;
-    void (*run)(Plan&);
+    bool optional;
+    void (*on_program)(check::Program&);
+    void (*on_plan)(Plan&);
 };
-// What can be left out, in order.
-constexpr Pass kOptional[] = {
-    {"deltas", plan_deltas},
+
+constexpr Pass kPasses[] = {
+    {"fold", true, fold_constants, nullptr},
+    {"dead", true, drop_dead_rules, nullptr},
+    {"delay", false, delay_heads, nullptr},
+    {"relay", false, relay_heads, nullptr},
+    {"watch", false, watch_changes, nullptr},
+    {"given", false, separate_base, nullptr},
+    {"localize", false, localize, nullptr},
+    {"merge", true, merge_auxiliaries, nullptr},
+    {"layout", false, nullptr, find_components},
+    {"order", false, nullptr, order_rules},
+    {"deltas", true, nullptr, plan_deltas},
 };
 
 }  // namespace
 
-std::vector<std::string_view> optional_passes() {
+std::vector<std::string_view> passes(Passes which) {
     std::vector<std::string_view> names;
-    for (const Pass& p : kOptional) names.push_back(p.name);
+    for (const Pass& p : kPasses)
+        if (which == Passes::All || p.optional) names.push_back(p.name);
     return names;
 }
 
 Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
-    delay_heads(program);
-    relay_heads(program);
-    watch_changes(program);
-    separate_base(program);
-    localize(program);
-    program.components.clear();
-    diagnostics::Reporter already_reported;
-    check::stratify(program, already_reported);
     plan.program = std::move(program);
-    lay_out(plan);
-    order_rules(plan);
-    verify(plan);
-    for (const Pass& p : kOptional) {
-        if (std::find(options.without.begin(), options.without.end(), p.name) != options.without.end()) continue;
-        p.run(plan);
-        verify(plan);
+    for (const Pass& p : kPasses) {
+        if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {
+            if (p.on_program != nullptr) p.on_program(plan.program);
+            if (p.on_plan != nullptr) p.on_plan(plan);
+            if (p.on_program != nullptr) verify(plan.program);
+            else verify(plan);
+        }
+        if (p.name == options.after) break;
     }
     return plan;
-}
-
-namespace {
-
-void verify_steps(const Plan& plan, const check::Rule& rule, const std::vector<Step>& steps) {
-    for (const Step& s : steps) {
-        verify_steps(plan, rule, s.inner);
-        if (s.kind != Step::Kind::Match) continue;
-        const check::Predicate& p = plan.program.predicates[s.predicate];
-        MELD_CHECK(s.uses.size() == s.arguments.size() && s.arguments.size() + 1 == p.arguments.size(), "rule {}, {}", rule.name, p.name);
-        MELD_CHECK(plan.of(s.predicate).storage != Storage::Unused, "rule {} reads {}, which is stored nowhere", rule.name, p.name);
-        MELD_CHECK(s.at_home || p.world == check::WorldSource::None, "rule {} reads {} at a neighbour", rule.name, p.name);
-        MELD_CHECK(s.at_home || plan.of(s.predicate).exported, "rule {} reads {} at a neighbour, and it is not exported", rule.name, p.name);
-    }
-}
-
-}  // namespace
-
-void verify(const Plan& plan) {
-    const auto rules = [&](const std::vector<RulePlan>& all) {
-        for (const RulePlan& r : all) verify_steps(plan, plan.program.rules[r.rule], r.steps);
-    };
-    for (const ComponentPlan& c : plan.components) {
-        rules(c.rules);
-        rules(c.deltas.touches);
-        rules(c.deltas.groups);
-    }
-    rules(plan.linear_rules);
-    rules(plan.births);
 }
 
 }  // namespace meld::plan

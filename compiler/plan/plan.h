@@ -147,15 +147,21 @@ struct Plan {
 
 struct PlanOptions {
     std::vector<std::string> without = {};  // Passes that are left out; only those that make programs cheaper can be.
+    std::string after = {};                 // The last pass; empty: all.
 };
 
 // Plans a program that was checked without errors.
 Plan make_plan(check::Program program, const PlanOptions& options = {});
-// The names of the passes that can be left out.
-std::vector<std::string_view> optional_passes();
+// The names of the passes in order: all, or those that can be left out.
+enum class Passes { All, Optional };
+std::vector<std::string_view> passes(Passes which);
 
 // ---- the passes, one file each, in this order
 
+// Replaces variables and operators by the literals they are known to be.
+void fold_constants(check::Program& program);
+// Leaves out rules that can never fire.
+void drop_dead_rules(check::Program& program);
 // Rewrites facts for later to auxiliaries in which they wait, and rules that end the wait.
 void delay_heads(check::Program& program);
 // Rewrites facts for catoms more than one link away to auxiliaries that are handed on.
@@ -166,13 +172,16 @@ void watch_changes(check::Program& program);
 void separate_base(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
 void localize(check::Program& program);
+// Lets rules whose far parts are alike share one auxiliary.
+void merge_auxiliaries(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
 void order_rules(Plan& plan);
 // Finds the components that can be settled row by row, and how.
 void plan_deltas(Plan& plan);
-// Checks the invariants that emission relies on; a violation is our bug and ends the process.
+// Run after every pass: what later ones and emission rely on. A violation is our bug and ends the process.
+void verify(const check::Program& program);
 void verify(const Plan& plan);
 
 // How many arguments after the catom make the group: all that stand before an aggregated one.

@@ -78,7 +78,7 @@ class Printer {
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
         for (const ComponentPlan& c : plan_.components)
-            for (const RulePlan& r : c.rules) explain_rule(r, recursion_name(c.recursion));
+            for (const RulePlan& r : c.rules) explain_rule(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
         for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
         for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
         return out_;
@@ -95,6 +95,14 @@ class Printer {
     void explain_rule(const RulePlan& r, const std::string& how) {
         const check::Rule& rule = program_.rules[r.rule];
         out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, rule.variables[rule.home].name, how);
+        std::string order;
+        std::size_t reads_made = 0;
+        for (const Step& s : r.steps)
+            if (const std::string text = access(s, rule); !text.empty()) {
+                order += (order.empty() ? "" : ", then ") + text;
+                ++reads_made;
+            }
+        if (reads_made > 1) out_ += "\n      reads " + order;
         std::string reads;
         remote_reads(r.steps, reads);
         heads_remote(r.heads, reads);
@@ -104,6 +112,23 @@ class Printer {
         if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
         out_ += "\n";
     }
+    // What a step reads, and why it stands where it does: one fact before a lookup before all rows, a link when nothing else is left.
+    std::string access(const Step& s, const check::Rule& rule) const {
+        switch (s.kind) {
+            case Step::Kind::Neighbours: return "each neighbour";
+            case Step::Kind::Locate: return "the neighbour " + rule.variables[s.place].name;
+            case Step::Kind::Match: break;
+            default: return "";
+        }
+        const Predicate& p = program_.predicates[s.predicate];
+        const std::string at = s.at_home ? "" : " there";
+        if (plan_.of(s.predicate).storage != Storage::Rows) return p.name + at;
+        bool known = group_arguments(p) > 0;
+        for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && s.uses[i] == ArgumentUse::Compare;
+        if (p.linear()) return "each " + p.name + at;
+        return known ? p.name + at + " by its group" : "all rows of " + p.name + at;
+    }
+
     void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
         for (const HeadPlan& h : heads) {
             remote_reads(h.steps, out);

@@ -1,0 +1,91 @@
+// Pass: message merging. Localization makes an auxiliary for the far part of each rule; where two of them are derived by
+// the same clauses, names of variables aside, one serves both, and neighbours are told once instead of twice.
+//     p(A) :- neighbor(A, B), neighbor(B, C), mark(C, V), V > 1.
+//     q(A) :- neighbor(A, B), neighbor(B, C), mark(C, W), W > 1, calm(A).
+// Assumes localized rules.
+#include <map>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+void rename(Term& t, const std::map<VariableId, VariableId>& names) {
+    if (t.is_variable() || t.op == Op::Let)
+        if (const auto found = names.find(t.variable); found != names.end()) t.variable = found->second;
+    for (Term& operand : t.operands) rename(operand, names);
+}
+void rename(Clause& c, const std::map<VariableId, VariableId>& names) {
+    for (Term& t : c.atom.arguments) rename(t, names);
+    rename(c.test, names);
+    if (const auto found = names.find(c.variable); found != names.end()) c.variable = found->second;
+    for (Clause& inner : c.inner) rename(inner, names);
+}
+
+// The rule as text with its variables numbered as they appear, the head first and without its name.
+std::string shape(const Program& program, const Rule& rule) {
+    Rule copy;
+    std::map<VariableId, VariableId> names;
+    const auto number = [&](VariableId v) {
+        if (!names.contains(v)) names[v] = copy.variables.add({fmt::format("V{}", names.size()), {}, rule.variables[v].type});
+    };
+    for (const Term& t : rule.heads[0].atom.arguments) each_variable(t, number);
+    for (const Clause& c : rule.body) each_variable(c, number);
+    std::string text;
+    for (const Term& t : rule.heads[0].atom.arguments) {
+        Term renamed = t;
+        rename(renamed, names);
+        text += print(program, copy, renamed) + " " + type_name(t.type) + ", ";
+    }
+    for (const Clause& c : rule.body) {
+        Clause renamed = c;
+        rename(renamed, names);
+        text += "; " + print(program, copy, renamed);
+    }
+    return text;
+}
+
+void redirect(std::vector<Clause>& body, const std::map<PredicateId, PredicateId>& merged) {
+    for (Clause& c : body) {
+        if (const auto found = merged.find(c.atom.predicate); found != merged.end()) c.atom.predicate = found->second;
+        redirect(c.inner, merged);
+    }
+}
+void redirect(std::vector<Head>& heads, const std::map<PredicateId, PredicateId>& merged) {
+    for (Head& h : heads) {
+        redirect(h.body, merged);
+        redirect(h.heads, merged);
+        redirect(h.others, merged);
+    }
+}
+
+}  // namespace
+
+void merge_auxiliaries(check::Program& program) {
+    // An auxiliary of an auxiliary is merged first, and then those that read it may be alike.
+    for (bool again = true; again;) {
+        std::map<std::string, PredicateId> first;
+        std::map<PredicateId, PredicateId> merged;
+        for (const Rule& rule : program.rules) {
+            const Predicate& p = program.predicates[rule.heads[0].atom.predicate];
+            if (rule.linear || !p.auxiliary || p.name.find(".far") == std::string::npos) continue;
+            const auto [at, is_new] = first.emplace(shape(program, rule), rule.heads[0].atom.predicate);
+            if (!is_new) merged[rule.heads[0].atom.predicate] = at->second;
+        }
+        again = !merged.empty();
+        if (!again) return;
+        Table<Rule> kept;
+        for (Rule& rule : program.rules) {
+            if (!rule.linear && merged.contains(rule.heads[0].atom.predicate)) continue;
+            redirect(rule.body, merged);
+            redirect(rule.heads, merged);
+            kept.add(std::move(rule));
+        }
+        program.rules = std::move(kept);
+    }
+}
+
+}  // namespace meld::plan
