@@ -100,6 +100,9 @@ void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::siz
     w.raw("");
     w.open(fmt::format("[[gnu::noinline]] static bool settle_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
     w.line("Touched<{}_t> touched;", name);
+    constexpr std::uint64_t kGroups = 32;  // As in runtime/abi/module_abi.h.
+    if (c.deltas.inputs & kGroups)
+        w.line("if (todo & kDirtyGroups) touched.add_woken(*s.e, s.e->part->changes[{}][s.catom]);", plan.of(c.predicates[0]).column.index());
     for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
         const RulePlan& t = c.deltas.touches[i];
         w.open(fmt::format("if (todo & {}) {{", hex(t.inputs)));

@@ -123,6 +123,7 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.line("static constexpr Reduce kReduce = Reduce::{};", reduce);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {};", s.ranked, links, !fields.key.empty());
     w.line("static constexpr u16 kPredicate = {};", id.index());
+    w.line("static constexpr bool kFollowed = {};", s.column.valid() && plan.columns[s.column].follows_rows);
     w.line("static constexpr u32 kFirstRule = {};", first_rule);
     const auto signature = [](const std::vector<std::size_t>& f) { return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b"; };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));

@@ -82,6 +82,13 @@ class Component {
         Deltas& deltas = component_.deltas;
         deltas.inputs = followed();
         for (const RulePlan& r : component_.rules) deltas.groups.push_back(group(r));
+        // Groups that wait in quarantine are woken one by one, where there is a place to say which.
+        constexpr std::uint64_t wake = 8, groups = 32;  // As in runtime/abi/module_abi.h.
+        const auto is_head = [&](const Touch& t) { return !t.at_home && t.predicate == component_.predicates[0]; };
+        if (component_.inputs & wake && std::any_of(touches_.begin(), touches_.end(), is_head)) {
+            deltas.inputs |= groups;
+            component_.inputs |= groups;
+        }
         for (Touch& t : touches_) {
             t.plan.unchanged &= deltas.inputs;
             if (!t.at_home || is_given(t.predicate)) plan_.columns[plan_.of(t.predicate).column].follows_rows = true;

@@ -13,7 +13,7 @@ using namespace check;
 namespace {
 
 // As in runtime/abi/module_abi.h: the low bits of a dirty word are the runtime's own.
-constexpr std::uint32_t kFirstBit = 5;
+constexpr std::uint32_t kFirstBit = 6;
 constexpr std::uint32_t kBits = 32 - kFirstBit;  // A dirty word is kept in 32 bits a catom.
 
 struct Facts {              // What the rules say about a predicate.

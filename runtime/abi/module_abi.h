@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 3;
+inline constexpr u32 kAbiVersion = 4;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -56,7 +56,8 @@ enum DirtyBit : u64 {
     kDirtyWake = 8,    // A quarantine has ended.
     kDirtyTick = 16,   // Asked to be evaluated in this tick.
     kDirtyBirths = 31,
-    kFirstModuleBit = 32,
+    kDirtyGroups = 32, // A quarantine of groups that are told by row has ended.
+    kFirstModuleBit = 64,
 };
 
 struct FieldInfo {
@@ -207,6 +208,9 @@ struct Host {
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.
     void (*wake)(Eval*, i64 tick, u64 dirty);
+    // The same for one group of a predicate whose column tells its changes by row: the row is one of them then, and
+    // kDirtyGroups is set.
+    void (*wake_group)(Eval*, i64 tick, u16 predicate, const void* row);
     // What a group remembers of its losses; false: nothing, or nothing that still matters.
     bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
     void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);

@@ -62,6 +62,12 @@ struct Touched {
     Touched() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
+    // Groups whose quarantine has ended; with them come those that changed in the last tick, which do no harm.
+    void add_woken(Eval& e, const RowChanges* changes) {
+        for (; changes != nullptr; changes = changes->next)
+            for (u32 i = 0; i < changes->removed + changes->added; ++i) groups.add(e, rows_in<Row>(changes)[i]);
+    }
+
     // Sorts the groups, each once. False: so many that settling all is cheaper.
     [[gnu::noinline]] bool few(Eval& e, const Relation<T>& r) {
         // Each group is touched by a few neighbours, by the row as it was and as it is; hardly by more.

@@ -272,7 +272,8 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
             const i64 ready = trusted_from(remembered(proposals[i]), proposals[i].rank, latency);
             if (ready > now && (wake == 0 || ready < wake)) wake = ready;
         }
-        wake_at(e, wake);
+        if constexpr (T::kFollowed) e.host->wake_group(&e, wake, T::kPredicate, proposals);
+        else wake_at(e, wake);
     }
     if (best == nullptr) return false;
     out = *best;

@@ -46,6 +46,12 @@ struct Loss {
     u64 key;
     u32 rank;
 };
+struct GroupWake {
+    i64 tick;
+    u32 catom;
+    u16 column;
+    std::size_t offset;  // Into Thread::bytes.
+};
 struct Wake {
     i64 tick;
     u32 catom;
@@ -72,6 +78,7 @@ struct Evaluator::Thread : Eval {
     u32 dropped_of = kNone32;
     std::vector<Loss> losses;
     std::vector<Wake> wakes;
+    std::vector<GroupWake> group_wakes;
     u32 sequence = 0;
     u32 sequence_of = kNone32;
     Failure failure;
@@ -187,6 +194,11 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         t.actions.push_back({e->catom, predicate, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.wake = [](Eval* e, i64 tick, u64 dirty) { of(e).wakes.push_back({tick, e->catom, dirty}); };
+    host_.wake_group = [](Eval* e, i64 tick, u16 predicate, const void* row) {
+        Thread& t = of(e);
+        const u16 column = t.owner->module_.predicates[predicate].column;
+        if (tick != 0) t.group_wakes.push_back({tick, e->catom, column, t.keep(row, t.owner->module_.columns[column].row_bytes)});
+    };
     host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
         const Thread& t = of(e);
         const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
@@ -308,10 +320,12 @@ void Evaluator::gather(const Part& part) {
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(w.tick, w.catom, w.dirty);
+        for (const GroupWake& w : t->group_wakes) timers_.add_group(w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();
         t->wakes.clear();
+        t->group_wakes.clear();
         t->records.clear();
         t->rows.clear();
         t->row_changes.clear();

@@ -68,23 +68,42 @@ class Tombstones {
     std::unordered_map<u32, std::vector<Entry>> by_catom_;
 };
 
-// Catoms to mark at a later tick.
+// Catoms to mark at a later tick, and groups of them to look at then.
 class Timers {
   public:
-    void add(i64 tick, u32 catom, u64 bits) { at_[tick].push_back({catom, static_cast<u32>(bits)}); }
+    void add(i64 tick, u32 catom, u64 bits) { at_[tick].catoms.push_back({catom, static_cast<u32>(bits)}); }
+    // The row is one of the group; so many bytes.
+    void add_group(i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
+        Due& due = at_[tick];
+        due.groups.push_back({catom, column, due.rows.size()});
+        due.rows.insert(due.rows.end(), row, row + bytes);
+    }
     bool empty() const { return at_.empty(); }
     i64 next() const { return at_.begin()->first; }
 
-    template <class Mark>
-    void fire(i64 now, const Mark& mark) {
+    // mark(catom, bits) and tell(catom, column, row).
+    template <class Mark, class Tell>
+    void fire(i64 now, const Mark& mark, const Tell& tell) {
         while (!at_.empty() && at_.begin()->first <= now) {
-            for (const auto& [catom, bits] : at_.begin()->second) mark(catom, bits);
+            const Due& due = at_.begin()->second;
+            for (const auto& [catom, bits] : due.catoms) mark(catom, bits);
+            for (const Group& g : due.groups) tell(g.catom, g.column, due.rows.data() + g.offset);
             at_.erase(at_.begin());
         }
     }
 
   private:
-    std::map<i64, std::vector<std::pair<u32, u32>>> at_;
+    struct Group {
+        u32 catom;
+        u16 column;
+        std::size_t offset;  // Into rows.
+    };
+    struct Due {
+        std::vector<std::pair<u32, u32>> catoms;
+        std::vector<Group> groups;
+        std::vector<u8> rows;
+    };
+    std::map<i64, Due> at_;
 };
 
 }  // namespace meld::eval

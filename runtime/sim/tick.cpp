@@ -16,9 +16,16 @@ enum class Record : std::uint8_t { Export, Rows, Message };
 
 void PartState::begin_tick() {
     ++abi.now;
-    evaluator.timers().fire(abi.now, [&](u32 catom, u64 bits) {
-        if (catom < ensemble.index_count() && owned(catom)) mark(catom, bits);
-    });
+    const auto here = [&](u32 catom) { return catom < ensemble.index_count() && owned(catom); };
+    const auto wake = [&](u32 catom, u64 bits) {
+        if (here(catom)) mark(catom, bits);
+    };
+    const auto wake_group = [&](u32 catom, u16 column, const u8* row) {
+        if (!here(catom)) return;
+        columns.tell_added(column, catom, row, 0);
+        mark(catom, kDirtyGroups);
+    };
+    evaluator.timers().fire(abi.now, wake, wake_group);
 }
 
 const Totals& PartState::end_tick() {
