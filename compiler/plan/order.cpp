@@ -433,8 +433,7 @@ RulePlan order_fresh(const Plan& plan, RuleId id, std::size_t first) {
     const std::vector<PredicateId> no_ranks;
     const Orderer orderer(plan, rule, false, no_ranks);
     Orderer::State state = orderer.start();
-    Variables used;
-    head_variables(rule.heads, used);
+    const Variables used = head_variables(rule.heads);
     std::vector<Clause> body = rule.body;
     RulePlan out;
     out.rule = id;
