@@ -15,6 +15,7 @@
 #include "physics/block_grid.h"
 #include "physics/broadphase.h"
 #include "physics/contacts.h"
+#include "physics/denormals.h"
 #include "physics/engine.h"
 
 namespace meld::physics {
@@ -119,6 +120,7 @@ void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& wo
     constexpr std::size_t kMostBlocksPerJob = 16;
     const std::size_t per_job = std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMostBlocksPerJob);
     workers.run((list.size() + per_job - 1) / per_job, [&](int worker, std::size_t job) {
+        const FlushDenormals flush;
         const std::size_t end = std::min(list.size(), (job + 1) * per_job);
         for (std::size_t i = job * per_job; i < end; ++i) f(worker, list[i]);
     });

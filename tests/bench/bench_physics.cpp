@@ -26,7 +26,7 @@ namespace {
 constexpr double kTick = 1.0 / 240;
 constexpr double kSpacing = 0.999;
 // Above these sizes an engine is not tried.
-constexpr int kMostOdeSide = 37;
+constexpr int kMostOdeSide = 47;
 constexpr int kMostHashSide = 63;
 
 struct Options {
