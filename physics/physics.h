@@ -87,7 +87,7 @@ struct Settings {
     // Limits beyond which a step ends with an error.
     double greatest_speed_m_s = 1000;
     double deepest_overlap_share = 0.5;
-    // Keep a copy of the state before each step, to go back to when it ends with an error (80 bytes a body).
+    // Keep a copy of the state before each step, to go back to when it ends with an error (48 bytes a body).
     bool keep_last_good = true;
 };
 
