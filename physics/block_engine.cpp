@@ -250,6 +250,7 @@ void BlockEngine::keep_last_good(Workers& workers) {
         std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
         std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
     });
+    kept.complete = all;
 }
 
 Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {

@@ -15,6 +15,8 @@ struct LastGood {
     Buffer<Motion> motion;
     Buffer<Place> place;
     Buffer<Turn> turn;
+    // Whether all of it was taken in the present step: one that fails earlier has nothing to go back to, and need not.
+    bool complete = false;
 };
 
 // The partner is a body or an obstacle's code (contacts.h).

@@ -51,6 +51,7 @@ class HashEngine final : public Engine {
         if (world_.settings.keep_last_good) {
             kept.place.assign(bodies.place.begin(), bodies.place.end());
             kept.turn.assign(bodies.turn.begin(), bodies.turn.end());
+            kept.complete = true;
         }
         world_.obstacles.prepare(workers.threads());
         const Rules rules = rules_for(pgs_settings(), times);

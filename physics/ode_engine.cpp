@@ -50,7 +50,7 @@ class OdeEngine final : public Engine {
             return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMostOdeBodies, bodies.count()), "Use the engine 'blocks'");
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
             if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL)) return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
-        world_.last_good = {bodies.motion, bodies.place, bodies.turn};
+        world_.last_good = {bodies.motion, bodies.place, bodies.turn, true};
         try {
             enter_ode_thread();
             if (!mirror_) build();

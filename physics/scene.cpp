@@ -207,12 +207,12 @@ Result<void> Scene::set_features(BodyId body, std::uint32_t on, std::uint32_t re
 Result<StepReport> Scene::step(double dt_s, int substeps, Workers& workers) {
     contacts_known_ = false;
     if (!(dt_s > 0) || !std::isfinite(dt_s) || substeps < 1) return fail(fmt::format("a step of {} s in {} substeps cannot be taken", dt_s, substeps), "Give a positive time and at least one substep");
-    auto report = engine_->step({dt_s, substeps}, workers);
     Bodies& bodies = world_->bodies;
     LastGood& kept = world_->last_good;
+    kept.complete = false;
+    auto report = engine_->step({dt_s, substeps}, workers);
     if (!report) {
-        const bool all = kept.place.size() == bodies.count() && !kept.place.empty();
-        if (all) {
+        if (kept.complete) {
             std::copy(kept.motion.begin(), kept.motion.end(), bodies.motion.begin());
             std::copy(kept.place.begin(), kept.place.end(), bodies.place.begin());
             std::copy(kept.turn.begin(), kept.turn.end(), bodies.turn.begin());

@@ -129,6 +129,26 @@ TEST(Errors, BodiesTooFarAwayAreNamed) {
     EXPECT_TRUE(scene->step(kTick, 1, workers));
 }
 
+// A step that fails before anything has moved leaves what was set since the last one.
+TEST(Errors, WhatWasSetOutlivesAStepThatDoesNotBegin) {
+    for (const EngineKind engine : {EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode}) {
+        auto scene = make_scene({.engine = engine});
+        for (BodyId id = 0; id < 3; ++id) need(scene->add_body({.id = id, .position_m = {3.0 * id, 0, 0}}));
+        Workers workers(1);
+        run(*scene, 3, 2, workers);
+        if (engine == EngineKind::Blocks)
+            need(scene->set_state(1, {.position_m = {1e9, 0, 0}}));
+        else
+            need(scene->add_feature_table({{}}));
+        const Digest set = scene->digest();
+        for (int tries = 0; tries < 2; ++tries) {
+            EXPECT_FALSE(scene->step(kTick, 2, workers));
+            EXPECT_EQ(scene->digest(), set);
+            EXPECT_EQ(scene->tick(), 3u);
+        }
+    }
+}
+
 TEST(Errors, OdeHasALimitAndOthersHaveNoMagnets) {
     auto scene = make_scene({.engine = EngineKind::Ode});
     for (BodyId id = 0; id <= kMostOdeBodies; ++id) need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
