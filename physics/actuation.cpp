@@ -63,19 +63,26 @@ std::vector<Vec3> feature_directions(int count) {
 }
 
 Result<std::vector<Feature>> check_features(std::vector<Feature> features) {
-    if (features.size() > kMostFeatures) return fail(fmt::format("the table has {} features, more than the {} a body can switch", features.size(), kMostFeatures));
+    if (features.size() > kMostFeatures)
+        return fail(fmt::format("the table has {} features, more than the {} a body can switch", features.size(), kMostFeatures));
     for (std::size_t i = 0; i < features.size(); ++i) {
         Feature& f = features[i];
         const double norm = length(f.direction);
-        if (!(norm > 0) || !std::isfinite(norm)) return fail(fmt::format("feature {} points nowhere", i), "Give it a direction that is not zero");
+        if (!(norm > 0) || !std::isfinite(norm))
+            return fail(fmt::format("feature {} points nowhere", i), "Give it a direction that is not zero");
         f.direction = (1 / norm) * f.direction;
-        for (const double value : {f.strength, f.depth_m, f.length_m, f.area_m2, f.cover_m, f.permittivity, f.range_m, f.power_w, f.switching_j})
-            if (!std::isfinite(value) || value < 0) return fail(fmt::format("feature {} has the value {}", i, value), "Give finite values that are not negative; which way a magnet points is switched");
+        for (const double value :
+             {f.strength, f.depth_m, f.length_m, f.area_m2, f.cover_m, f.permittivity, f.range_m, f.power_w, f.switching_j})
+            if (!std::isfinite(value) || value < 0)
+                return fail(fmt::format("feature {} has the value {}", i, value),
+                            "Give finite values that are not negative; which way a magnet points is switched");
         if (f.range_m == 0) return fail(fmt::format("feature {} has no range", i));
         if ((f.kind == FeatureKind::Dipole || f.kind == FeatureKind::TwoPole) && f.depth_m == 0)
-            return fail(fmt::format("the magnet of feature {} lies in the surface, where its force would be infinite", i), "Give it a depth");
+            return fail(fmt::format("the magnet of feature {} lies in the surface, where its force would be infinite", i),
+                        "Give it a depth");
         if (f.kind == FeatureKind::Plate && (f.cover_m == 0 || f.permittivity == 0))
-            return fail(fmt::format("the plate of feature {} is bare, so its force would be infinite", i), "Give it a cover and its permittivity");
+            return fail(fmt::format("the plate of feature {} is bare, so its force would be infinite", i),
+                        "Give it a cover and its permittivity");
     }
     return features;
 }
@@ -111,10 +118,13 @@ Interaction interact(const Feature& first, const FeaturePose& a, const Feature& 
         case FeatureKind::Dipole: {
             const Vec3 first_lever = -first.depth_m * a.direction, second_lever = -second.depth_m * b.direction;
             const Vec3 apart = (b.surface + second_lever) - (a.surface + first_lever);
-            whole = moved(dipoles((a.sign * first.strength) * a.direction, (b.sign * second.strength) * b.direction, apart), first_lever, second_lever);
+            whole = moved(dipoles((a.sign * first.strength) * a.direction, (b.sign * second.strength) * b.direction, apart), first_lever,
+                          second_lever);
             break;
         }
-        case FeatureKind::TwoPole: whole = two_poles(first, a, second, b); break;
+        case FeatureKind::TwoPole:
+            whole = two_poles(first, a, second, b);
+            break;
         case FeatureKind::Plate: {
             // Plates pull along the line between them, or straight on when they touch.
             const Vec3 line = distance > 1e-9 ? (1 / distance) * between : a.direction;
@@ -124,7 +134,8 @@ Interaction interact(const Feature& first, const FeaturePose& a, const Feature& 
             whole = {-pull.force_n * line, {}, {}, -charge_j / 2};
             break;
         }
-        case FeatureKind::Latch: break;
+        case FeatureKind::Latch:
+            break;
     }
     // The energy is faded by a smooth step s, and the force is its derivative, so that what goes in comes out again.
     const double begin = 2 * range / 3;
@@ -132,7 +143,8 @@ Interaction interact(const Feature& first, const FeaturePose& a, const Feature& 
     const double t = (distance - begin) / (range - begin), kept = 1 - t * t * (3 - 2 * t), slope = -6 * t * (1 - t) / (range - begin);
     const Vec3 line = (1 / distance) * between;
     charge_j *= kept;
-    return {kept * whole.force_n - (whole.energy_j * slope) * line, kept * whole.first_torque_nm, kept * whole.second_torque_nm, kept * whole.energy_j};
+    return {kept * whole.force_n - (whole.energy_j * slope) * line, kept * whole.first_torque_nm, kept * whole.second_torque_nm,
+            kept * whole.energy_j};
 }
 
 }  // namespace meld::physics

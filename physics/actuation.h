@@ -78,6 +78,7 @@ struct FeaturePose {
 };
 // The interaction about the surface points (torques of forces that act deeper are included), faded by the range of the
 // weaker. Latches and features of unlike kind do nothing here. `charge_j` receives C V^2 of plates.
-Interaction interact(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose, double& charge_j);
+Interaction interact(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose,
+                     double& charge_j);
 
 }  // namespace meld::physics

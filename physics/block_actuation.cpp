@@ -13,7 +13,9 @@ namespace {
 constexpr std::size_t kSlotsPerJob = 4096;
 
 Vec3 position(const Place& place) { return {place.x, place.y, place.z}; }
-Quat orientation(const Turn& turn) { return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)}; }
+Quat orientation(const Turn& turn) {
+    return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)};
+}
 
 // The features of one body that are on and so near the other body that they can matter.
 struct Near {
@@ -23,7 +25,8 @@ struct Near {
 
 // `towards` leads to the other body, a unit vector in the world; a feature at angle t from it has its surface point as far
 // from the other's centre as the law of cosines says.
-Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius, double distance, double range) {
+Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius,
+                   double distance, double range) {
     const Vec3 local = rotate(conjugate(turned), towards);
     const double farthest = other_radius + range;
     const double least_cosine = (radius * radius + distance * distance - farthest * farthest) / (2 * radius * distance);
@@ -34,8 +37,10 @@ Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat tur
 }
 
 void add_push(Push& push, Vec3 force, Vec3 torque) {
-    push.force[0] += static_cast<float>(force.x), push.force[1] += static_cast<float>(force.y), push.force[2] += static_cast<float>(force.z);
-    push.torque[0] += static_cast<float>(torque.x), push.torque[1] += static_cast<float>(torque.y), push.torque[2] += static_cast<float>(torque.z);
+    push.force[0] += static_cast<float>(force.x), push.force[1] += static_cast<float>(force.y),
+        push.force[2] += static_cast<float>(force.z);
+    push.torque[0] += static_cast<float>(torque.x), push.torque[1] += static_cast<float>(torque.y),
+        push.torque[2] += static_cast<float>(torque.z);
 }
 
 }  // namespace
@@ -113,7 +118,8 @@ double BlockEngine::actuate_pair(const Batch& batch, int lane) {
             const FeaturePose first_pose = pose(a_place, a_turn, first, a_state.reversed, a_near.index[i]);
             const FeaturePose second_pose = pose(b_place, b_turn, second, b_state.reversed, b_near.index[j]);
             if (first.kind == FeatureKind::Latch) {
-                if (length(second_pose.surface - first_pose.surface) < std::min(first.range_m, second.range_m)) held += std::min(first.strength, second.strength);
+                if (length(second_pose.surface - first_pose.surface) < std::min(first.range_m, second.range_m))
+                    held += std::min(first.strength, second.strength);
                 continue;
             }
             double charge = 0;

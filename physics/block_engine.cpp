@@ -65,17 +65,22 @@ Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
     const Rules rules = rules_for(world_.settings, times);
     Bodies& bodies = world_.bodies;
-    const auto over_colour = [&](const auto& f) { for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); }); };
+    const auto over_colour = [&](const auto& f) {
+        for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
+    };
     const auto with_bounces = [&](const auto& f) {
         for_blocks(active_, workers, [&](int, std::uint32_t block) {
             const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
             f(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()));
-            f(obstacles, std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()));
+            f(obstacles,
+              std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()));
         });
     };
     switch (stage.kind) {
-        case Stage::Kind::Prepare: return prepare(times, workers);
-        case Stage::Kind::Settle: return settle(times, workers);
+        case Stage::Kind::Prepare:
+            return prepare(times, workers);
+        case Stage::Kind::Settle:
+            return settle(times, workers);
         case Stage::Kind::Actuate: {
             const StageClock clock(world_.times.actuation);
             if (stage.colour == 0) begin_actuation(times.dt_s, workers);
@@ -87,7 +92,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             const Push* pushes = bodies.pushes.empty() ? nullptr : bodies.pushes.data();
             const Push* pulls = world_.has_features() ? pulls_.data() : nullptr;
             for_blocks(awake_, workers, [&](int, std::uint32_t block) {
-                accelerate(bodies.motion.data(), bodies.place.data(), pushes, pulls, grid_.blocks()[block].first, grid_.blocks()[block].count, rules.move);
+                accelerate(bodies.motion.data(), bodies.place.data(), pushes, pulls, grid_.blocks()[block].first,
+                           grid_.blocks()[block].count, rules.move);
             });
             return {};
         }
@@ -101,7 +107,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         }
         case Stage::Kind::Solve: {
             const StageClock clock(world_.times.solve);
-            over_colour([&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
+            over_colour(
+                [&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
             return {};
         }
         case Stage::Kind::Relax: {
@@ -114,18 +121,25 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             with_bounces([&](auto batches, auto bounces) { note_approach(batches, bounces, bodies.motion.data(), speed); });
             return {};
         }
-        case Stage::Kind::NotePeak: with_bounces([&](auto batches, auto bounces) { note_peak(batches, bounces); }); return {};
+        case Stage::Kind::NotePeak:
+            with_bounces([&](auto batches, auto bounces) { note_peak(batches, bounces); });
+            return {};
         case Stage::Kind::Bounce: {
             const StageClock clock(world_.times.solve);
             over_colour([&](std::uint32_t block) {
                 const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
                 bounce(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()), bodies.motion.data());
-                bounce(obstacles, std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()), bodies.motion.data());
+                bounce(obstacles,
+                       std::span(contacts_.bounces)
+                           .subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()),
+                       bodies.motion.data());
             });
             return {};
         }
-        case Stage::Kind::Move: return move(times, workers);
-        case Stage::Kind::Refresh: return refresh(workers);
+        case Stage::Kind::Move:
+            return move(times, workers);
+        case Stage::Kind::Refresh:
+            return refresh(workers);
         case Stage::Kind::Finish: {
             if (world_.has_features()) settle_charges(workers);
             find_events(workers);
@@ -161,12 +175,13 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
-    if (world_.bounces())
-        contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
+    if (world_.bounces()) contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
     if (!fresh_)
         if (auto refreshed = refresh(workers); !refreshed) return refreshed;
     // Cold solvers forget, and so must all after a step that failed; a step of another length would make impulses of another size.
-    if (std::exchange(forget_, false) || world_.settings.solver.mode == SolverMode::Pgs || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
+    if (std::exchange(forget_, false) || world_.settings.solver.mode == SolverMode::Pgs ||
+        (last_substep_s_ != 0 && last_substep_s_ != times.substep_s()))
+        contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
 }
@@ -178,7 +193,8 @@ bool BlockEngine::list_is_old(const StepTimes& times) const {
     if (reach_m() > margin_m_) return true;
     double farthest = 0;
     for (const BlockState& state : states_)
-        farthest = std::max(farthest, std::sqrt(static_cast<double>(state.drift_squared)) + std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s);
+        farthest = std::max(farthest, std::sqrt(static_cast<double>(state.drift_squared)) +
+                                          std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s);
     return farthest > skin_m_ / 2;
 }
 
@@ -190,7 +206,8 @@ RadiusRange BlockEngine::radii_of_world() const {
 
 GridShape BlockEngine::next_shape() const {
     const RadiusRange radii = radii_of_world();
-    const double skin = world_.settings.skin_share * 2 * radii.least, margin = std::max(kLookAheadShare * 2 * radii.least, world_.feature_range_m());
+    const double skin = world_.settings.skin_share * 2 * radii.least,
+                 margin = std::max(kLookAheadShare * 2 * radii.least, world_.feature_range_m());
     return GridShape::fitting(radii.least, radii.largest, margin + skin);
 }
 
@@ -206,7 +223,8 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
     Buffer<std::uint32_t> order;
     {
         const StageClock clock(world_.times.sort);
-        if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built) return world_.wrong(built.error().problem, built.error().suggestion);
+        if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built)
+            return world_.wrong(built.error().problem, built.error().suggestion);
     }
     {
         const StageClock clock(world_.times.pairs);
@@ -234,7 +252,8 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
 }
 
 void BlockEngine::take_contacts_out(Workers& workers) {
-    for (const CarriedContact& gone : contacts_.carry(world_.bodies, workers)) world_.events.push_back({touch_of(gone.id, gone.partner), false});
+    for (const CarriedContact& gone : contacts_.carry(world_.bodies, workers))
+        world_.events.push_back({touch_of(gone.id, gone.partner), false});
 }
 
 void BlockEngine::keep_last_good(Workers& workers) {
@@ -245,10 +264,13 @@ void BlockEngine::keep_last_good(Workers& workers) {
     kept.motion.resize(count), kept.place.resize(all ? count : 0), kept.turn.resize(all ? count : 0);
     workers.run((count + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
         const std::size_t begin = job * kSlotsPerJob, length = std::min(count - begin, kSlotsPerJob);
-        std::copy_n(bodies.motion.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.motion.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.motion.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.motion.begin() + static_cast<std::ptrdiff_t>(begin));
         if (!all) return;
-        std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
-        std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length, kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
     });
     kept.complete = all;
 }
@@ -259,7 +281,8 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     std::atomic<bool> fine{true};
     for_blocks(awake_, workers, [&](int, std::uint32_t block) {
         BlockState& state = states_[block];
-        const Moved moved = move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, static_cast<float>(times.substep_s()));
+        const Moved moved =
+            move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, static_cast<float>(times.substep_s()));
         state.speed_squared = std::max(state.speed_squared, moved.speed_squared);
         state.drift_squared = moved.drift_squared;
         if (!(moved.speed_squared <= limit)) fine = false;
@@ -285,7 +308,9 @@ Result<void> BlockEngine::refresh(Workers& workers) {
         }
     });
     fresh_ = true;
-    if (failure) return world_.wrong(fmt::format("ODE cannot collide body {} with an obstacle ({})", failure->first, failure->second), "Check the obstacle's shape");
+    if (failure)
+        return world_.wrong(fmt::format("ODE cannot collide body {} with an obstacle ({})", failure->first, failure->second),
+                            "Check the obstacle's shape");
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};
 }
@@ -332,7 +357,8 @@ tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacle
             double likeness = -2;
             for (int c = 0; c < count; ++c) {
                 const Vec3 normal = surfaces[static_cast<std::size_t>(c)].normal;
-                const double like = -(normal.x * static_cast<double>(batch.nx[i]) + normal.y * static_cast<double>(batch.ny[i]) + normal.z * static_cast<double>(batch.nz[i]));
+                const double like = -(normal.x * static_cast<double>(batch.nx[i]) + normal.y * static_cast<double>(batch.ny[i]) +
+                                      normal.z * static_cast<double>(batch.nz[i]));
                 if (!used[static_cast<std::size_t>(c)] && like > likeness) best = c, likeness = like;
             }
             if (best < 0) {
@@ -342,7 +368,8 @@ tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacle
             }
             used[static_cast<std::size_t>(best)] = true;
             const SurfaceContact& surface = surfaces[static_cast<std::size_t>(best)];
-            const float nx = static_cast<float>(-surface.normal.x), ny = static_cast<float>(-surface.normal.y), nz = static_cast<float>(-surface.normal.z);
+            const float nx = static_cast<float>(-surface.normal.x), ny = static_cast<float>(-surface.normal.y),
+                        nz = static_cast<float>(-surface.normal.z);
             const float along = batch.tx[i] * nx + batch.ty[i] * ny + batch.tz[i] * nz;
             batch.nx[i] = nx, batch.ny[i] = ny, batch.nz[i] = nz;
             batch.gap[i] = static_cast<float>(surface.gap_m);

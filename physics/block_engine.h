@@ -118,7 +118,8 @@ class BlockEngine final : public Engine {
 template <class F>
 void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f) {
     constexpr std::size_t kMostBlocksPerJob = 16;
-    const std::size_t per_job = std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMostBlocksPerJob);
+    const std::size_t per_job =
+        std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMostBlocksPerJob);
     workers.run((list.size() + per_job - 1) / per_job, [&](int worker, std::size_t job) {
         const FlushDenormals flush;
         const std::size_t end = std::min(list.size(), (job + 1) * per_job);

@@ -105,7 +105,8 @@ Result<void> BlockGrid::locate(const Bodies& bodies, double reach_m, Workers& wo
     });
     if (lost != kNobody) {
         const Place& p = bodies.place[bodies.slot(lost)];
-        return fail(fmt::format("body {} is at ({}, {}, {}), which is not within {:.3g} m of the origin", lost.load(), p.x, p.y, p.z, kFarthestBlock * block_m),
+        return fail(fmt::format("body {} is at ({}, {}, {}), which is not within {:.3g} m of the origin", lost.load(), p.x, p.y, p.z,
+                                kFarthestBlock * block_m),
                     "Check its velocity and the forces on it, or take a shorter step");
     }
     return {};
@@ -141,7 +142,8 @@ void BlockGrid::link_blocks(Workers& workers) {
         const std::size_t end = std::min(blocks_.size(), (job + 1) * kBlocksPerJob);
         for (std::size_t b = job * kBlocksPerJob; b < end; ++b) {
             const BlockCoordinates c = unpack(blocks_[b].key);
-            for (int i = 0; i < 27; ++i) blocks_[b].neighbours[static_cast<std::size_t>(i)] = find(pack({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}));
+            for (int i = 0; i < 27; ++i)
+                blocks_[b].neighbours[static_cast<std::size_t>(i)] = find(pack({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}));
         }
     });
 }
@@ -179,7 +181,8 @@ void BlockGrid::assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>
     workers.run(sorting.met.size(), [&](int, std::size_t job) {
         const std::size_t end = std::min(count, (job + 1) * kSlotsPerJob);
         for (std::size_t i = job * kSlotsPerJob; i < end; ++i)
-            if (sorting.block[i] != kNoBlock) order[next[sorting.block[i]].fetch_add(1, std::memory_order_relaxed)] = static_cast<std::uint32_t>(i);
+            if (sorting.block[i] != kNoBlock)
+                order[next[sorting.block[i]].fetch_add(1, std::memory_order_relaxed)] = static_cast<std::uint32_t>(i);
     });
 }
 
@@ -193,7 +196,8 @@ void BlockGrid::sort_block(const Bodies& bodies, const Sorting& sorting, std::ui
     for (int level = 0; level < kMostLevels; ++level) {
         const int side = cells_a_side(level);
         for (int row = 0; row < side * side; ++row)
-            rows_[block * kRowEntries + static_cast<std::size_t>(first_row(level) + row)] = start[static_cast<std::size_t>(first_cell(level) + row * side)];
+            rows_[block * kRowEntries + static_cast<std::size_t>(first_row(level) + row)] =
+                start[static_cast<std::size_t>(first_cell(level) + row * side)];
     }
     rows_[block * kRowEntries + kRowsOfBlock] = blocks_[block].count;
 
@@ -213,7 +217,8 @@ void BlockGrid::forget_cells() {
 }
 
 std::size_t BlockGrid::bytes() const {
-    return blocks_.capacity() * sizeof(Block) + table_.capacity() * sizeof(table_[0]) + rows_.capacity() * sizeof(rows_[0]) + cells_.capacity() * sizeof(cells_[0]);
+    return blocks_.capacity() * sizeof(Block) + table_.capacity() * sizeof(table_[0]) + rows_.capacity() * sizeof(rows_[0]) +
+           cells_.capacity() * sizeof(cells_[0]);
 }
 
 }  // namespace meld::physics

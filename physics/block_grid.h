@@ -89,7 +89,8 @@ class BlockGrid {
     void make_blocks(Workers& workers, Sorting& sorting);
     void link_blocks(Workers& workers);
     void assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>& order);
-    void sort_block(const Bodies& bodies, const Sorting& sorting, std::uint32_t block, std::span<std::uint32_t> order, std::vector<std::uint32_t>& scratch);
+    void sort_block(const Bodies& bodies, const Sorting& sorting, std::uint32_t block, std::span<std::uint32_t> order,
+                    std::vector<std::uint32_t>& scratch);
 
     GridShape shape_;
     std::vector<Block> blocks_;

@@ -16,14 +16,17 @@ std::size_t bytes_of(const T& array) {
     return array.capacity() * sizeof(array[0]);
 }
 
-Vec3 vector_of(Lanes x, Lanes y, Lanes z, int i) { return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])}; }
+Vec3 vector_of(Lanes x, Lanes y, Lanes z, int i) {
+    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
+}
 
 }  // namespace
 
 void BlockEngine::find_events(Workers& workers) {
     const StageClock clock(world_.times.events);
     const double diameter = 2 * smallest_radius_m_;
-    const auto near = static_cast<float>(world_.settings.touch_share * diameter), far = static_cast<float>(world_.settings.part_share * diameter);
+    const auto near = static_cast<float>(world_.settings.touch_share * diameter),
+               far = static_cast<float>(world_.settings.part_share * diameter);
     const Bodies& bodies = world_.bodies;
     std::vector<std::vector<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
     const auto compare = [&](const Batch& batch, std::uint8_t& touching, const auto& report) {
@@ -41,11 +44,14 @@ void BlockEngine::find_events(Workers& workers) {
         auto& events = found[static_cast<std::size_t>(worker)];
         std::size_t n = contacts_.first_pair_batch(block);
         for (const Batch& batch : contacts_.pairs(block))
-            compare(batch, contacts_.touching[n++], [&](int i, bool began) { events.push_back({touch_of(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id), began}); });
+            compare(batch, contacts_.touching[n++], [&](int i, bool began) {
+                events.push_back({touch_of(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id), began});
+            });
         n = contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block);
         const ObstacleLane* lane = contacts_.obstacle_lanes(block).data();
         for (const Batch& batch : contacts_.obstacle_contacts(block)) {
-            compare(batch, contacts_.touching[n++], [&](int i, bool began) { events.push_back({touch_of(bodies.nature[batch.a[i]].id, obstacle_code(lane[i])), began}); });
+            compare(batch, contacts_.touching[n++],
+                    [&](int i, bool began) { events.push_back({touch_of(bodies.nature[batch.a[i]].id, obstacle_code(lane[i])), began}); });
             lane += kLanes;
         }
     });
@@ -57,7 +63,8 @@ void BlockEngine::report_contacts(std::vector<ContactReport>& contacts) const {
     const Bodies& bodies = world_.bodies;
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
     const auto report = [&](const Batch& batch, int i, Touch touch, double sign) {
-        contacts.push_back({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]), per_second * static_cast<double>(batch.normal_impulse[i]),
+        contacts.push_back({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]),
+                            per_second * static_cast<double>(batch.normal_impulse[i]),
                             (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };
     for (std::size_t block = 0; block < states_.size(); ++block) {
@@ -81,7 +88,10 @@ void BlockEngine::report_contacts(std::vector<ContactReport>& contacts) const {
 }
 
 StepReport BlockEngine::report() const {
-    StepReport report{.bodies = world_.bodies.count(), .blocks = grid_.blocks().size(), .candidates = contacts_.candidate_count(), .rebuilt = rebuilt_in_step_};
+    StepReport report{.bodies = world_.bodies.count(),
+                      .blocks = grid_.blocks().size(),
+                      .candidates = contacts_.candidate_count(),
+                      .rebuilt = rebuilt_in_step_};
     for (const std::uint32_t block : awake_)
         if (states_[block].owned) report.awake_bodies += grid_.blocks()[block].count;
     return report;
@@ -111,7 +121,8 @@ tl::unexpected<Error> BlockEngine::too_deep(std::uint32_t block) {
             const double radii = bodies.place[batch.a[i]].radius + bodies.place[batch.b[i]].radius, gap = static_cast<double>(batch.gap[i]);
             if (gap >= -share * radii) continue;
             const auto [first, second] = std::minmax(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id);
-            return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first, second, -gap, 100 * share),
+            return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first,
+                                            second, -gap, 100 * share),
                                 "Move one of them away, or take a shorter step if they ran into each other");
         }
     return world_.wrong("two bodies overlap too much", "Take a shorter step");

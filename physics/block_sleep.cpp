@@ -23,7 +23,8 @@ void BlockEngine::set_asleep(std::uint32_t index, bool asleep) {
 void BlockEngine::note_stillness() {
     for (std::size_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
-        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) world_.bodies.nature[slot].still_ticks = states_[b].still_ticks;
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
+            world_.bodies.nature[slot].still_ticks = states_[b].still_ticks;
         if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
     }
 }
@@ -49,7 +50,8 @@ void BlockEngine::find_resting() {
     const int enough = world_.settings.sleep_ticks;
     for (std::uint32_t b = 0; b < states_.size(); ++b) {
         const auto& around = grid_.blocks()[b].neighbours;
-        states_[b].rests = enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || states_[n].still_ticks > enough; });
+        states_[b].rests = enough > 0 && std::all_of(around.begin(), around.end(),
+                                                     [&](std::uint32_t n) { return n == kNoBlock || states_[n].still_ticks > enough; });
     }
 }
 
@@ -70,7 +72,8 @@ void BlockEngine::list_blocks() {
     for (std::uint32_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
         BlockState& state = states_[b];
-        state.active = std::any_of(block.neighbours.begin(), block.neighbours.end(), [&](std::uint32_t n) { return n != kNoBlock && !states_[n].asleep; });
+        state.active = std::any_of(block.neighbours.begin(), block.neighbours.end(),
+                                   [&](std::uint32_t n) { return n != kNoBlock && !states_[n].asleep; });
         if (!state.asleep) awake_.push_back(b);
         if (!state.active || !state.owned) continue;
         active_.push_back(b);
@@ -86,7 +89,8 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
         world_.bodies.nature[slot].still_ticks = 0;
     }
     const auto blocks = grid_.blocks();
-    const auto after = std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
+    const auto after =
+        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
     if (after == blocks.begin()) return;
     const auto index = static_cast<std::size_t>(after - blocks.begin()) - 1;
     if (index < states_.size()) states_[index].still_ticks = 0;
@@ -94,7 +98,8 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
 
 bool BlockEngine::asleep(std::uint32_t slot) const {
     const auto blocks = grid_.blocks();
-    const auto after = std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
+    const auto after =
+        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
     return after != blocks.begin() && states_[static_cast<std::size_t>(after - blocks.begin()) - 1].asleep;
 }
 

@@ -74,8 +74,8 @@ void Bodies::restore_masses(std::uint32_t slot) {
 }
 
 std::size_t Bodies::bytes() const {
-    return bytes_of(motion) + bytes_of(place) + bytes_of(turn) + bytes_of(nature) + bytes_of(drift) + bytes_of(pushes) + bytes_of(features) +
-           bytes_of(energy) + bytes_of(slot_of_id_);
+    return bytes_of(motion) + bytes_of(place) + bytes_of(turn) + bytes_of(nature) + bytes_of(drift) + bytes_of(pushes) +
+           bytes_of(features) + bytes_of(energy) + bytes_of(slot_of_id_);
 }
 
 }  // namespace meld::physics

@@ -9,8 +9,8 @@ namespace meld::physics {
 
 namespace {
 
-MELD_INLINE void accelerate_kernel(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first, std::uint32_t count,
-                                   const MoveRule& rule) {
+MELD_INLINE void accelerate_kernel(Motion* motions, const Place* places, const Push* first_push, const Push* second_push,
+                                   std::uint32_t first, std::uint32_t count, const MoveRule& rule) {
     const Quad gained{rule.gravity[0] * rule.step_s, rule.gravity[1] * rule.step_s, rule.gravity[2] * rule.step_s, 0};
     const Quad linear_kept{rule.linear_kept, rule.linear_kept, rule.linear_kept, 1};
     const Quad angular_kept{rule.angular_kept, rule.angular_kept, rule.angular_kept, 1};
@@ -23,7 +23,8 @@ MELD_INLINE void accelerate_kernel(Motion* motions, const Place* places, const P
         for (const Push* pushes : {first_push, second_push}) {
             if (!pushes) continue;
             const Push& push = pushes[slot];
-            const float by_force = rule.step_s * motion.inverse_mass, by_torque = rule.step_s * motion.inverse_rim_mass / static_cast<float>(places[slot].radius);
+            const float by_force = rule.step_s * motion.inverse_mass,
+                        by_torque = rule.step_s * motion.inverse_rim_mass / static_cast<float>(places[slot].radius);
             linear += by_force * Quad{push.force[0], push.force[1], push.force[2], 0};
             angular += by_torque * Quad{push.torque[0], push.torque[1], push.torque[2], 0};
         }
@@ -57,8 +58,8 @@ MELD_INLINE void move_range_kernel(Bodies& bodies, std::uint32_t first, std::uin
 
         const Lanes half = 0.5f * step_s * inverse_radius;
         const Lanes x = half * u[0], y = half * u[1], z = half * u[2];
-        Lanes turned[4] = {q[0] - (x * q[1] + y * q[2] + z * q[3]), q[1] + (x * q[0] + y * q[3] - z * q[2]), q[2] + (y * q[0] + z * q[1] - x * q[3]),
-                           q[3] + (z * q[0] + x * q[2] - y * q[1])};
+        Lanes turned[4] = {q[0] - (x * q[1] + y * q[2] + z * q[3]), q[1] + (x * q[0] + y * q[3] - z * q[2]),
+                           q[2] + (y * q[0] + z * q[1] - x * q[3]), q[3] + (z * q[0] + x * q[2] - y * q[1])};
         const Lanes norm = 1.0f / sqrt_lanes(turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2] + turned[3] * turned[3]);
         for (Lanes& part : turned) part *= norm;
         scatter(turns, 1, 0, slots, turned);
@@ -83,11 +84,14 @@ MELD_INLINE void move_range_kernel(Bodies& bodies, std::uint32_t first, std::uin
     if (any(~finite)) moved.speed_squared = std::numeric_limits<float>::infinity();
 }
 
-MELD_KERNEL_VARIANTS(move_range, (Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s, Moved& moved), (bodies, first, count, step_s, moved))
+MELD_KERNEL_VARIANTS(move_range, (Bodies & bodies, std::uint32_t first, std::uint32_t count, float step_s, Moved& moved),
+                     (bodies, first, count, step_s, moved))
 
 }  // namespace
 
-MELD_KERNEL_VARIANTS(accelerate, (Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first, std::uint32_t count, const MoveRule& rule),
+MELD_KERNEL_VARIANTS(accelerate,
+                     (Motion * motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first,
+                      std::uint32_t count, const MoveRule& rule),
                      (motions, places, first_push, second_push, first, count, rule))
 
 Moved move_bodies(Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s) {

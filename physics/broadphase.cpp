@@ -23,7 +23,8 @@ class BlockBroadphase final : public Broadphase {
         workers.run(grid_.blocks().size(), [&](int worker, std::size_t block) {
             PairSearch& search = searches_[static_cast<std::size_t>(worker)];
             search.search(grid_, bodies, static_cast<std::uint32_t>(block), reach_m);
-            for (const BodyPair pair : search.pairs()) pairs[static_cast<std::size_t>(worker)].push_back({search.slots()[pair.first], search.slots()[pair.second]});
+            for (const BodyPair pair : search.pairs())
+                pairs[static_cast<std::size_t>(worker)].push_back({search.slots()[pair.first], search.slots()[pair.second]});
         });
         return {};
     }

@@ -15,7 +15,9 @@ MELD_INLINE Vector operator-(const Vector& a, const Vector& b) { return {a.x - b
 MELD_INLINE Vector operator*(const Lanes& s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
 MELD_INLINE Lanes dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 MELD_INLINE Vector cross(const Vector& a, const Vector& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-MELD_INLINE Vector select(LaneMask mask, const Vector& yes, const Vector& no) { return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z}; }
+MELD_INLINE Vector select(LaneMask mask, const Vector& yes, const Vector& no) {
+    return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
+}
 
 // The motions of eight bodies.
 struct Movers {
@@ -106,7 +108,8 @@ template <bool kAdhesive>
 MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
     const Lanes gap = batch.gap;
     LaneMask pressed = gap <= 0.0f;
-    Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, lanes(-rule.push_speed));
+    Lanes bias =
+        max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, lanes(-rule.push_speed));
     if constexpr (kAdhesive) {
         pressed |= holds;
         bias = physics::select(holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.push_speed)), lanes(rule.push_speed)), bias);
@@ -152,8 +155,11 @@ MELD_INLINE void sweep_batches(std::span<Batch> batches, const Lanes* adhesion, 
     }
 }
 
-MELD_INLINE void sweep_kernel(std::span<Batch> batches, Motion* motions, const SweepRule& rule) { sweep_batches<false>(batches, nullptr, 0, motions, rule); }
-MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule) {
+MELD_INLINE void sweep_kernel(std::span<Batch> batches, Motion* motions, const SweepRule& rule) {
+    sweep_batches<false>(batches, nullptr, 0, motions, rule);
+}
+MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions,
+                                       const SweepRule& rule) {
     sweep_batches<true>(batches, adhesion, step_s, motions, rule);
 }
 
@@ -161,14 +167,19 @@ MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* ad
 
 namespace {
 #if defined(__x86_64__)
-bool refresh_pairs_baseline(std::span<Batch> batches, const Place* places, float deepest) { return refresh_pairs_kernel(batches, places, deepest); }
-__attribute__((target("avx2"))) bool refresh_pairs_avx2(std::span<Batch> batches, const Place* places, float deepest) { return refresh_pairs_kernel(batches, places, deepest); }
+bool refresh_pairs_baseline(std::span<Batch> batches, const Place* places, float deepest) {
+    return refresh_pairs_kernel(batches, places, deepest);
+}
+__attribute__((target("avx2"))) bool refresh_pairs_avx2(std::span<Batch> batches, const Place* places, float deepest) {
+    return refresh_pairs_kernel(batches, places, deepest);
+}
 #endif
 }  // namespace
 
 MELD_KERNEL_VARIANTS(warm_start, (std::span<const Batch> batches, Motion* motions), (batches, motions))
 MELD_KERNEL_VARIANTS(sweep, (std::span<Batch> batches, Motion* motions, const SweepRule& rule), (batches, motions, rule))
-MELD_KERNEL_VARIANTS(sweep_adhesive, (std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule),
+MELD_KERNEL_VARIANTS(sweep_adhesive,
+                     (std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule),
                      (batches, adhesion, step_s, motions, rule))
 
 SquareSums measure_residual(std::span<const Batch> batches, const Motion* motions, const SweepRule& rule) {

@@ -102,7 +102,8 @@ struct Contacts::Former {
 std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& workers) {
     std::vector<Buffer<CarriedContact>> ended(static_cast<std::size_t>(workers.threads()));
     carried_.assign(static_cast<std::size_t>(workers.threads()), {});
-    const auto take = [](Buffer<CarriedContact>& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
+    const auto take = [](Buffer<CarriedContact>& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign,
+                         bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
         list.push_back({id, partner, batch.normal_impulse[i], {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}, touches});
     };
@@ -132,7 +133,8 @@ std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& worke
     pairs_ = {}, obstacles_ = {}, lanes_ = {}, touching = {}, adhesion = {}, bounces = {};
     pair_first_.assign(1, 0), obstacle_first_.assign(1, 0);
     candidates_ = 0;
-    for (std::size_t worker = 1; worker < ended.size(); ++worker) ended[0].insert(ended[0].end(), ended[worker].begin(), ended[worker].end());
+    for (std::size_t worker = 1; worker < ended.size(); ++worker)
+        ended[0].insert(ended[0].end(), ended[worker].begin(), ended[worker].end());
     return {ended[0].begin(), ended[0].end()};
 }
 
@@ -209,7 +211,8 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     touching.resize(pairs_.size() + obstacles_.size());
     const Former former = sort_carried(bodies, workers);
     workers.run(jobs, [&](int, std::size_t job) {
-        for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b) fill(setup, static_cast<std::uint32_t>(b), arenas[arena_of_block_[b]], former);
+        for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b)
+            fill(setup, static_cast<std::uint32_t>(b), arenas[arena_of_block_[b]], former);
     });
 }
 
@@ -274,7 +277,9 @@ void Contacts::collect(const Setup& setup, std::uint32_t block, Arena& arena) {
 // Pass two: the batches, with what they were before.
 void Contacts::fill(const Setup& setup, std::uint32_t block, const Arena& arena, const Former& former) {
     const Bodies& bodies = setup.bodies;
-    const auto friction = [&](std::uint8_t one, std::uint8_t other) { return std::sqrt(setup.materials[one].friction * setup.materials[other].friction); };
+    const auto friction = [&](std::uint8_t one, std::uint8_t other) {
+        return std::sqrt(setup.materials[one].friction * setup.materials[other].friction);
+    };
     const auto begin = [](Batch& batch) {
         const Lanes nothing = lanes(0);
         batch.nx = batch.ny = batch.nz = batch.friction = batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
@@ -340,13 +345,17 @@ void Contacts::need_bounces(const Setup& setup) {
     if (bounces.size() == pairs_.size() + obstacles_.size()) return;
     bounces.assign(pairs_.size() + obstacles_.size(), {lanes(0), lanes(0), lanes(0)});
     const Bodies& bodies = setup.bodies;
-    const auto restitution = [&](std::uint8_t one, std::uint8_t other) { return std::max(setup.materials[one].restitution, setup.materials[other].restitution); };
+    const auto restitution = [&](std::uint8_t one, std::uint8_t other) {
+        return std::max(setup.materials[one].restitution, setup.materials[other].restitution);
+    };
     for (std::size_t n = 0; n < bounces.size(); ++n) {
         const bool is_pair = n < pairs_.size();
         const Batch& batch = is_pair ? pairs_[n] : obstacles_[n - pairs_.size()];
         for (int i = 0; i < kLanes; ++i) {
             if (batch.a[i] >= bodies.count()) continue;
-            const std::uint8_t other = is_pair ? bodies.nature[batch.b[i]].material : setup.obstacles.material(lanes_[(n - pairs_.size()) * kLanes + static_cast<std::size_t>(i)].obstacle);
+            const std::uint8_t other =
+                is_pair ? bodies.nature[batch.b[i]].material
+                        : setup.obstacles.material(lanes_[(n - pairs_.size()) * kLanes + static_cast<std::size_t>(i)].obstacle);
             bounces[n].restitution[i] = restitution(bodies.nature[batch.a[i]].material, other);
         }
     }
@@ -354,7 +363,8 @@ void Contacts::need_bounces(const Setup& setup) {
 
 std::size_t Contacts::bytes() const {
     return (pairs_.capacity() + obstacles_.capacity()) * sizeof(Batch) + lanes_.capacity() * sizeof(ObstacleLane) + touching.capacity() +
-           adhesion.capacity() * sizeof(Lanes) + bounces.capacity() * sizeof(Bounce) + (pair_first_.capacity() + obstacle_first_.capacity()) * sizeof(std::uint32_t) +
+           adhesion.capacity() * sizeof(Lanes) + bounces.capacity() * sizeof(Bounce) +
+           (pair_first_.capacity() + obstacle_first_.capacity()) * sizeof(std::uint32_t) +
            (arena_of_block_.capacity() + arena_offset_.capacity()) * sizeof(std::uint32_t);
 }
 

@@ -82,7 +82,9 @@ class Contacts {
     std::span<const Batch> pairs(std::size_t block) const { return const_cast<Contacts*>(this)->pairs(block); }
     std::span<Batch> pairs(std::size_t block) { return {pairs_.data() + pair_first_[block], pairs_.data() + pair_first_[block + 1]}; }
     std::span<const Batch> obstacle_contacts(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_contacts(block); }
-    std::span<Batch> obstacle_contacts(std::size_t block) { return {obstacles_.data() + obstacle_first_[block], obstacles_.data() + obstacle_first_[block + 1]}; }
+    std::span<Batch> obstacle_contacts(std::size_t block) {
+        return {obstacles_.data() + obstacle_first_[block], obstacles_.data() + obstacle_first_[block + 1]};
+    }
     std::span<const ObstacleLane> obstacle_lanes(std::size_t block) const {
         return {lanes_.data() + kLanes * obstacle_first_[block], lanes_.data() + kLanes * obstacle_first_[block + 1]};
     }

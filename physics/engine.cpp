@@ -53,7 +53,8 @@ Rules rules_for(const Settings& settings, const StepTimes& times) {
     }
     rules.relax = {.apart_rate = static_cast<float>(1 / h), .overlap_rate = 0, .push_speed = 0};
     rules.move = {.step_s = static_cast<float>(h),
-                  .gravity = {static_cast<float>(settings.gravity_m_s2.x), static_cast<float>(settings.gravity_m_s2.y), static_cast<float>(settings.gravity_m_s2.z)},
+                  .gravity = {static_cast<float>(settings.gravity_m_s2.x), static_cast<float>(settings.gravity_m_s2.y),
+                              static_cast<float>(settings.gravity_m_s2.z)},
                   .linear_kept = static_cast<float>(1 / (1 + h * settings.linear_damping_per_s)),
                   .angular_kept = static_cast<float>(1 / (1 + h * settings.angular_damping_per_s))};
     return rules;
@@ -70,15 +71,20 @@ tl::unexpected<Error> World::wrong(const std::string& problem, std::string sugge
 
 Result<void> World::check_speeds() const {
     const double limit = settings.greatest_speed_m_s;
-    const auto length_of = [](const float (&v)[3]) { return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])); };
+    const auto length_of = [](const float(&v)[3]) {
+        return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
+    };
     BodyId worst = kMostBodies;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if (!(std::hypot(length_of(bodies.motion[slot].velocity), length_of(bodies.motion[slot].rim)) <= limit)) worst = std::min(worst, bodies.nature[slot].id);
+        if (!(std::hypot(length_of(bodies.motion[slot].velocity), length_of(bodies.motion[slot].rim)) <= limit))
+            worst = std::min(worst, bodies.nature[slot].id);
     if (worst == kMostBodies) return {};
     const Motion& motion = bodies.motion[bodies.slot(worst)];
     const double speed = length_of(motion.velocity), rim = length_of(motion.rim);
-    if (!std::isfinite(speed) || !std::isfinite(rim)) return wrong(fmt::format("the velocity of body {} is not a number", worst), "Check the forces on it, or take a shorter step");
-    return wrong(fmt::format("body {} moves at {:.3g} m/s and its rim at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", worst, speed, rim, limit),
+    if (!std::isfinite(speed) || !std::isfinite(rim))
+        return wrong(fmt::format("the velocity of body {} is not a number", worst), "Check the forces on it, or take a shorter step");
+    return wrong(fmt::format("body {} moves at {:.3g} m/s and its rim at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", worst, speed,
+                             rim, limit),
                  "Take a shorter step, check the forces on it, or raise the limit");
 }
 

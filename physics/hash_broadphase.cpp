@@ -22,10 +22,12 @@ class HashBroadphase final : public Broadphase {
         prepare(bodies, reach_m, workers);
         const std::size_t jobs = (count + kSlotsPerJob - 1) / kSlotsPerJob;
         workers.run(jobs, [&](int, std::size_t job) {
-            for (std::size_t i = job * kSlotsPerJob; i < std::min(count, (job + 1) * kSlotsPerJob); ++i) insert(bodies, static_cast<std::uint32_t>(i));
+            for (std::size_t i = job * kSlotsPerJob; i < std::min(count, (job + 1) * kSlotsPerJob); ++i)
+                insert(bodies, static_cast<std::uint32_t>(i));
         });
         workers.run(jobs, [&](int worker, std::size_t job) {
-            for (std::size_t i = job * kSlotsPerJob; i < std::min(count, (job + 1) * kSlotsPerJob); ++i) query(bodies, static_cast<std::uint32_t>(i), worker);
+            for (std::size_t i = job * kSlotsPerJob; i < std::min(count, (job + 1) * kSlotsPerJob); ++i)
+                query(bodies, static_cast<std::uint32_t>(i), worker);
         });
         return {};
     }
@@ -72,7 +74,10 @@ class HashBroadphase final : public Broadphase {
         for (std::int64_t z = at(p.z - r); z <= at(p.z + r); ++z)
             for (std::int64_t y = at(p.y - r); y <= at(p.y + r); ++y)
                 for (std::int64_t x = at(p.x - r); x <= at(p.x + r); ++x) {
-                    const std::uint64_t key = hash_combine(hash_combine(static_cast<std::uint64_t>(x) ^ static_cast<std::uint64_t>(level) << 56, static_cast<std::uint64_t>(y)), static_cast<std::uint64_t>(z));
+                    const std::uint64_t key =
+                        hash_combine(hash_combine(static_cast<std::uint64_t>(x) ^ static_cast<std::uint64_t>(level) << 56,
+                                                  static_cast<std::uint64_t>(y)),
+                                     static_cast<std::uint64_t>(z));
                     f(key & (heads_.size() - 1));
                 }
     }
@@ -96,7 +101,8 @@ class HashBroadphase final : public Broadphase {
         Met& met = met_[static_cast<std::size_t>(worker)];
         for (int level = own; level < levels_; ++level)
             for_bins(p, level, [&](std::size_t bin) {
-                for (std::uint32_t at = heads_[bin].load(std::memory_order_relaxed); at != kEnd; at = nodes_[at].next) meet(bodies, body, own, nodes_[at].body, met, worker);
+                for (std::uint32_t at = heads_[bin].load(std::memory_order_relaxed); at != kEnd; at = nodes_[at].next)
+                    meet(bodies, body, own, nodes_[at].body, met, worker);
             });
         for (const std::uint32_t other : met.list) met.bits[other / 64] = 0;
         met.list.clear();

@@ -64,7 +64,9 @@ class HashEngine final : public Engine {
     void structure_changed() override { removed_ = true; }
     void body_changed(std::uint32_t, bool) override {}
     void state_restored() override { contacts_.clear(); }
-    void report_contacts(std::vector<ContactReport>& contacts) const override { contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end()); }
+    void report_contacts(std::vector<ContactReport>& contacts) const override {
+        contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end());
+    }
     std::size_t bytes() const override { return contacts_.capacity() * sizeof(FlatContact) + log_.bytes(); }
     double residual() override {
         double change = 0, impulse = 0;
@@ -104,7 +106,8 @@ class HashEngine final : public Engine {
             const StageClock clock(world_.times.refresh);
             if (auto collided = collide(workers); !collided) return collided;
         }
-        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(), nullptr, 0, count, rules.move);
+        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(), nullptr, 0, count,
+                   rules.move);
         rule_ = rules.solve;
         {
             const StageClock clock(world_.times.solve);
@@ -119,15 +122,26 @@ class HashEngine final : public Engine {
         return world_.check_speeds();
     }
 
-    float friction(std::uint8_t one, std::uint8_t other) const { return std::sqrt(world_.materials[one].friction * world_.materials[other].friction); }
+    float friction(std::uint8_t one, std::uint8_t other) const {
+        return std::sqrt(world_.materials[one].friction * world_.materials[other].friction);
+    }
 
     void add_contact(std::uint32_t a, std::uint32_t b, std::uint32_t obstacle, Vec3 normal, double gap, std::uint8_t other_material) {
         Bodies& bodies = world_.bodies;
         const std::uint8_t material = bodies.nature[a].material;
-        FlatContact contact{a, b, obstacle, {static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z)}, static_cast<float>(gap), friction(material, other_material), 0, 0, {}};
+        FlatContact contact{a,
+                            b,
+                            obstacle,
+                            {static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z)},
+                            static_cast<float>(gap),
+                            friction(material, other_material),
+                            0,
+                            0,
+                            {}};
         const float restitution = std::max(world_.materials[material].restitution, world_.materials[other_material].restitution);
         const float parting = parting_speed(contact);
-        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.least_bounce_m_s)) contact.bounce_speed = -restitution * parting;
+        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.least_bounce_m_s))
+            contact.bounce_speed = -restitution * parting;
         contacts_.push_back(contact);
     }
 
@@ -143,9 +157,11 @@ class HashEngine final : public Engine {
                 const double distance = length(apart), radii = a.radius + b.radius;
                 if (radii - distance > world_.settings.deepest_overlap_share * radii) {
                     const auto [first, second] = std::minmax(bodies.nature[pair.first].id, bodies.nature[pair.second].id);
-                    return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m", first, second, radii - distance), "Move one of them away, or take a shorter step");
+                    return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m", first, second, radii - distance),
+                                        "Move one of them away, or take a shorter step");
                 }
-                add_contact(pair.first, pair.second, 0, distance > 0 ? (1 / distance) * apart : Vec3{0, 0, 1}, distance - radii, bodies.nature[pair.second].material);
+                add_contact(pair.first, pair.second, 0, distance > 0 ? (1 / distance) * apart : Vec3{0, 0, 1}, distance - radii,
+                            bodies.nature[pair.second].material);
             }
         }
         std::array<SurfaceContact, kMostSurfaceContacts> found;
@@ -155,7 +171,8 @@ class HashEngine final : public Engine {
                 if ((bodies.nature[slot].flags & kFixed) || !world_.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, 0)) continue;
                 const int count = world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found);
                 for (int i = 0; i < count; ++i)
-                    add_contact(slot, kNobody, obstacle, -found[static_cast<std::size_t>(i)].normal, found[static_cast<std::size_t>(i)].gap_m, world_.obstacles.material(obstacle));
+                    add_contact(slot, kNobody, obstacle, -found[static_cast<std::size_t>(i)].normal,
+                                found[static_cast<std::size_t>(i)].gap_m, world_.obstacles.material(obstacle));
             }
         }
         static_cast<void>(workers);
@@ -165,7 +182,8 @@ class HashEngine final : public Engine {
     float parting_speed(const FlatContact& c) {
         Motion& a = world_.bodies.motion[c.a];
         float speed = 0;
-        for (int i = 0; i < 3; ++i) speed += c.normal[i] * ((c.b == kNobody ? 0.0f : read(world_.bodies.motion[c.b].velocity[i])) - read(a.velocity[i]));
+        for (int i = 0; i < 3; ++i)
+            speed += c.normal[i] * ((c.b == kNobody ? 0.0f : read(world_.bodies.motion[c.b].velocity[i])) - read(a.velocity[i]));
         return speed;
     }
 
@@ -181,16 +199,21 @@ class HashEngine final : public Engine {
         if (a.inverse_mass + b.inverse_mass == 0) return;
         const float now = std::exchange(c.impulse, wanted(c)), change = c.impulse - now;
         float rel[3], rim[3], along = 0;
-        for (int i = 0; i < 3; ++i) rel[i] = read(b.velocity[i]) - read(a.velocity[i]), rim[i] = read(b.rim[i]) + read(a.rim[i]), along += rel[i] * c.normal[i];
+        for (int i = 0; i < 3; ++i)
+            rel[i] = read(b.velocity[i]) - read(a.velocity[i]), rim[i] = read(b.rim[i]) + read(a.rim[i]), along += rel[i] * c.normal[i];
         const float* n = c.normal;
         const float twist[3] = {rim[1] * n[2] - rim[2] * n[1], rim[2] * n[0] - rim[0] * n[2], rim[0] * n[1] - rim[1] * n[0]};
         const float mass = 1 / (a.inverse_mass + b.inverse_mass + a.inverse_rim_mass + b.inverse_rim_mass), limit = c.friction * c.impulse;
         float tangent[3], squared = 0;
-        for (int i = 0; i < 3; ++i) tangent[i] = c.tangent[i] - rule_.over_relaxation * mass * (rel[i] - twist[i] - along * n[i]), squared += tangent[i] * tangent[i];
+        for (int i = 0; i < 3; ++i)
+            tangent[i] = c.tangent[i] - rule_.over_relaxation * mass * (rel[i] - twist[i] - along * n[i]),
+            squared += tangent[i] * tangent[i];
         const float scale = squared > limit * limit ? limit / std::sqrt(squared) : 1;
         float impulse[3], across[3];
-        for (int i = 0; i < 3; ++i) across[i] = scale * tangent[i] - c.tangent[i], c.tangent[i] = scale * tangent[i], impulse[i] = change * n[i] + across[i];
-        const float turn[3] = {n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2], n[0] * across[1] - n[1] * across[0]};
+        for (int i = 0; i < 3; ++i)
+            across[i] = scale * tangent[i] - c.tangent[i], c.tangent[i] = scale * tangent[i], impulse[i] = change * n[i] + across[i];
+        const float turn[3] = {n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2],
+                               n[0] * across[1] - n[1] * across[0]};
         for (int i = 0; i < 3; ++i) {
             add(a.velocity[i], -a.inverse_mass * impulse[i]), add(b.velocity[i], b.inverse_mass * impulse[i]);
             add(a.rim[i], -a.inverse_rim_mass * turn[i]), add(b.rim[i], -b.inverse_rim_mass * turn[i]);
@@ -205,8 +228,11 @@ class HashEngine final : public Engine {
             const BodyId a = world_.bodies.nature[c.a].id;
             const Touch touch = c.b == kNobody ? Touch{a, c.obstacle, true} : touch_of(a, world_.bodies.nature[c.b].id);
             const double sign = touch.body == a ? 1 : -1;
-            const auto vector = [sign](const float (&v)[3]) { return sign * Vec3{static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; };
-            reports.push_back({touch, vector(c.normal), static_cast<double>(c.gap), per_second * static_cast<double>(c.impulse), per_second * vector(c.tangent)});
+            const auto vector = [sign](const float(&v)[3]) {
+                return sign * Vec3{static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+            };
+            reports.push_back({touch, vector(c.normal), static_cast<double>(c.gap), per_second * static_cast<double>(c.impulse),
+                               per_second * vector(c.tangent)});
         }
         log_.update(world_, std::move(reports));
     }

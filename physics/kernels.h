@@ -39,7 +39,8 @@ void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces);
 void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, Motion* motions);
 
 // Velocities of the bodies first .. first + count - 1 under gravity and the pushes (null: none; two sets are added).
-void accelerate(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first, std::uint32_t count, const MoveRule& rule);
+void accelerate(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first,
+                std::uint32_t count, const MoveRule& rule);
 
 struct Moved {
     // The largest square of a body's speed, linear plus rim, m^2/s^2; infinite if some velocity is not a number.

@@ -30,7 +30,6 @@ MELD_INLINE Lanes keep(LaneMask mask, Lanes value) { return reinterpret_cast<Lan
 MELD_INLINE Lanes max_lanes(Lanes a, Lanes b) { return a < b ? b : a; }
 MELD_INLINE Lanes min_lanes(Lanes a, Lanes b) { return b < a ? b : a; }
 
-
 MELD_INLINE bool any(LaneMask mask) {
     using Long = long long __attribute__((vector_size(32)));
     const Long bits = reinterpret_cast<Long>(mask);
@@ -67,7 +66,9 @@ MELD_INLINE void transpose(const Lanes (&rows)[4], Lanes (&columns)[4]) {
 
 // Quad `half` of the eight records (each of `stride` quads) at the given indices, as four columns of lanes.
 MELD_INLINE void gather(const Quad* records, int stride, int half, const std::uint32_t* index, Lanes (&columns)[4]) {
-    const auto at = [&](int i) { return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)]; };
+    const auto at = [&](int i) {
+        return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)];
+    };
     const Lanes rows[4] = {join(at(0), at(4)), join(at(1), at(5)), join(at(2), at(6)), join(at(3), at(7))};
     transpose(rows, columns);
 }
@@ -75,7 +76,9 @@ MELD_INLINE void gather(const Quad* records, int stride, int half, const std::ui
 MELD_INLINE void scatter(Quad* records, int stride, int half, const std::uint32_t* index, const Lanes (&columns)[4]) {
     Lanes rows[4];
     transpose(columns, rows);
-    const auto at = [&](int i) -> Quad& { return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)]; };
+    const auto at = [&](int i) -> Quad& {
+        return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)];
+    };
     at(0) = half_of(rows[0], 0), at(4) = half_of(rows[0], 1);
     at(1) = half_of(rows[1], 0), at(5) = half_of(rows[1], 1);
     at(2) = half_of(rows[2], 0), at(6) = half_of(rows[2], 1);
@@ -87,14 +90,14 @@ MELD_INLINE void scatter(Quad* records, int stride, int half, const std::uint32_
 // Defines `void name(parameters)` as the call of name_kernel(arguments), an always-inlined function, compiled once for the
 // baseline processor and once for AVX2.
 #if defined(__x86_64__)
-#define MELD_KERNEL_VARIANTS(name, parameters, arguments)                                     \
-    static void name##_baseline parameters { name##_kernel arguments; }                       \
+#define MELD_KERNEL_VARIANTS(name, parameters, arguments)                                           \
+    static void name##_baseline parameters { name##_kernel arguments; }                             \
     __attribute__((target("avx2"))) static void name##_avx2 parameters { name##_kernel arguments; } \
-    void name parameters {                                                                    \
-        if (simd_level() == SimdLevel::Avx2)                                                  \
-            name##_avx2 arguments;                                                            \
-        else                                                                                  \
-            name##_baseline arguments;                                                        \
+    void name parameters {                                                                          \
+        if (simd_level() == SimdLevel::Avx2)                                                        \
+            name##_avx2 arguments;                                                                  \
+        else                                                                                        \
+            name##_baseline arguments;                                                              \
     }
 #else
 #define MELD_KERNEL_VARIANTS(name, parameters, arguments) \

@@ -19,7 +19,8 @@ struct Bounds {
 
 Result<Bounds> check(Plane& plane) {
     const double norm = length(plane.normal);
-    if (!(norm > 0) || !std::isfinite(norm) || !std::isfinite(plane.offset_m)) return fail("the plane has no direction", "Give it a normal that is not zero and finite numbers");
+    if (!(norm > 0) || !std::isfinite(norm) || !std::isfinite(plane.offset_m))
+        return fail("the plane has no direction", "Give it a normal that is not zero and finite numbers");
     plane = {(1 / norm) * plane.normal, plane.offset_m / norm};
     return Bounds{};
 }
@@ -27,9 +28,11 @@ Result<Bounds> check(Plane& plane) {
 Result<Bounds> check(Box& box) {
     const Quat q = box.orientation;
     const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    if (!is_finite(box.centre) || !is_finite(box.size_m) || !(norm > 0) || !std::isfinite(norm)) return fail("the box has a number that is not finite, or no orientation");
+    if (!is_finite(box.centre) || !is_finite(box.size_m) || !(norm > 0) || !std::isfinite(norm))
+        return fail("the box has a number that is not finite, or no orientation");
     if (!(box.size_m.x > 0 && box.size_m.y > 0 && box.size_m.z > 0))
-        return fail(fmt::format("the box is {} x {} x {} m, which is no box", box.size_m.x, box.size_m.y, box.size_m.z), "Give it three positive sizes");
+        return fail(fmt::format("the box is {} x {} x {} m, which is no box", box.size_m.x, box.size_m.y, box.size_m.z),
+                    "Give it three positive sizes");
     box.orientation = {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
     const double half_diagonal = length(box.size_m) / 2;
     const Vec3 around{half_diagonal, half_diagonal, half_diagonal};
@@ -40,13 +43,15 @@ Result<Bounds> check(Terrain& terrain) {
     if (terrain.columns < 2 || terrain.rows < 2 || !(terrain.cell_m > 0) || !std::isfinite(terrain.cell_m) || !is_finite(terrain.origin))
         return fail("the terrain has no cell", "Give it at least 2 x 2 heights and a positive cell");
     const auto points = static_cast<std::size_t>(terrain.columns) * static_cast<std::size_t>(terrain.rows);
-    if (terrain.heights_m.size() != points) return fail(fmt::format("the terrain has {} heights, not {} x {}", terrain.heights_m.size(), terrain.columns, terrain.rows));
+    if (terrain.heights_m.size() != points)
+        return fail(fmt::format("the terrain has {} heights, not {} x {}", terrain.heights_m.size(), terrain.columns, terrain.rows));
     for (const double height : terrain.heights_m)
         if (!std::isfinite(height)) return fail("the terrain has a height that is not a number");
     const auto [least, most] = std::minmax_element(terrain.heights_m.begin(), terrain.heights_m.end());
     // What has sunk into the ground is still near it.
     const double sunk = most == terrain.heights_m.end() ? 0 : 2 * terrain.cell_m + (*most - *least);
-    return Bounds{terrain.origin + Vec3{0, 0, *least - sunk}, terrain.origin + Vec3{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, *most}};
+    return Bounds{terrain.origin + Vec3{0, 0, *least - sunk},
+                  terrain.origin + Vec3{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, *most}};
 }
 
 Result<Bounds> check(Mesh& mesh) {
@@ -97,17 +102,21 @@ bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, do
     const double reach = radius_m + reach_m;
     if (const Plane* plane = std::get_if<Plane>(&entry.shape)) return dot(plane->normal, centre) - plane->offset_m < reach;
     const auto apart = [](double low, double high, double at) { return std::max({low - at, at - high, 0.0}); };
-    if (apart(entry.low.x, entry.high.x, centre.x) > reach || apart(entry.low.y, entry.high.y, centre.y) > reach || apart(entry.low.z, entry.high.z, centre.z) > reach) return false;
+    if (apart(entry.low.x, entry.high.x, centre.x) > reach || apart(entry.low.y, entry.high.y, centre.y) > reach ||
+        apart(entry.low.z, entry.high.z, centre.z) > reach)
+        return false;
     if (const Box* box = std::get_if<Box>(&entry.shape)) {
         const Vec3 local = rotate(conjugate(box->orientation), centre - box->centre);
-        const Vec3 outside{apart(-box->size_m.x / 2, box->size_m.x / 2, local.x), apart(-box->size_m.y / 2, box->size_m.y / 2, local.y), apart(-box->size_m.z / 2, box->size_m.z / 2, local.z)};
+        const Vec3 outside{apart(-box->size_m.x / 2, box->size_m.x / 2, local.x), apart(-box->size_m.y / 2, box->size_m.y / 2, local.y),
+                           apart(-box->size_m.z / 2, box->size_m.z / 2, local.z)};
         return dot(outside, outside) < reach * reach;
     }
     return true;
 }
 
 void Obstacles::prepare(int threads) {
-    const bool all_planes = std::all_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return std::holds_alternative<Plane>(entry.shape); });
+    const bool all_planes =
+        std::all_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return std::holds_alternative<Plane>(entry.shape); });
     if (all_planes) return;
     enter_ode_thread();
     while (geometries_.size() < static_cast<std::size_t>(threads)) geometries_.push_back(std::make_unique<Geometries>());
@@ -115,7 +124,8 @@ void Obstacles::prepare(int threads) {
         while (own->shapes.count() < entries_.size()) own->shapes.add(entries_[own->shapes.count()].shape);
 }
 
-int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m, std::array<SurfaceContact, kMostSurfaceContacts>& contacts) {
+int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                       std::array<SurfaceContact, kMostSurfaceContacts>& contacts) {
     if (const Plane* plane = std::get_if<Plane>(&entries_[obstacle].shape)) {
         contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
         return contacts[0].gap_m < reach_m ? 1 : 0;

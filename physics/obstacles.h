@@ -71,7 +71,8 @@ class Obstacles {
     // Makes the geometries of workers 0 .. threads - 1; one thread calls it.
     void prepare(int threads);
     // The contacts nearer than `reach_m`; returns their number. `worker` is the calling worker.
-    int collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m, std::array<SurfaceContact, kMostSurfaceContacts>& contacts);
+    int collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                std::array<SurfaceContact, kMostSurfaceContacts>& contacts);
 
   private:
     struct Entry {

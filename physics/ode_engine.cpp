@@ -47,9 +47,11 @@ class OdeEngine final : public Engine {
         drop_removed(workers);
         Bodies& bodies = world_.bodies;
         if (bodies.count() + world_.obstacles.count() > kMostOdeBodies)
-            return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMostOdeBodies, bodies.count()), "Use the engine 'blocks'");
+            return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMostOdeBodies, bodies.count()),
+                        "Use the engine 'blocks'");
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-            if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL)) return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
+            if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL))
+                return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
         world_.last_good = {bodies.motion, bodies.place, bodies.turn, true};
         try {
             enter_ode_thread();
@@ -65,7 +67,8 @@ class OdeEngine final : public Engine {
         } catch (const OdeFailure& failure) {
             // What ODE was doing is half done; its objects are left to themselves and made anew.
             static_cast<void>(mirror_.release());
-            return world_.wrong(fmt::format("ODE gave up ({})", failure.what()), "Check bodies that overlap or fly, or use the engine 'blocks'");
+            return world_.wrong(fmt::format("ODE gave up ({})", failure.what()),
+                                "Check bodies that overlap or fly, or use the engine 'blocks'");
         }
         log_.update(world_, std::move(reports_));
         return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = log_.contacts().size(), .rebuilt = true};
@@ -74,7 +77,9 @@ class OdeEngine final : public Engine {
     void structure_changed() override { mirror_.reset(), changed_ = true; }
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
     void state_restored() override { stale_ = true; }
-    void report_contacts(std::vector<ContactReport>& contacts) const override { contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end()); }
+    void report_contacts(std::vector<ContactReport>& contacts) const override {
+        contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end());
+    }
     std::size_t bytes() const override { return log_.bytes(); }
 
   private:
@@ -97,7 +102,8 @@ class OdeEngine final : public Engine {
         dWorldSetERP(mirror_->world, settings.solver.error_reduction);
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
             const Nature& nature = bodies.nature[slot];
-            const double radius = bodies.place[slot].radius, mass = static_cast<double>(nature.mass), inertia = static_cast<double>(nature.inertia_factor) * mass * radius * radius;
+            const double radius = bodies.place[slot].radius, mass = static_cast<double>(nature.mass),
+                         inertia = static_cast<double>(nature.inertia_factor) * mass * radius * radius;
             const dBodyID body = dBodyCreate(mirror_->world);
             dMass inertial;
             dMassSetParameters(&inertial, mass, 0, 0, 0, inertia, inertia, inertia, 0, 0, 0);
@@ -142,7 +148,9 @@ class OdeEngine final : public Engine {
             Place& place = bodies.place[slot];
             place = {p[0], p[1], p[2], place.radius};
             bodies.turn[slot] = {static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]), static_cast<float>(q[3])};
-            for (int i = 0; i < 3; ++i) bodies.motion[slot].velocity[i] = static_cast<float>(v[i]), bodies.motion[slot].rim[i] = static_cast<float>(place.radius * w[i]);
+            for (int i = 0; i < 3; ++i)
+                bodies.motion[slot].velocity[i] = static_cast<float>(v[i]),
+                bodies.motion[slot].rim[i] = static_cast<float>(place.radius * w[i]);
         }
     }
 
@@ -150,8 +158,10 @@ class OdeEngine final : public Engine {
         const Bodies& bodies = world_.bodies;
         for (std::uint32_t slot = 0; slot < bodies.pushes.size(); ++slot) {
             const Push& push = bodies.pushes[slot];
-            dBodyAddForce(mirror_->bodies[slot], static_cast<double>(push.force[0]), static_cast<double>(push.force[1]), static_cast<double>(push.force[2]));
-            dBodyAddTorque(mirror_->bodies[slot], static_cast<double>(push.torque[0]), static_cast<double>(push.torque[1]), static_cast<double>(push.torque[2]));
+            dBodyAddForce(mirror_->bodies[slot], static_cast<double>(push.force[0]), static_cast<double>(push.force[1]),
+                          static_cast<double>(push.force[2]));
+            dBodyAddTorque(mirror_->bodies[slot], static_cast<double>(push.torque[0]), static_cast<double>(push.torque[1]),
+                           static_cast<double>(push.torque[2]));
         }
         const Settings& settings = world_.settings;
         dWorldSetLinearDamping(mirror_->world, 1 - 1 / (1 + step_s * settings.linear_damping_per_s));
@@ -185,8 +195,10 @@ class OdeEngine final : public Engine {
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;
-            contact.surface.mu = std::sqrt(static_cast<double>(world_.materials[first.material].friction) * static_cast<double>(world_.materials[other].friction));
-            const double restitution = static_cast<double>(std::max(world_.materials[first.material].restitution, world_.materials[other].restitution));
+            contact.surface.mu = std::sqrt(static_cast<double>(world_.materials[first.material].friction) *
+                                           static_cast<double>(world_.materials[other].friction));
+            const double restitution =
+                static_cast<double>(std::max(world_.materials[first.material].restitution, world_.materials[other].restitution));
             if (restitution > 0) {
                 contact.surface.mode |= dContactBounce;
                 contact.surface.bounce = restitution;
@@ -198,7 +210,8 @@ class OdeEngine final : public Engine {
             const Touch touch = body_b ? touch_of(first.id, world_.bodies.nature[index(b)].id) : Touch{first.id, index(b), true};
             const double sign = touch.body == first.id ? 1 : -1;
             // ODE's normal leads from b to a.
-            reports_.push_back({touch, -sign * Vec3{contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]}, -contact.geom.depth, 0, {}});
+            reports_.push_back(
+                {touch, -sign * Vec3{contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]}, -contact.geom.depth, 0, {}});
             feedback_.push_back({joint, sign, {}});
         }
     }

@@ -22,7 +22,9 @@ dGeomID OdeShapes::add(const Shape& shape) {
     return geom;
 }
 
-dGeomID OdeShapes::make(const Plane& plane) { return dCreatePlane(nullptr, plane.normal.x, plane.normal.y, plane.normal.z, plane.offset_m); }
+dGeomID OdeShapes::make(const Plane& plane) {
+    return dCreatePlane(nullptr, plane.normal.x, plane.normal.y, plane.normal.z, plane.offset_m);
+}
 
 dGeomID OdeShapes::make(const Box& box) {
     const dGeomID geom = dCreateBox(nullptr, box.size_m.x, box.size_m.y, box.size_m.z);
@@ -37,7 +39,8 @@ dGeomID OdeShapes::make(const Terrain& terrain) {
     auto& turned = *points_.emplace_back(std::make_unique<std::vector<double>>());
     for (int row = terrain.rows - 1; row >= 0; --row)
         for (int column = 0; column < terrain.columns; ++column)
-            turned.push_back(terrain.heights_m[static_cast<std::size_t>(row) * static_cast<std::size_t>(terrain.columns) + static_cast<std::size_t>(column)]);
+            turned.push_back(terrain.heights_m[static_cast<std::size_t>(row) * static_cast<std::size_t>(terrain.columns) +
+                                               static_cast<std::size_t>(column)]);
     const double width = (terrain.columns - 1) * terrain.cell_m, depth = (terrain.rows - 1) * terrain.cell_m;
     const dHeightfieldDataID data = heights_.emplace_back(dGeomHeightfieldDataCreate());
     dGeomHeightfieldDataBuildDouble(data, turned.data(), 0, width, depth, terrain.columns, terrain.rows, 1, 0, 10 * terrain.cell_m, 0);
@@ -55,8 +58,8 @@ dGeomID OdeShapes::make(const Mesh& mesh) {
     auto& triangles = *triangles_.emplace_back(std::make_unique<std::vector<std::uint32_t>>(mesh.triangles));
     for (const Vec3 p : mesh.points) flat.insert(flat.end(), {p.x, p.y, p.z});
     const dTriMeshDataID data = meshes_.emplace_back(dGeomTriMeshDataCreate());
-    dGeomTriMeshDataBuildDouble(data, flat.data(), 3 * sizeof(double), static_cast<int>(mesh.points.size()), triangles.data(), static_cast<int>(triangles.size()),
-                                3 * sizeof(std::uint32_t));
+    dGeomTriMeshDataBuildDouble(data, flat.data(), 3 * sizeof(double), static_cast<int>(mesh.points.size()), triangles.data(),
+                                static_cast<int>(triangles.size()), 3 * sizeof(std::uint32_t));
     return dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr);
 }
 

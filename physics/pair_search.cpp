@@ -23,7 +23,8 @@ void PairSearch::search(const BlockGrid& grid, const Bodies& bodies, std::uint32
     for (int level = 0; level < levels; ++level) gather_level(grid, bodies, block, level);
     for (int level = 0; level < levels; ++level) {
         pair_level(level);
-        for (int coarser = level + 1; coarser < levels; ++coarser) pair_with_coarser(level, coarser, 1 / (grid.shape().cell_m * (1 << coarser)));
+        for (int coarser = level + 1; coarser < levels; ++coarser)
+            pair_with_coarser(level, coarser, 1 / (grid.shape().cell_m * (1 << coarser)));
     }
 }
 
@@ -110,10 +111,13 @@ void PairSearch::pair_level(int level) {
 }
 
 void PairSearch::pair_with_coarser(int level, int coarser, double coarse_cells_per_m) {
-    const int side = cells_a_side(level), padded = padded_side(level), coarse_side = cells_a_side(coarser), coarse_padded = padded_side(coarser);
+    const int side = cells_a_side(level), padded = padded_side(level), coarse_side = cells_a_side(coarser),
+              coarse_padded = padded_side(coarser);
     const std::uint32_t* start = &start_[first_start(level)];
     const std::uint32_t* coarse_start = &start_[first_start(coarser)];
-    const auto coarse = [&](float position) { return std::clamp(static_cast<int>(static_cast<double>(position) * coarse_cells_per_m), 0, coarse_side - 1) + 1; };
+    const auto coarse = [&](float position) {
+        return std::clamp(static_cast<int>(static_cast<double>(position) * coarse_cells_per_m), 0, coarse_side - 1) + 1;
+    };
     for (int z = 1; z <= side; ++z)
         for (int y = 1; y <= side; ++y) {
             const std::uint32_t* row = start + (z * padded + y) * padded;

@@ -114,7 +114,8 @@ Part::Messages Part::pack_bodies(Workers& workers) {
         const BlockCoordinates block = block_of(bodies.place[slot], block_m);
         for (const int part : holders(block)) leaving[part].push_back(slot);
         bool near_us = owner_(block) == self_;
-        for (int i = 0; !near_us && i < 27; ++i) near_us = owner_({block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1}) == self_;
+        for (int i = 0; !near_us && i < 27; ++i)
+            near_us = owner_({block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1}) == self_;
         if (near_us) kept.push_back(slot);
     }
     Messages messages;
@@ -126,8 +127,10 @@ Part::Messages Part::pack_bodies(Workers& workers) {
             const BodyId id = bodies.nature[slot].id;
             if (ids.size() <= id) ids.resize(id + 1u);
             ids[id] = true;
-            put(bytes, PackedBody{bodies.place[slot], bodies.turn[slot], bodies.motion[slot], bodies.nature[slot], bodies.pushes.empty() ? Push{} : bodies.pushes[slot],
-                                  bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot], bodies.energy.empty() ? 0 : bodies.energy[slot]});
+            put(bytes, PackedBody{bodies.place[slot], bodies.turn[slot], bodies.motion[slot], bodies.nature[slot],
+                                  bodies.pushes.empty() ? Push{} : bodies.pushes[slot],
+                                  bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
+                                  bodies.energy.empty() ? 0 : bodies.energy[slot]});
         }
         for (const CarriedContact& contact : engine_.contacts_.carried_of(ids)) put(bytes, contact);
     }
@@ -144,14 +147,17 @@ Result<void> Part::unpack_bodies(const Bytes& bytes) {
     const double block_m = engine_.next_shape().block_m();
     for (auto left = reader.take<std::uint64_t>(); left > 0; --left) {
         PackedBody body = reader.take<PackedBody>();
-        if (bodies.has(body.nature.id)) return fail(fmt::format("body {} came from another part and is here already", body.nature.id), "Give each body to one part");
+        if (bodies.has(body.nature.id))
+            return fail(fmt::format("body {} came from another part and is here already", body.nature.id), "Give each body to one part");
         const bool ours = owner_(block_of(body.place, block_m)) == self_;
         body.nature.flags = static_cast<std::uint8_t>((body.nature.flags & kFixed) | (ours ? 0 : kGhost));
         if (world_.has_features()) bodies.need_features();
         bodies.add(body.place, body.turn, body.motion, body.nature);
         const std::uint32_t slot = bodies.slot(body.nature.id);
         const Push& push = body.push;
-        if (std::any_of(push.force, push.force + 3, [](float f) { return f != 0; }) || std::any_of(push.torque, push.torque + 3, [](float f) { return f != 0; })) bodies.need_pushes();
+        if (std::any_of(push.force, push.force + 3, [](float f) { return f != 0; }) ||
+            std::any_of(push.torque, push.torque + 3, [](float f) { return f != 0; }))
+            bodies.need_pushes();
         if (!bodies.pushes.empty()) bodies.pushes[slot] = push;
         if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
         bodies.restore_masses(slot);
@@ -186,7 +192,8 @@ void Part::plan_exchange() {
             for (const int part : holders_of[b]) border_[part].push_back(static_cast<std::uint32_t>(b));
     }
     std::vector<std::uint32_t> block_of(world_.bodies.count());
-    for (std::size_t b = 0; b < blocks.size(); ++b) std::fill_n(block_of.begin() + blocks[b].first, blocks[b].count, static_cast<std::uint32_t>(b));
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+        std::fill_n(block_of.begin() + blocks[b].first, blocks[b].count, static_cast<std::uint32_t>(b));
     for (std::size_t b = 0; b < blocks.size(); ++b) {
         if (!engine_.states_[b].owned) continue;
         auto& lists = touched_[static_cast<std::size_t>(colour_of(physics::unpack(blocks[b].key)))];
@@ -219,7 +226,9 @@ Part::Messages Part::pack(const Stage& stage) const {
             if (stage.kind == Stage::Kind::Actuate)
                 put(messages[part], PackedPull{id, engine_.pulls_[slot], bodies.features[slot].charge_j});
             else
-                put(messages[part], PackedVelocity{id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
+                put(messages[part],
+                    PackedVelocity{
+                        id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
         }
     return messages;
 }

@@ -21,42 +21,64 @@ float single(double value) { return static_cast<float>(value); }
 
 Result<void> check(const Settings& s) {
     const SolverSettings& solver = s.solver;
-    const auto wrong = [](const char* name, double value, const char* rule) { return fail(fmt::format("the physics setting {} is {}", name, value), rule); };
+    const auto wrong = [](const char* name, double value, const char* rule) {
+        return fail(fmt::format("the physics setting {} is {}", name, value), rule);
+    };
     if (!is_finite(s.gravity_m_s2)) return fail("the physics setting gravity is not a number");
     if (solver.sweeps < 1) return wrong("sweeps", solver.sweeps, "Sweep at least once");
     if (solver.inner_sweeps < 1) return wrong("inner_sweeps", solver.inner_sweeps, "Sweep at least once");
     if (solver.relax_sweeps < 0) return wrong("relax_sweeps", solver.relax_sweeps, "Give a count");
-    if (!(solver.over_relaxation > 0 && solver.over_relaxation < 2)) return wrong("over_relaxation", solver.over_relaxation, "Sweeps converge between 0 and 2 only");
-    if (!(solver.error_reduction >= 0 && solver.error_reduction <= 1)) return wrong("error_reduction", solver.error_reduction, "Give a share between 0 and 1");
-    if (!(solver.stiffness_share > 0 && solver.stiffness_share <= 1)) return wrong("stiffness_share", solver.stiffness_share, "Give a share of the substep rate, up to 1");
-    if (!(s.skin_share > 0 && s.skin_share <= 1)) return wrong("skin_share", s.skin_share, "Give a share of the diameter, more than 0 and at most 1");
-    if (!(s.touch_share >= 0 && s.part_share >= s.touch_share)) return wrong("part_share", s.part_share, "Bodies part at a gap at least as wide as that at which they touch");
+    if (!(solver.over_relaxation > 0 && solver.over_relaxation < 2))
+        return wrong("over_relaxation", solver.over_relaxation, "Sweeps converge between 0 and 2 only");
+    if (!(solver.error_reduction >= 0 && solver.error_reduction <= 1))
+        return wrong("error_reduction", solver.error_reduction, "Give a share between 0 and 1");
+    if (!(solver.stiffness_share > 0 && solver.stiffness_share <= 1))
+        return wrong("stiffness_share", solver.stiffness_share, "Give a share of the substep rate, up to 1");
+    if (!(s.skin_share > 0 && s.skin_share <= 1))
+        return wrong("skin_share", s.skin_share, "Give a share of the diameter, more than 0 and at most 1");
+    if (!(s.touch_share >= 0 && s.part_share >= s.touch_share))
+        return wrong("part_share", s.part_share, "Bodies part at a gap at least as wide as that at which they touch");
     if (!(s.part_share <= s.skin_share)) return wrong("part_share", s.part_share, "Bodies part within the skin; make skin_share larger");
     if (s.sleep_ticks < 0) return wrong("sleep_ticks", s.sleep_ticks, "Give a number of ticks, or 0 for no sleep");
-    const std::pair<const char*, double> positive[] = {{"damping_ratio", solver.damping_ratio}, {"push_speed_m_s", solver.push_speed_m_s}, {"greatest_speed_m_s", s.greatest_speed_m_s},
+    const std::pair<const char*, double> positive[] = {{"damping_ratio", solver.damping_ratio},
+                                                       {"push_speed_m_s", solver.push_speed_m_s},
+                                                       {"greatest_speed_m_s", s.greatest_speed_m_s},
                                                        {"deepest_overlap_share", s.deepest_overlap_share}};
     for (const auto& [name, value] : positive)
         if (!(value > 0) || !std::isfinite(value)) return wrong(name, value, "Give a positive number");
-    const std::pair<const char*, double> not_negative[] = {{"linear_damping_per_s", s.linear_damping_per_s}, {"angular_damping_per_s", s.angular_damping_per_s},
-                                                           {"least_bounce_m_s", solver.least_bounce_m_s}, {"sleep_speed_m_s", s.sleep_speed_m_s}};
+    const std::pair<const char*, double> not_negative[] = {{"linear_damping_per_s", s.linear_damping_per_s},
+                                                           {"angular_damping_per_s", s.angular_damping_per_s},
+                                                           {"least_bounce_m_s", solver.least_bounce_m_s},
+                                                           {"sleep_speed_m_s", s.sleep_speed_m_s}};
     for (const auto& [name, value] : not_negative)
         if (!(value >= 0) || !std::isfinite(value)) return wrong(name, value, "Give a number that is not negative");
     return {};
 }
 
 Result<void> check(BodyId id, const BodyState& state) {
-    if (!is_finite(state.position_m)) return fail(fmt::format("body {} is at ({}, {}, {})", id, state.position_m.x, state.position_m.y, state.position_m.z), "Give it a finite position");
-    if (!is_rotation(state.orientation)) return fail(fmt::format("the orientation of body {} is no rotation", id), "Give it a quaternion of length 1");
-    if (!is_finite(state.velocity_m_s) || !is_finite(state.spin_rad_s)) return fail(fmt::format("the velocity of body {} is not finite", id), "Give it finite velocities");
+    if (!is_finite(state.position_m))
+        return fail(fmt::format("body {} is at ({}, {}, {})", id, state.position_m.x, state.position_m.y, state.position_m.z),
+                    "Give it a finite position");
+    if (!is_rotation(state.orientation))
+        return fail(fmt::format("the orientation of body {} is no rotation", id), "Give it a quaternion of length 1");
+    if (!is_finite(state.velocity_m_s) || !is_finite(state.spin_rad_s))
+        return fail(fmt::format("the velocity of body {} is not finite", id), "Give it finite velocities");
     return {};
 }
 
 Result<void> check(const BodySpec& spec) {
-    if (spec.id >= kMostBodies) return fail(fmt::format("body {} has a number that is too large", spec.id), fmt::format("Number bodies below {}", kMostBodies));
-    const auto positive = [](double value) { return value > 0 && std::isfinite(value) && std::isfinite(single(1 / value)) && single(value) > 0; };
-    if (!positive(spec.radius_m)) return fail(fmt::format("body {} has the radius {} m", spec.id, spec.radius_m), "Give it a positive radius");
-    if (!positive(spec.mass_kg)) return fail(fmt::format("body {} has the mass {} kg", spec.id, spec.mass_kg), "Give it a positive mass, or make it fixed");
-    if (!(spec.inertia_factor > 0 && spec.inertia_factor <= 1)) return fail(fmt::format("body {} has the inertia factor {}", spec.id, spec.inertia_factor), "Give it one in (0, 1]; 0.4 is a solid ball");
+    if (spec.id >= kMostBodies)
+        return fail(fmt::format("body {} has a number that is too large", spec.id), fmt::format("Number bodies below {}", kMostBodies));
+    const auto positive = [](double value) {
+        return value > 0 && std::isfinite(value) && std::isfinite(single(1 / value)) && single(value) > 0;
+    };
+    if (!positive(spec.radius_m))
+        return fail(fmt::format("body {} has the radius {} m", spec.id, spec.radius_m), "Give it a positive radius");
+    if (!positive(spec.mass_kg))
+        return fail(fmt::format("body {} has the mass {} kg", spec.id, spec.mass_kg), "Give it a positive mass, or make it fixed");
+    if (!(spec.inertia_factor > 0 && spec.inertia_factor <= 1))
+        return fail(fmt::format("body {} has the inertia factor {}", spec.id, spec.inertia_factor),
+                    "Give it one in (0, 1]; 0.4 is a solid ball");
     return check(spec.id, {spec.position_m, spec.orientation, spec.velocity_m_s, spec.spin_rad_s});
 }
 
@@ -71,9 +93,12 @@ Turn turn_of(Quat q) {
 
 std::unique_ptr<Engine> make_engine(World& world) {
     switch (world.settings.engine) {
-        case EngineKind::Hash: return make_hash_engine(world);
-        case EngineKind::Ode: return make_ode_engine(world);
-        case EngineKind::Blocks: break;
+        case EngineKind::Hash:
+            return make_hash_engine(world);
+        case EngineKind::Ode:
+            return make_ode_engine(world);
+        case EngineKind::Blocks:
+            break;
     }
     return make_block_engine(world);
 }
@@ -92,8 +117,10 @@ Result<std::unique_ptr<Scene>> Scene::make(const Settings& settings) {
 }
 
 Result<std::uint8_t> Scene::add_material(Material material) {
-    if (!(material.friction >= 0) || !std::isfinite(material.friction)) return fail(fmt::format("the friction {} is no coefficient", material.friction), "Give a number that is not negative");
-    if (!(material.restitution >= 0 && material.restitution <= 1)) return fail(fmt::format("the restitution {} is no share", material.restitution), "Give a number between 0 and 1");
+    if (!(material.friction >= 0) || !std::isfinite(material.friction))
+        return fail(fmt::format("the friction {} is no coefficient", material.friction), "Give a number that is not negative");
+    if (!(material.restitution >= 0 && material.restitution <= 1))
+        return fail(fmt::format("the restitution {} is no share", material.restitution), "Give a number between 0 and 1");
     if (world_->materials.size() == kMostMaterials) return fail(fmt::format("there are already {} materials", kMostMaterials));
     world_->materials.push_back(material);
     engine_->structure_changed();
@@ -118,9 +145,11 @@ Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
 Result<void> Scene::add_body(const BodySpec& spec) {
     if (auto fine = check(spec); !fine) return fine;
     if (has(spec.id)) return fail(fmt::format("there is already a body {}", spec.id), "Give each body a number of its own");
-    if (spec.material >= world_->materials.size()) return fail(fmt::format("body {} is made of material {}, which does not exist", spec.id, spec.material), "Add the material first");
+    if (spec.material >= world_->materials.size())
+        return fail(fmt::format("body {} is made of material {}, which does not exist", spec.id, spec.material), "Add the material first");
     Bodies& bodies = world_->bodies;
-    if (bodies.has(spec.id)) return fail(fmt::format("body {} was removed in this tick", spec.id), "Use another number, or step before you use it again");
+    if (bodies.has(spec.id))
+        return fail(fmt::format("body {} was removed in this tick", spec.id), "Use another number, or step before you use it again");
     const Nature nature{.id = spec.id,
                         .mass = single(spec.mass_kg),
                         .inertia_factor = single(spec.inertia_factor),
@@ -128,7 +157,8 @@ Result<void> Scene::add_body(const BodySpec& spec) {
                         .flags = spec.fixed ? std::uint8_t{kFixed} : std::uint8_t{0},
                         .still_ticks = 0};
     const BodyState state{spec.position_m, spec.orientation, spec.velocity_m_s, spec.spin_rad_s};
-    bodies.add({spec.position_m.x, spec.position_m.y, spec.position_m.z, spec.radius_m}, turn_of(spec.orientation), motion_of(state, spec.radius_m), nature);
+    bodies.add({spec.position_m.x, spec.position_m.y, spec.position_m.z, spec.radius_m}, turn_of(spec.orientation),
+               motion_of(state, spec.radius_m), nature);
     bodies.restore_masses(bodies.slot(spec.id));
     engine_->structure_changed();
     return {};
@@ -166,7 +196,8 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
 
 Result<void> Scene::set_push(BodyId body, Vec3 force, Vec3 torque) {
     if (auto fine = known(body); !fine) return fine;
-    if (!is_finite(force) || !is_finite(torque)) return fail(fmt::format("the force on body {} is not finite", body), "Give it finite forces");
+    if (!is_finite(force) || !is_finite(torque))
+        return fail(fmt::format("the force on body {} is not finite", body), "Give it finite forces");
     Bodies& bodies = world_->bodies;
     bodies.need_pushes();
     const std::uint32_t slot = bodies.slot(body);
@@ -195,7 +226,9 @@ Result<void> Scene::set_features(BodyId body, std::uint32_t on, std::uint32_t re
     Bodies::FeatureState& state = bodies.features[slot];
     const std::vector<Feature>& table = world_->tables[state.table];
     const std::uint64_t has = (std::uint64_t{1} << table.size()) - 1;
-    if ((on & ~has) != 0 || (reversed & ~has) != 0) return fail(fmt::format("body {} has {} features, and another one is switched", body, table.size()), "Switch only bits below that number");
+    if ((on & ~has) != 0 || (reversed & ~has) != 0)
+        return fail(fmt::format("body {} has {} features, and another one is switched", body, table.size()),
+                    "Switch only bits below that number");
     if (state.on == on && state.reversed == reversed) return {};
     for (std::size_t i = 0; i < table.size(); ++i)
         if ((on & ~state.on) >> i & 1) bodies.energy[slot] += table[i].switching_j;
@@ -206,7 +239,9 @@ Result<void> Scene::set_features(BodyId body, std::uint32_t on, std::uint32_t re
 
 Result<StepReport> Scene::step(double dt_s, int substeps, Workers& workers) {
     contacts_known_ = false;
-    if (!(dt_s > 0) || !std::isfinite(dt_s) || substeps < 1) return fail(fmt::format("a step of {} s in {} substeps cannot be taken", dt_s, substeps), "Give a positive time and at least one substep");
+    if (!(dt_s > 0) || !std::isfinite(dt_s) || substeps < 1)
+        return fail(fmt::format("a step of {} s in {} substeps cannot be taken", dt_s, substeps),
+                    "Give a positive time and at least one substep");
     Bodies& bodies = world_->bodies;
     LastGood& kept = world_->last_good;
     kept.complete = false;

@@ -22,7 +22,8 @@ bool Scene::has(BodyId body) const {
 
 std::size_t Scene::body_count() const {
     const auto& nature = world_->bodies.nature;
-    return static_cast<std::size_t>(std::count_if(nature.begin(), nature.end(), [](const Nature& one) { return (one.flags & (kRemoved | kGhost)) == 0; }));
+    return static_cast<std::size_t>(
+        std::count_if(nature.begin(), nature.end(), [](const Nature& one) { return (one.flags & (kRemoved | kGhost)) == 0; }));
 }
 
 std::vector<BodyId> Scene::bodies() const {
@@ -47,7 +48,8 @@ BodyState Scene::state(BodyId body) const {
 Vec3 Scene::acceleration(BodyId body) const {
     const std::uint32_t slot = world_->bodies.slot(body);
     if (slot >= world_->last_good.motion.size() || world_->last_step_s == 0) return {};
-    return (1 / world_->last_step_s) * (vector_of(world_->bodies.motion[slot].velocity) - vector_of(world_->last_good.motion[slot].velocity));
+    return (1 / world_->last_step_s) *
+           (vector_of(world_->bodies.motion[slot].velocity) - vector_of(world_->last_good.motion[slot].velocity));
 }
 
 double Scene::radius(BodyId body) const { return world_->bodies.place[world_->bodies.slot(body)].radius; }
@@ -81,7 +83,8 @@ std::span<const ContactReport> Scene::contacts() {
     for (std::size_t slot = 0; slot < count; ++slot) contact_start_[slot + 1] += contact_start_[slot];
     contact_index_.resize(contact_start_[count]);
     std::vector<std::uint32_t> next(contact_start_.begin(), contact_start_.end() - 1);
-    for (std::size_t i = 0; i < contacts_.size(); ++i) ends(contacts_[i], [&](std::uint32_t slot) { contact_index_[next[slot]++] = static_cast<std::uint32_t>(i); });
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+        ends(contacts_[i], [&](std::uint32_t slot) { contact_index_[next[slot]++] = static_cast<std::uint32_t>(i); });
     contacts_known_ = true;
     return contacts_;
 }
@@ -99,7 +102,8 @@ double Scene::kinetic_energy_j() const {
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         if (bodies.nature[slot].flags & (kFixed | kRemoved)) continue;
         const Vec3 v = vector_of(bodies.motion[slot].velocity), u = vector_of(bodies.motion[slot].rim);
-        sum += static_cast<double>(bodies.nature[slot].mass) / 2 * (dot(v, v) + static_cast<double>(bodies.nature[slot].inertia_factor) * dot(u, u));
+        sum += static_cast<double>(bodies.nature[slot].mass) / 2 *
+               (dot(v, v) + static_cast<double>(bodies.nature[slot].inertia_factor) * dot(u, u));
     }
     return sum;
 }
@@ -108,7 +112,8 @@ double Scene::potential_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0) sum -= static_cast<double>(bodies.nature[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0)
+            sum -= static_cast<double>(bodies.nature[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
     return sum;
 }
 
@@ -116,7 +121,8 @@ Vec3 Scene::momentum() const {
     const Bodies& bodies = world_->bodies;
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0) sum = sum + static_cast<double>(bodies.nature[slot].mass) * vector_of(bodies.motion[slot].velocity);
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0)
+            sum = sum + static_cast<double>(bodies.nature[slot].mass) * vector_of(bodies.motion[slot].velocity);
     return sum;
 }
 
@@ -162,7 +168,8 @@ std::uint64_t Scene::tick() const { return world_->tick; }
 StageTimes Scene::stage_times() const { return world_->times; }
 std::size_t Scene::bytes() const {
     const LastGood& kept = world_->last_good;
-    return world_->bodies.bytes() + engine_->bytes() + kept.motion.capacity() * sizeof(Motion) + kept.place.capacity() * sizeof(Place) + kept.turn.capacity() * sizeof(Turn);
+    return world_->bodies.bytes() + engine_->bytes() + kept.motion.capacity() * sizeof(Motion) + kept.place.capacity() * sizeof(Place) +
+           kept.turn.capacity() * sizeof(Turn);
 }
 double Scene::residual() { return engine_->residual(); }
 

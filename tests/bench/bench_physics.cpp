@@ -79,7 +79,8 @@ std::unique_ptr<Scene> cube(const Settings& settings, int side, double spacing) 
     BodyId id = 0;
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) need(scene->add_body({.id = id++, .position_m = {spacing * x, spacing * y, spacing * (z + 0.5)}}));
+            for (int x = 0; x < side; ++x)
+                need(scene->add_body({.id = id++, .position_m = {spacing * x, spacing * y, spacing * (z + 0.5)}}));
     return scene;
 }
 
@@ -110,10 +111,13 @@ Measured measure(Scene& scene, int ticks, int substeps, int threads) {
 
 void print_row(const std::string& name, int threads, const Measured& m, int ticks, double ode_ms) {
     const double per_tick = 1e3 / (ticks - 1);
-    const auto mean = [&](double StageTimes::*stage) { return per_tick * (m.rest.*stage - m.first.*stage); };
-    fmt::print("  {:<22} T{} {:9.2f} cpu {:9.2f} wall | list {:8.1f} | actuate {:6.2f} refresh {:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} | {:4} B/body{}\n", name, threads,
-               m.tick_cpu_ms, m.tick_wall_ms, 1e3 * (m.first.sort + m.first.pairs), mean(&StageTimes::actuation), mean(&StageTimes::refresh), mean(&StageTimes::solve),
-               mean(&StageTimes::move), mean(&StageTimes::events), m.bytes / m.bodies, ode_ms > 0 ? fmt::format(" | {:.0f} x ODE", ode_ms / m.tick_cpu_ms) : "");
+    const auto mean = [&](double StageTimes::* stage) { return per_tick * (m.rest.*stage - m.first.*stage); };
+    fmt::print(
+        "  {:<22} T{} {:9.2f} cpu {:9.2f} wall | list {:8.1f} | actuate {:6.2f} refresh {:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} "
+        "| {:4} B/body{}\n",
+        name, threads, m.tick_cpu_ms, m.tick_wall_ms, 1e3 * (m.first.sort + m.first.pairs), mean(&StageTimes::actuation),
+        mean(&StageTimes::refresh), mean(&StageTimes::solve), mean(&StageTimes::move), mean(&StageTimes::events), m.bytes / m.bodies,
+        ode_ms > 0 ? fmt::format(" | {:.0f} x ODE", ode_ms / m.tick_cpu_ms) : "");
     std::fflush(stdout);
 }
 
@@ -146,11 +150,13 @@ void compare(int side, const Options& options) {
     for (const int threads : options.threads) {
         if (side <= kMostHashSide) {
             auto scene = cube(with(EngineKind::Hash, SolverSettings::pgs20()), side, kSpacing);
-            print_row("seed design, 20 sweeps", threads, measure(*scene, std::min(options.ticks, 4), 1, threads), std::min(options.ticks, 4), ode_ms);
+            print_row("seed design, 20 sweeps", threads, measure(*scene, std::min(options.ticks, 4), 1, threads),
+                      std::min(options.ticks, 4), ode_ms);
         }
         SolverSettings inner = SolverSettings::pgs20();
         inner.sweeps = 5, inner.inner_sweeps = 4;
-        const std::pair<const char*, SolverSettings> modes[] = {{"blocks, 20 cold sweeps", SolverSettings::pgs20()}, {"blocks, 5 x 4 inner", inner}};
+        const std::pair<const char*, SolverSettings> modes[] = {{"blocks, 20 cold sweeps", SolverSettings::pgs20()},
+                                                                {"blocks, 5 x 4 inner", inner}};
         for (const auto& [name, solver] : modes) {
             auto scene = cube(with(EngineKind::Blocks, solver), side, kSpacing);
             print_row(name, threads, measure(*scene, options.ticks, 1, threads), options.ticks, ode_ms);
@@ -164,7 +170,8 @@ void compare(int side, const Options& options) {
     auto sleeping = cube({}, side, 1);
     Workers workers(options.threads.back());
     for (int tick = 0; side <= 22 && tick < 300; ++tick) need(sleeping->step(kTick, 2, workers));
-    if (side <= 22) print_row("asleep", options.threads.back(), measure(*sleeping, options.ticks, 2, options.threads.back()), options.ticks, 0);
+    if (side <= 22)
+        print_row("asleep", options.threads.back(), measure(*sleeping, options.ticks, 2, options.threads.back()), options.ticks, 0);
 }
 
 void compare_broadphases(int side) {
@@ -174,7 +181,8 @@ void compare_broadphases(int side) {
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x)
-                bodies.add({kSpacing * x, kSpacing * y, kSpacing * z, 0.5}, {1, 0, 0, 0}, {}, {.id = id++, .mass = 1, .inertia_factor = 0.4f, .material = 0, .flags = 0, .still_ticks = 0});
+                bodies.add({kSpacing * x, kSpacing * y, kSpacing * z, 0.5}, {1, 0, 0, 0}, {},
+                           {.id = id++, .mass = 1, .inertia_factor = 0.4f, .material = 0, .flags = 0, .still_ticks = 0});
     for (const bool ours : {true, false}) {
         const auto broadphase = ours ? make_block_broadphase() : make_hash_broadphase();
         Workers workers(1);
@@ -199,8 +207,9 @@ void compare_convergence(int side) {
         EngineKind engine;
         int inner, threads;
     };
-    for (const Scheme& scheme : {Scheme{"blocks", EngineKind::Blocks, 1, 1}, Scheme{"blocks, 4 inner each", EngineKind::Blocks, 4, 1}, Scheme{"seed design, 1 worker", EngineKind::Hash, 1, 1},
-                                 Scheme{"seed design, 2 workers", EngineKind::Hash, 1, 2}}) {
+    for (const Scheme& scheme :
+         {Scheme{"blocks", EngineKind::Blocks, 1, 1}, Scheme{"blocks, 4 inner each", EngineKind::Blocks, 4, 1},
+          Scheme{"seed design, 1 worker", EngineKind::Hash, 1, 1}, Scheme{"seed design, 2 workers", EngineKind::Hash, 1, 2}}) {
         fmt::print("  {:<26}", scheme.name);
         for (const int count : counts) {
             SolverSettings solver = SolverSettings::pgs20();

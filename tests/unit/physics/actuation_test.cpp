@@ -35,7 +35,8 @@ void check_interaction(const std::function<Interaction(Vec3)>& at, Vec3 r, doubl
 
 TEST(Magnets, ForcesAreGradientsAndTorquesBalance) {
     const Vec3 m1{1, 2, -0.5}, m2{-0.3, 1, 2};
-    for (const Vec3 r : {Vec3{0.5, 0, 0}, Vec3{0.3, -0.4, 0.2}, Vec3{-0.1, 0.2, 0.6}}) check_interaction([&](Vec3 at) { return dipoles(m1, m2, at); }, r, 1);
+    for (const Vec3 r : {Vec3{0.5, 0, 0}, Vec3{0.3, -0.4, 0.2}, Vec3{-0.1, 0.2, 0.6}})
+        check_interaction([&](Vec3 at) { return dipoles(m1, m2, at); }, r, 1);
     for (const FeatureKind kind : {FeatureKind::Dipole, FeatureKind::TwoPole, FeatureKind::Plate}) {
         const Feature feature{.kind = kind, .strength = 100, .depth_m = 0.05, .length_m = 0.2, .range_m = 0.3};
         const FeaturePose first{{}, {0, 0, 1}, 1};
@@ -200,7 +201,8 @@ TEST_F(Actuation, SwitchingMagnetsRollsOneBallAroundAnother) {
     const auto rough = need(scene->add_material({.friction = 1}));
     const int count = 12;
     std::vector<Vec3> ring;
-    for (int i = 0; i < count; ++i) ring.push_back({std::cos(2 * std::numbers::pi * i / count), std::sin(2 * std::numbers::pi * i / count), 0});
+    for (int i = 0; i < count; ++i)
+        ring.push_back({std::cos(2 * std::numbers::pi * i / count), std::sin(2 * std::numbers::pi * i / count), 0});
     const auto table = add_table(*scene, {.strength = 600, .depth_m = 0.15, .range_m = 0.6}, ring);
     need(scene->add_body({.id = 0, .material = rough, .fixed = true}));
     need(scene->add_body({.id = 1, .position_m = {1, 0, 0}, .material = rough}));
@@ -223,7 +225,13 @@ TEST_F(Actuation, SwitchingMagnetsRollsOneBallAroundAnother) {
 TEST_F(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
     auto scene = make_scene({.gravity_m_s2 = {}, .sleep_ticks = 0});
     const Feature magnet{.direction = {0, 0, 1}, .strength = 0, .power_w = 2, .switching_j = 0.25};
-    const Feature plate{.direction = {1, 0, 0}, .kind = FeatureKind::Plate, .strength = 100, .area_m2 = 0.05, .cover_m = 1e-3, .permittivity = 2, .range_m = 0.1};
+    const Feature plate{.direction = {1, 0, 0},
+                        .kind = FeatureKind::Plate,
+                        .strength = 100,
+                        .area_m2 = 0.05,
+                        .cover_m = 1e-3,
+                        .permittivity = 2,
+                        .range_m = 0.1};
     Feature other = plate;
     other.direction = {-1, 0, 0};
     const auto table = need(scene->add_feature_table({magnet, plate, other}));

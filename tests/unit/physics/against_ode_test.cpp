@@ -103,7 +103,8 @@ TEST_P(AgainstOde, FallingLayersLoseTheSameHeight) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Modes, AgainstOde, testing::Values(SolverMode::Pgs, SolverMode::Soft), [](const auto& test) { return test.param == SolverMode::Pgs ? "Pgs" : "Soft"; });
+INSTANTIATE_TEST_SUITE_P(Modes, AgainstOde, testing::Values(SolverMode::Pgs, SolverMode::Soft),
+                         [](const auto& test) { return test.param == SolverMode::Pgs ? "Pgs" : "Soft"; });
 
 }  // namespace
 }  // namespace meld::physics

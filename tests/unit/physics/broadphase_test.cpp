@@ -14,14 +14,21 @@ namespace {
 
 void add(Bodies& bodies, Vec3 p, double radius, bool fixed = false) {
     const auto id = static_cast<BodyId>(bodies.count());
-    bodies.add({p.x, p.y, p.z, radius}, {1, 0, 0, 0}, {}, {.id = id, .mass = 1, .inertia_factor = 0.4f, .material = 0, .flags = fixed ? std::uint8_t{kFixed} : std::uint8_t{0}, .still_ticks = 0});
+    bodies.add({p.x, p.y, p.z, radius}, {1, 0, 0, 0}, {},
+               {.id = id,
+                .mass = 1,
+                .inertia_factor = 0.4f,
+                .material = 0,
+                .flags = fixed ? std::uint8_t{kFixed} : std::uint8_t{0},
+                .still_ticks = 0});
 }
 
 Bodies random_bodies(std::size_t count, double box_m, double least_radius, double largest_radius, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> place(-box_m / 2, box_m / 2), radius(std::log(least_radius), std::log(largest_radius));
     Bodies bodies;
-    for (std::size_t i = 0; i < count; ++i) add(bodies, {place(random), place(random), place(random)}, std::exp(radius(random)), i % 17 == 0);
+    for (std::size_t i = 0; i < count; ++i)
+        add(bodies, {place(random), place(random), place(random)}, std::exp(radius(random)), i % 17 == 0);
     return bodies;
 }
 
@@ -71,8 +78,9 @@ TEST_P(Broadphases, FindEachPairOnce) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Broadphases,
-                         testing::Values(Case{"Equal", 3000, 14, 0.5, 0.5, 0.1}, Case{"TwoLevels", 3000, 20, 0.3, 0.7, 0.05}, Case{"ThreeLevels", 3000, 24, 0.25, 1.0, 0.1},
-                                         Case{"BeyondThreeLevels", 2000, 30, 0.1, 2.0, 0.1}, Case{"Sparse", 1500, 60, 1.0, 4.0, 0.5}, Case{"AllInOneCell", 200, 0.5, 0.5, 0.5, 0.1}),
+                         testing::Values(Case{"Equal", 3000, 14, 0.5, 0.5, 0.1}, Case{"TwoLevels", 3000, 20, 0.3, 0.7, 0.05},
+                                         Case{"ThreeLevels", 3000, 24, 0.25, 1.0, 0.1}, Case{"BeyondThreeLevels", 2000, 30, 0.1, 2.0, 0.1},
+                                         Case{"Sparse", 1500, 60, 1.0, 4.0, 0.5}, Case{"AllInOneCell", 200, 0.5, 0.5, 0.5, 0.1}),
                          [](const auto& test) { return test.param.name; });
 
 TEST(BlockGrid, OrderDependsOnTheWorldAlone) {
@@ -126,7 +134,9 @@ TEST(BlockGrid, NamesTheLowestBodyThatIsNowhere) {
 }
 
 TEST(BlockGrid, KeysHoldNegativeCoordinates) {
-    for (const BlockCoordinates c : {BlockCoordinates{0, 0, 0}, BlockCoordinates{-1, 2, -3}, BlockCoordinates{kFarthestBlock, -kFarthestBlock, 17}}) EXPECT_EQ(unpack(pack(c)), c);
+    for (const BlockCoordinates c :
+         {BlockCoordinates{0, 0, 0}, BlockCoordinates{-1, 2, -3}, BlockCoordinates{kFarthestBlock, -kFarthestBlock, 17}})
+        EXPECT_EQ(unpack(pack(c)), c);
     EXPECT_LT(pack({5, 5, -1}), pack({-5, -5, 0}));
 }
 

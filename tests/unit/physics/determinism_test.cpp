@@ -19,7 +19,8 @@ History run_scene(const Settings& settings, int threads) {
     need(scene->add_obstacle(Box{.centre = {4, 4, 1}, .size_m = {3, 2, 2}, .orientation = {std::cos(0.2), 0, 0, std::sin(0.2)}}, bouncy));
     add_cloud(*scene, 10, 1.2, 23);
     std::vector<Feature> features;
-    for (const Vec3 direction : feature_directions(12)) features.push_back({.direction = direction, .strength = 200, .depth_m = 0.05, .range_m = 0.2});
+    for (const Vec3 direction : feature_directions(12))
+        features.push_back({.direction = direction, .strength = 200, .depth_m = 0.05, .range_m = 0.2});
     features.push_back({.direction = {0, 0, 1}, .kind = FeatureKind::Latch, .strength = 50, .range_m = 0.3});
     const auto table = need(scene->add_feature_table(features));
     for (BodyId id = 0; id < 1000; id += 2) {
@@ -65,7 +66,9 @@ TEST(Determinism, SameBitsInAnyOrderOfAdding) {
         auto scene = scene_on_plane();
         for (BodyId i = 0; i < 500; ++i) {
             const BodyId id = backwards ? 499 - i : i;
-            need(scene->add_body({.id = id, .position_m = {1.01 * (id % 10), 1.01 * (id / 10 % 10), 0.6 + 1.02 * (id / 100)}, .velocity_m_s = {0.1 * (id % 7), 0, 0}}));
+            need(scene->add_body({.id = id,
+                                  .position_m = {1.01 * (id % 10), 1.01 * (id / 10 % 10), 0.6 + 1.02 * (id / 100)},
+                                  .velocity_m_s = {0.1 * (id % 7), 0, 0}}));
         }
         Workers workers(2);
         run(*scene, 60, 2, workers);

@@ -115,7 +115,9 @@ TEST_P(EnginesGoingWrong, ExplodingVelocityNamesTheBodyAndKeepsTheState) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EnginesGoingWrong, testing::Values(EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode),
-                         [](const auto& test) { return test.param == EngineKind::Blocks ? "Blocks" : test.param == EngineKind::Hash ? "Hash" : "Ode"; });
+                         [](const auto& test) {
+                             return test.param == EngineKind::Blocks ? "Blocks" : test.param == EngineKind::Hash ? "Hash" : "Ode";
+                         });
 
 TEST(Errors, BodiesTooFarAwayAreNamed) {
     auto scene = make_scene();
@@ -151,7 +153,8 @@ TEST(Errors, WhatWasSetOutlivesAStepThatDoesNotBegin) {
 
 TEST(Errors, OdeHasALimitAndOthersHaveNoMagnets) {
     auto scene = make_scene({.engine = EngineKind::Ode});
-    for (BodyId id = 0; id <= kMostOdeBodies; ++id) need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
+    for (BodyId id = 0; id <= kMostOdeBodies; ++id)
+        need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
     Workers workers(1);
     EXPECT_EQ(scene->step(kTick, 1, workers).error().problem, "the engine 'ode' holds at most 131072 bodies, not 131073");
     for (const EngineKind engine : {EngineKind::Ode, EngineKind::Hash}) {

@@ -126,7 +126,8 @@ TEST_F(Mechanics, EqualBallsExchangeVelocities) {
 TEST_F(Mechanics, HeavyBallsPushLightOnes) {
     auto scene = make_scene({.gravity_m_s2 = {}});
     const auto material = need(scene->add_material({.friction = 0.0f, .restitution = 1.0f}));
-    need(scene->add_body({.id = 0, .position_m = {-2, 0, 0}, .velocity_m_s = {1, 0, 0}, .radius_m = 0.5, .mass_kg = 3, .material = material}));
+    need(scene->add_body(
+        {.id = 0, .position_m = {-2, 0, 0}, .velocity_m_s = {1, 0, 0}, .radius_m = 0.5, .mass_kg = 3, .material = material}));
     need(scene->add_body({.id = 1, .position_m = {0, 0, 0}, .radius_m = 0.2, .mass_kg = 1, .material = material}));
     run(*scene, 480, 1, workers_);
     EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0.5, 1e-4);

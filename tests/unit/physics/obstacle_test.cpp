@@ -34,7 +34,8 @@ TEST(Obstacles, BallRestsOnABoxWhereverItStands) {
 TEST(Obstacles, BallRollsDownATiltedBox) {
     const double angle = 0.3;
     auto scene = make_scene();
-    need(scene->add_obstacle(Box{.centre = {0, 0, 0}, .size_m = {40, 4, 1}, .orientation = {std::cos(angle / 2), 0, std::sin(angle / 2), 0}}, 0));
+    need(scene->add_obstacle(
+        Box{.centre = {0, 0, 0}, .size_m = {40, 4, 1}, .orientation = {std::cos(angle / 2), 0, std::sin(angle / 2), 0}}, 0));
     const Vec3 up{std::sin(angle), 0, std::cos(angle)};
     need(scene->add_body({.id = 0, .position_m = 1.0 * up}));
     Workers workers(1);

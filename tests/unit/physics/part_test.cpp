@@ -21,7 +21,8 @@ void furnish(Scene& scene, const std::function<bool(BodyId)>& mine) {
     need(scene.add_obstacle(Plane{}, bouncy));
     need(scene.add_obstacle(Box{.centre = {6, 6, 1}, .size_m = {3, 2, 2}}, 0));
     std::vector<Feature> features;
-    for (const Vec3 direction : feature_directions(12)) features.push_back({.direction = direction, .strength = 300, .depth_m = 0.05, .range_m = 0.2});
+    for (const Vec3 direction : feature_directions(12))
+        features.push_back({.direction = direction, .strength = 300, .depth_m = 0.05, .range_m = 0.2});
     const auto table = need(scene.add_feature_table(features));
     std::mt19937 random(3);
     std::uniform_real_distribution<double> jitter(-0.2, 0.2), radius(0.3, 0.5), speed(-3, 3);
@@ -34,7 +35,9 @@ void furnish(Scene& scene, const std::function<bool(BodyId)>& mine) {
         if (id % 2 == 0) need(scene.set_feature_table(id, table)), need(scene.set_features(id, 0xfff, id % 3 == 0 ? 0xfff : 0));
     }
     for (BodyId id = 900; id < 1100; ++id)
-        if (mine(id)) need(scene.add_body({.id = id, .position_m = {40 + 1.0 * (id % 5), 1.0 * (id / 5 % 5), 0.5 + 1.0 * ((id - 900) / 25)}, .material = 0}));
+        if (mine(id))
+            need(scene.add_body(
+                {.id = id, .position_m = {40 + 1.0 * (id % 5), 1.0 * (id / 5 % 5), 0.5 + 1.0 * ((id - 900) / 25)}, .material = 0}));
 }
 
 Digest undivided(int ticks) {
@@ -74,7 +77,8 @@ class Divided {
             std::vector<Part::Messages> sent;
             for (const auto& part : parts_) sent.push_back(part->pack(stage));
             for (const auto& messages : sent)
-                for (const auto& [to, bytes] : messages) parts_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
+                for (const auto& [to, bytes] : messages)
+                    parts_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
         }
         for (const auto& part : parts_) part->finish();
     }

@@ -37,7 +37,8 @@ inline void add_cube(Scene& scene, int side, double spacing = 1, Vec3 corner = {
     BodyId id = 0;
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) need(scene.add_body({.id = id++, .position_m = corner + spacing * Vec3{double(x), double(y), double(z)}}));
+            for (int x = 0; x < side; ++x)
+                need(scene.add_body({.id = id++, .position_m = corner + spacing * Vec3{double(x), double(y), double(z)}}));
 }
 
 // Balls of several sizes thrown into a box in space without overlapping much: on a jittered lattice.
@@ -49,12 +50,13 @@ inline void add_cloud(Scene& scene, int side, double spacing, unsigned seed, dou
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x) {
                 const double r = radius(random);
-                need(scene.add_body({.id = id++,
-                                     .position_m = {spacing * x + jitter(random), spacing * y + jitter(random), height + spacing * z + jitter(random)},
-                                     .velocity_m_s = {speed(random), speed(random), speed(random)},
-                                     .spin_rad_s = {speed(random), speed(random), speed(random)},
-                                     .radius_m = r,
-                                     .mass_kg = 8 * r * r * r}));
+                need(scene.add_body(
+                    {.id = id++,
+                     .position_m = {spacing * x + jitter(random), spacing * y + jitter(random), height + spacing * z + jitter(random)},
+                     .velocity_m_s = {speed(random), speed(random), speed(random)},
+                     .spin_rad_s = {speed(random), speed(random), speed(random)},
+                     .radius_m = r,
+                     .mass_kg = 8 * r * r * r}));
             }
 }
 

@@ -82,8 +82,9 @@ TEST_P(Sensing, RemovingABodyEndsItsTouches) {
     EXPECT_EQ(scene->contacts().size(), 2u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Engines, Sensing, testing::Values(EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode),
-                         [](const auto& test) { return test.param == EngineKind::Blocks ? "Blocks" : test.param == EngineKind::Hash ? "Hash" : "Ode"; });
+INSTANTIATE_TEST_SUITE_P(Engines, Sensing, testing::Values(EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode), [](const auto& test) {
+    return test.param == EngineKind::Blocks ? "Blocks" : test.param == EngineKind::Hash ? "Hash" : "Ode";
+});
 
 class Sleep : public testing::Test {
   protected:
