@@ -211,11 +211,11 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
         }
     }
     if (!group && chance(random, 20)) {
-        // A set within the same component.
+        // A set within the same component. What it leads to is worse than what it comes from.
         const std::string name = fmt::format("m{}", names + ways);
         block.declarations.push_back({name, signature(name, {})});
-        block.rules.push_back({.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", "D", "_")), fmt::format("D {} {}", least ? "<" : ">", real ? "3.0" : "3")}});
-        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", real ? "4.0" : "4", "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
+        block.rules.push_back({.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", "D", "_")), fmt::format("D {}3{}", least ? "< " : "> -", real ? ".0" : "")}});
+        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", fmt::format("{}4{}", least ? "" : "-", real ? ".0" : ""), "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
         block.known.push_back({.name = name});
     }
     block.known.insert(block.known.end(), own.begin(), own.end());
