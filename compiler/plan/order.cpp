@@ -433,7 +433,8 @@ RulePlan order_fresh(const Plan& plan, RuleId id, std::size_t first) {
     const std::vector<PredicateId> no_ranks;
     const Orderer orderer(plan, rule, false, no_ranks);
     Orderer::State state = orderer.start();
-    const Variables used = head_variables(rule.heads);
+    Variables used;
+    head_variables(rule.heads, used);
     std::vector<Clause> body = rule.body;
     RulePlan out;
     out.rule = id;
