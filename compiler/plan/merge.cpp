@@ -70,8 +70,9 @@ void merge_auxiliaries(check::Program& program) {
         std::map<std::string, PredicateId> first;
         std::map<PredicateId, PredicateId> merged;
         for (const Rule& rule : program.rules) {
+            if (rule.linear) continue;
             const Predicate& p = program.predicates[rule.heads[0].atom.predicate];
-            if (rule.linear || !p.auxiliary || p.name.find(".far") == std::string::npos) continue;
+            if (!p.auxiliary || p.name.find(".far") == std::string::npos) continue;
             const auto [at, is_new] = first.emplace(shape(program, rule), rule.heads[0].atom.predicate);
             if (!is_new) merged[rule.heads[0].atom.predicate] = at->second;
         }

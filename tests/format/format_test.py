@@ -151,6 +151,8 @@ class Programs(Case):
                     if generator.random() < share:
                         # The path of `include #file` ends at a blank only.
                         result += " " if before == "IncludePath" else ""
+                        # Behind a slash a comment needs a blank: `//` starts another one.
+                        result += " " if result.endswith("/") else ""
                         result += generator.choice([f"/* {number} */", f" /* {number} */ ", f"// {number}{line_end}", f"\n// {number}{line_end}", "/**/",
                                                     f"\n\n/* {number}\n  * /* in */ */{line_end}", f";; {number}{line_end}"])
                     before = kind
