@@ -48,14 +48,25 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
         w.line("s.{0}.count = 0;", name);
     }
     w.raw("const u64 derivations = s.e->derivations;");
+    const bool by_round = !c.deltas.touches.empty();
+    if (by_round) run_all_rules(plan, c, w);
+    // A round carries all rows on: they count for the limit as if it had derived them again.
+    if (by_round) w.raw("u64 carried = 0;");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
-    run_all_rules(plan, c, w);
-    for (const PredicateId p : c.predicates) w.line("grew = gather(*s.e, {}) || grew;", view(plan, p));
-    w.line("if (s.e->derivations - derivations > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", c.rules.back().rule.index());
+    if (!by_round) run_all_rules(plan, c, w);
+    for (const PredicateId p : c.predicates) w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
+    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) w.line("if (grew) {}_round{}(s);", rule_function(plan.program, c.deltas.touches[i].rule), i);
+    std::string made = "s.e->derivations - derivations";
+    if (by_round) {
+        for (const PredicateId p : c.predicates) w.line("carried += {}.count;", view(plan, p));
+        made += " + carried";
+    }
+    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", made, c.rules.back().rule.index());
     w.close();
     for (const PredicateId p : c.predicates) {
         const std::string name = predicate_name(plan.program, p);
+        if (by_round) w.line("s.{}.changes = nullptr;", name);
         w.line("if (gathered(s.{0}, before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
     }
 }

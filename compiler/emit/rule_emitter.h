@@ -23,6 +23,8 @@ class RuleEmitter {
     void touch(std::size_t number);
     // The rule for one group of the head.
     void group();
+    // What follows from rows that the last round has made.
+    void round(std::size_t number);
 
   private:
     struct Consumed {

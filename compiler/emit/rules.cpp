@@ -30,6 +30,16 @@ void RuleEmitter::touch(std::size_t number) {
     w_.close();
 }
 
+void RuleEmitter::round(std::size_t number) {
+    w_.raw("");
+    w_.open(fmt::format("static void {}_round{}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule), number));
+    const std::size_t outside = w_.depth();
+    steps(rule_plan_.steps);
+    propose(rule_plan_.heads[0]);
+    close_to(outside);
+    w_.close();
+}
+
 void RuleEmitter::group() {
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
@@ -203,7 +213,10 @@ void RuleEmitter::port_use(const Step& s, const std::string& port) {
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
 void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w) {
-    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) RuleEmitter(plan, c.deltas.touches[i], w).touch(i);
+    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
+        RuleEmitter emitter(plan, c.deltas.touches[i], w);
+        c.recursion == plan::Recursion::LocalSets ? emitter.round(i) : emitter.touch(i);
+    }
     for (const RulePlan& r : c.deltas.groups) RuleEmitter(plan, r, w).group();
 }
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(); }

@@ -70,7 +70,7 @@ std::string Scope::value(plan::VariableId v) const {
 
 bool has_deltas(const plan::Plan& plan) {
     for (const plan::ComponentPlan& c : plan.components)
-        if (c.deltas.inputs != 0) return true;
+        if (!c.deltas.touches.empty()) return true;
     return false;
 }
 

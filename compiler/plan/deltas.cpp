@@ -75,6 +75,7 @@ class Component {
     Component(Plan& plan, ComponentPlan& component) : plan_(plan), component_(component), head_(plan.program.predicates[component.predicates[0]]) {}
 
     void run() {
+        if (component_.recursion == Recursion::LocalSets) return rounds();
         if (!fits()) return;
         for (const RulePlan& r : component_.rules) study(r);
         for (bool again = true; again;) again = drop_joined();
@@ -99,9 +100,9 @@ class Component {
   private:
     struct Touch {
         RulePlan plan;
-        std::uint64_t input;
+        std::uint64_t input = 0;
         PredicateId predicate;
-        bool at_home;
+        bool at_home = false;
     };
 
     bool is_given(PredicateId p) const { return plan_.of(p).base == p; }
@@ -115,6 +116,23 @@ class Component {
             Steady steady(plan_.program);
             return rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
         });
+    }
+
+    // Sets that recur at one catom are made in rounds; each but the first starts from the rows that the last one made.
+    void rounds() {
+        const auto in_component = [&](PredicateId p) { return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end(); };
+        for (const PredicateId p : component_.predicates)
+            if (plan_.of(p).storage != Storage::Rows) return;
+        for (const RulePlan& r : component_.rules) {
+            Steady steady(plan_.program);
+            const Rule& rule = plan_.program.rules[r.rule];
+            if (rule.heads[0].delay.op != Op::Anonymous || !steady(rule.body) || !steady.all(rule.heads[0].atom.arguments)) return;
+        }
+        for (const RulePlan& r : component_.rules) {
+            const Rule& rule = plan_.program.rules[r.rule];
+            for (std::size_t i = 0; i < rule.body.size(); ++i)
+                if (rule.body[i].kind == Clause::Kind::Atom && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, i));
+        }
     }
 
     bool has_rows(PredicateId p) const {
@@ -138,7 +156,10 @@ class Component {
         for (std::size_t i = 0; i < rule.body.size(); ++i) {
             const Atom& a = rule.body[i].atom;
             if (rule.body[i].kind != Clause::Kind::Atom || !has_rows(a.predicate)) continue;
-            Touch t{.plan = {.rule = r.rule}, .predicate = a.predicate, .at_home = a.arguments[0].variable == rule.home};
+            Touch t;
+            t.plan.rule = r.rule;
+            t.predicate = a.predicate;
+            t.at_home = a.arguments[0].variable == rule.home;
             t.input = bit(a.predicate, t.at_home);
             t.plan.inputs = t.input;
             t.plan.heads = r.heads;

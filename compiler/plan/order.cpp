@@ -53,6 +53,12 @@ class Orderer {
     // something needed is still unknown.
     std::vector<Step> order_changed(std::vector<Clause> body, std::size_t first, const Variables& needed) const {
         State state = start();
+        std::vector<Step> steps = start_changed(body, first, needed, state);
+        if (std::all_of(needed.begin(), needed.end(), [&](VariableId v) { return known(v, state); })) return steps;
+        for (Step& s : order(std::move(body), state, false, needed)) steps.push_back(std::move(s));
+        return steps;
+    }
+    std::vector<Step> start_changed(std::vector<Clause>& body, std::size_t first, const Variables& needed, State& state) const {
         std::vector<Step> steps;
         const Atom changed = body[first].atom;
         body.erase(body.begin() + static_cast<std::ptrdiff_t>(first));
@@ -60,8 +66,6 @@ class Orderer {
         steps.back().changed = true;
         while (take_ready(body, state, needed, steps)) {
         }
-        if (std::all_of(needed.begin(), needed.end(), [&](VariableId v) { return known(v, state); })) return steps;
-        for (Step& s : order(std::move(body), state, false, needed)) steps.push_back(std::move(s));
         return steps;
     }
 
@@ -422,6 +426,21 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
 std::vector<Step> order_changed(const Plan& plan, const Rule& rule, std::size_t first, const std::vector<VariableId>& needed) {
     const std::vector<PredicateId> no_ranks;
     return Orderer(plan, rule, false, no_ranks).order_changed(rule.body, first, {needed.begin(), needed.end()});
+}
+
+RulePlan order_fresh(const Plan& plan, RuleId id, std::size_t first) {
+    const Rule& rule = plan.program.rules[id];
+    const std::vector<PredicateId> no_ranks;
+    const Orderer orderer(plan, rule, false, no_ranks);
+    Orderer::State state = orderer.start();
+    const Variables used = head_variables(rule.heads);
+    std::vector<Clause> body = rule.body;
+    RulePlan out;
+    out.rule = id;
+    out.steps = orderer.start_changed(body, first, used, state);
+    for (Step& s : orderer.order(std::move(body), state, false, used)) out.steps.push_back(std::move(s));
+    out.heads = plan_heads(orderer, rule.heads, state);
+    return out;
 }
 
 RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component, const std::vector<Clause>& body, const std::vector<VariableId>& given) {

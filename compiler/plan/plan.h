@@ -114,6 +114,7 @@ struct RulePlan {
 
 // How a predicate with many rows is settled where only rows have changed: `touches` find the groups that changed rows of
 // one input can affect, `groups` are the rules once more, for one group that is known.
+// Where recursion stays at one catom, `touches` derive what follows from rows that the last round has made.
 struct Deltas {
     std::uint64_t inputs = 0;         // Where anything else has changed, all is settled; 0: always.
     std::vector<RulePlan> touches;

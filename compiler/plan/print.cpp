@@ -163,6 +163,13 @@ class Printer {
 
     // What is done where only rows have changed.
     void deltas(const ComponentPlan& c) {
+        if (c.recursion == Recursion::LocalSets)
+            for (const RulePlan& r : c.deltas.touches) {
+                rule_ = &program_.rules[r.rule];
+                out_ += fmt::format("  {} from what the last round made\n", rule_->name);
+                steps(r.steps, 2);
+                heads(r.heads, 2 + r.steps.size());
+            }
         if (c.deltas.inputs == 0) return;
         for (const RulePlan& r : c.deltas.touches) {
             rule_ = &program_.rules[r.rule];
