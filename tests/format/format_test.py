@@ -136,6 +136,12 @@ class Programs(Case):
             count += 1
         self.assertGreater(count, 60)
 
+    def test_what_people_read_is_formatted(self):
+        paths = sorted(path for folder in ("examples", "stdlib") for path in (ROOT / folder).rglob("*.meld"))
+        self.assertGreater(len(paths), 20)
+        code, out, err = meldc("fmt", "--check", *paths)
+        self.assertEqual((code, out + err), (0, ""))
+
     def test_comments_may_stand_between_any_two_tokens(self):
         generator = random.Random(20)
         for path in [*sorted((ROOT / "examples").rglob("*.meld")), *sorted(GOLDEN.glob("*.meld"))]:
