@@ -117,6 +117,7 @@ class Bindings {
                 body(c.inner, inner);
                 if (c.kind == Clause::Kind::Not) continue;
                 need(c.test, inner, "in what is aggregated");
+                need(c.initial, bound, "in what is aggregated");
                 if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
                     report_.add(Kind::UnboundVariable, c.span, fmt::format("`{}` has no value: something inside the aggregate waits for it, or has none itself", rule_.variables[c.variable].name))
                         .help = "what the inside shares with the rest of the rule must have a value there";
@@ -131,6 +132,7 @@ class Bindings {
             for (const Term& a : h.atom.arguments) need(a, inner, "in this head");
             if (h.kind == Head::Kind::If) need(h.term, bound, "in this condition");
             if (h.kind == Head::Kind::Set) inner.insert(h.variable);
+            for (const Fold& f : h.folds) need(f.initial, bound, "in what a fold starts from");
             Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
             for (const Fold& f : h.folds) {
                 if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each).second)

@@ -173,6 +173,7 @@ struct Clause {
     VariableId variable = {};
     Aggregate aggregate = Aggregate::None;
     FunctionId fold = {};             // Aggregate::Custom
+    Term initial = {};                // Custom: what the fold starts from; Anonymous: from the first match.
     Op compare = Op::Greater;         // Delta
     Span span = {};
 };
@@ -300,6 +301,7 @@ template <class Visit>
 void each_variable(const Clause& clause, const Visit& visit) {
     for (const Term& argument : clause.atom.arguments) each_variable(argument, visit);
     each_variable(clause.test, visit);
+    each_variable(clause.initial, visit);
     for (const Clause& inner : clause.inner) each_variable(inner, visit);
     if (clause.variable.valid()) visit(clause.variable);
 }
@@ -349,6 +351,7 @@ template <class Change>
 void rewrite_variables(Clause& clause, const Change& change) {
     for (Term& argument : clause.atom.arguments) rewrite_variables(argument, change);
     rewrite_variables(clause.test, change);
+    rewrite_variables(clause.initial, change);
     for (Clause& inner : clause.inner) rewrite_variables(inner, change);
     change(clause.variable);
 }

@@ -1,5 +1,5 @@
 // Pass 2: rules. Names become ids, terms get types, views with several heads become one rule a head.
-// Assumes declare(). What a clause of the language means but this version does not compile is refused by name.
+// Assumes declare().
 #include <algorithm>
 
 #include "compiler/check/resolver.h"
@@ -8,8 +8,6 @@
 namespace meld::check {
 
 using diagnostics::Kind;
-
-void Resolver::not_yet(Span span, const std::string& what) { report_.add(Kind::NotSupportedYet, span, what + " are not compiled by this version"); }
 
 void Resolver::rule(const syntax::Rule& tree) {
     errors_before_ = report_.error_count();
@@ -148,7 +146,7 @@ void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& bo
     Rule last = rule;
     std::vector<Clause> clauses = body;
     for (const Fold& fold : head.folds) {
-        Clause c{.kind = Clause::Kind::Aggregate, .inner = head.body, .variable = fold.result, .aggregate = fold.aggregate, .fold = fold.function, .span = head.span};
+        Clause c{.kind = Clause::Kind::Aggregate, .inner = head.body, .variable = fold.result, .aggregate = fold.aggregate, .fold = fold.function, .initial = fold.initial, .span = head.span};
         if (fold.each.valid()) {
             c.test.op = Op::Variable;
             c.test.type = rule.variables[fold.each].type;

@@ -137,7 +137,11 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
         else if (tree.value != nullptr) scope_->resolve(*tree.value, Type::Error, "`count`", true);
     }
     c.aggregate = aggregate(tree.op, c.test, span);
-    if (c.aggregate == Aggregate::None) return;
+    if (c.aggregate == Aggregate::Custom) {
+        const std::optional<FunctionId> function = fold_function(tree.op, c.test, FoldStart::FirstValue, span);
+        if (!function) return;
+        c.fold = *function;
+    }
     const Type type = type_of_aggregate(tree.op, c.test.type);
     Variable& result = rule_->variables[c.variable];
     if (result.type == Type::Error) result.type = type;
@@ -150,12 +154,8 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
 }
 
 Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span span) {
-    static const std::map<std::string, Aggregate> kinds = {{"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}, {"collect", Aggregate::Collect}};
-    const auto found = kinds.find(op);
-    if (found == kinds.end()) {
-        not_yet(span, fmt::format("aggregates `{}` of matches", op));
-        return Aggregate::None;
-    }
+    const auto found = kAggregateNames.find(op);
+    if (found == kAggregateNames.end()) return Aggregate::Custom;
     const Type& type = value.type;
     const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool || type == Type::Error;
     if (found->second == Aggregate::Sum && !type.numeric() && type != Type::Error)
@@ -163,6 +163,36 @@ Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span spa
     else if ((found->second == Aggregate::Min || found->second == Aggregate::Max) && !ordered)
         report_.add(Kind::BadAggregate, span, fmt::format("{} values have no least or greatest", check::type_name(type))).help = "compare an int, a float or a node";
     return found->second;
+}
+
+// The function that folds the values of matches: f(so far, value), of the type of what is so far.
+std::optional<FunctionId> Resolver::fold_function(const std::string& name, const Term& value, FoldStart start, Span span) {
+    const auto own = names_.functions.find(name);
+    if (own == names_.functions.end()) {
+        if (names_.tree.is_lost(name)) return std::nullopt;
+        std::vector<std::string> known;
+        for (const auto& [aggregate, kind] : kAggregateNames) known.push_back(aggregate);
+        for (const auto& [function, id] : names_.functions) known.push_back(function);
+        const std::string near = diagnostics::nearest_name(name, known);
+        report_.add(Kind::UnknownFunction, span, fmt::format("there is no aggregate and no function `{}`", name)).help =
+            near.empty() ? "aggregates are collect, count, max, min and sum, or a function of two arguments" : fmt::format("did you mean `{}`?", near);
+        return std::nullopt;
+    }
+    const Function& f = program_.functions[own->second];
+    refused_ = refused_ || f.refused;
+    const auto complain = [&](Kind kind, const std::string& what) {
+        auto& d = report_.add(kind, span, what);
+        d.labels = {{f.span, "declared here"}};
+        d.help = fmt::format("write `fun {}(T SoFar, T Value) : T = ...`", name);
+        return std::nullopt;
+    };
+    if (f.parameter_count != 2) return complain(Kind::ArityMismatch, fmt::format("a fold takes two arguments, what is so far and a value, and `{}` takes {}", name, f.parameter_count));
+    const auto fits = [](const Type& from, const Type& to) { return from == to || from == Type::Error || to == Type::Error || (from == Type::Int && to == Type::Float); };
+    const Type &so_far = f.variables[VariableId(0)].type, &each = f.variables[VariableId(1)].type;
+    if (!(so_far == f.result)) return complain(Kind::TypeMismatch, fmt::format("`{}` is given what it gave before, {}, and takes {}", name, check::type_name(f.result), check::type_name(so_far)));
+    if (!fits(value.type, each)) return complain(Kind::TypeMismatch, fmt::format("`{}` folds {} values, and these are {}", name, check::type_name(each), check::type_name(value.type)));
+    if (start == FoldStart::FirstValue && !(each == f.result)) return complain(Kind::TypeMismatch, fmt::format("`{}` starts from the first value, {}, and gives {}", name, check::type_name(each), check::type_name(f.result)));
+    return own->second;
 }
 
 // The number of facts at the home, which is put in when it is known: place_counts().

@@ -91,6 +91,16 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
                 value = variable_term(fold.each, one.result.span);
             }
             fold.aggregate = aggregate(one.op, value, one.result.span);
+            if (one.initial != nullptr) {
+                const auto own = names_.functions.find(one.function);
+                const Type wanted = own == names_.functions.end() ? Type::Error : program_.functions[own->second].result;
+                fold.initial = scope_->resolve(*one.initial, wanted, "what a fold starts from");
+            }
+            if (fold.aggregate == Aggregate::Custom) {
+                const std::optional<FunctionId> function = fold_function(one.op == "custom" ? one.function : one.op, value, one.initial != nullptr ? FoldStart::Given : FoldStart::FirstValue, one.result.span);
+                if (!function) return;
+                fold.function = *function;
+            }
             h.folds.push_back(std::move(fold));
         }
     }
@@ -100,7 +110,7 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
         h.folds[i].result = scope_->variable(one.result.text, one.result.span);
         Variable& result = rule_->variables[h.folds[i].result];
         const Type value = h.folds[i].each.valid() ? rule_->variables[h.folds[i].each].type : Type::Int;
-        if (result.type == Type::Error) result.type = type_of_aggregate(one.op, value);
+        if (result.type == Type::Error) result.type = type_of_aggregate(one.op == "custom" ? one.function : one.op, value);
     }
     h.others = heads(tree.result);
     out.push_back(std::move(h));

@@ -44,7 +44,7 @@ void Resolver::type_rule_aggregate(const syntax::RuleAggregate& aggregate) {
     bool changed = false;
     for (std::size_t i = 0; i < values.size(); ++i) {
         const syntax::HeadAggregate& one = aggregate.aggregates[i];
-        type_name(one.result, one.initial != nullptr ? scope_->infer(*one.initial) : type_of_aggregate(one.op, values[i]), changed);
+        type_name(one.result, type_of_aggregate(one.op == "custom" ? one.function : one.op, values[i]), changed);
     }
     type_heads(aggregate.result);
 }
@@ -136,6 +136,8 @@ void Resolver::type_name(const syntax::Name& variable, const Type& type, bool& c
 Type Resolver::type_of_aggregate(const std::string& op, const Type& value) const {
     if (op == "count") return Type::Int;
     if (op == "collect") return value == Type::Error ? Type::Error : Type::list_of(value);
+    // A function of the program gives what it gives.
+    if (const auto own = names_.functions.find(op); own != names_.functions.end() && !kAggregateNames.contains(op)) return program_.functions[own->second].result;
     return value;
 }
 

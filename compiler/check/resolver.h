@@ -1,6 +1,7 @@
 // Pass 2's state: one rule at a time from syntax tree to checked rule. Used by the resolve*.cpp files only.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 
@@ -10,6 +11,10 @@
 
 namespace meld::check {
 
+// The aggregates of matches that have names; any other name is a function of the program.
+inline const std::map<std::string, Aggregate> kAggregateNames = {
+    {"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}, {"collect", Aggregate::Collect}};
+
 class Resolver {
   public:
     Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report, std::set<std::uint32_t> linear_files)
@@ -18,8 +23,6 @@ class Resolver {
     void rule(const syntax::Rule& tree);
 
   private:
-    void not_yet(Span span, const std::string& what);
-
     // ---- types of variables, before any term is built: from atoms first, then from equalities (resolve_types.cpp)
     void type_variables(const std::vector<syntax::Clause>& clauses);
     void type_heads(const std::vector<syntax::HeadItem>& heads);
@@ -42,8 +45,10 @@ class Resolver {
     void delta(const syntax::Delta& tree, Span span, std::vector<Clause>& out);
     void element(const syntax::Element& tree, Span span, std::vector<Clause>& out);
     void proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out);
-    // Reports what an aggregate cannot be made of; the aggregate, or None where there is no such one.
+    // Reports what an aggregate cannot be made of.
     Aggregate aggregate(const std::string& op, const Term& value, Span span);
+    enum class FoldStart { Given, FirstValue };
+    std::optional<FunctionId> fold_function(const std::string& name, const Term& value, FoldStart start, Span span);
     static Clause test(Term term);
     Term variable_term(VariableId id, Span span) const;
     // The catom of an atom is always a variable: another expression there becomes a fresh one and a test.

@@ -72,10 +72,15 @@ void emit_externs(const plan::Plan& plan, Writer& w) {
 }
 
 std::string call(const Scope& scope, FunctionId id, const std::vector<Term>& operands) {
+    std::vector<std::string> values;
+    for (std::size_t i = 0; i < operands.size(); ++i) values.push_back(term_as(scope, operands[i], scope.plan.program.functions[id].variables[VariableId(i)].type));
+    return call_with(scope, id, values);
+}
+
+std::string call_with(const Scope& scope, FunctionId id, const std::vector<std::string>& values) {
     const Function& f = scope.plan.program.functions[id];
     std::string arguments = f.external ? makes_lists(f) ? "s.e" : "" : "s, " + scope.site();
-    for (std::size_t i = 0; i < operands.size(); ++i)
-        arguments += (arguments.empty() ? "" : ", ") + term_as(scope, operands[i], f.variables[VariableId(i)].type);
+    for (const std::string& value : values) arguments += (arguments.empty() ? "" : ", ") + value;
     const std::string text = fmt::format("{}({})", function_name(scope.plan.program, id), arguments);
     // What another language made is looked at once: no NaN in facts, sets in order.
     return f.external ? fmt::format("checked_extern(*s.e, {}, kTypes, {}, {})", scope.site(), type_symbol(f.result), text) : text;

@@ -5,12 +5,19 @@
 
 namespace meld::emit {
 
-RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type) {
-    Folding f{aggregate, fresh("folded"), fresh("seen"), type};
+RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
+    Folding f{aggregate, fresh("folded"), fresh("seen"), type, function, initial.op != Op::Anonymous};
     if (aggregate == Aggregate::Collect) w_.line("RowList<u64> {}{{}};", f.result);
+    else if (f.initial) w_.line("{} {} = {};", cpp_type(type), f.result, element(scope_, initial, type));
     else w_.line("{} {}{{}};", cpp_type(type), f.result);
     w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
     return f;
+}
+
+Type RuleEmitter::folded_type(const Folding& f) const {
+    if (f.aggregate == Aggregate::Collect) return f.type.parts[0];
+    if (f.aggregate == Aggregate::Custom) return plan_.program.functions[f.function].variables[VariableId(1)].type;
+    return f.type;
 }
 
 void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
@@ -24,6 +31,11 @@ void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
             break;
         case Aggregate::Min:
         case Aggregate::Max: w_.line("if ({0} == 0 || {1} {2} {3}) {3} = {1};", f.seen, value, f.aggregate == Aggregate::Min ? "<" : ">", f.result); break;
+        case Aggregate::Custom: {
+            const std::string next = call_with(scope_, f.function, {f.result, value});
+            w_.line("{} = {};", f.result, f.initial ? next : fmt::format("{} == 0 ? {} : {}", f.seen, value, next));
+            break;
+        }
         default: MELD_CHECK(false, "rule {}: an aggregate without code", scope_.rule.name);
     }
     w_.line("++{};", f.seen);
@@ -31,15 +43,15 @@ void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
 
 void RuleEmitter::fold(const Step& s) {
     const Scope before = scope_;
-    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type);
+    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type, s.fold, s.initial);
     w_.open("{");
     const std::size_t outside = w_.depth();
     steps(s.inner);
-    fold_in(f, s.term.op == Op::Anonymous ? "" : term_as(scope_, s.term, s.aggregate == Aggregate::Collect ? f.type.parts[0] : f.type));
+    fold_in(f, s.term.op == Op::Anonymous ? "" : element(scope_, s.term, folded_type(f)));
     close_to(outside);
     w_.close();
     restore(before);
-    std::string condition = needs_match(s.aggregate) ? f.seen + " > 0" : "";
+    std::string condition = f.needs_match() ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
     if (known) condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
     else bind(s.variable, folded(f));
@@ -131,8 +143,8 @@ void RuleEmitter::aggregate(const HeadPlan& h) {
     std::vector<Folding> folds;
     std::string condition;
     for (const Fold& f : h.folds) {
-        folds.push_back(start_fold(f.aggregate, scope_.rule.variables[f.result].type));
-        if (needs_match(f.aggregate)) condition = folds.back().seen + " > 0";
+        folds.push_back(start_fold(f.aggregate, scope_.rule.variables[f.result].type, f.function, f.initial));
+        if (folds.back().needs_match()) condition = folds.back().seen + " > 0";
     }
     comprehension(h, folds);
     const Scope before = scope_;
@@ -144,7 +156,18 @@ void RuleEmitter::aggregate(const HeadPlan& h) {
 }
 
 void RuleEmitter::fold_match(const HeadPlan& h, const std::vector<Folding>& folds) {
-    for (std::size_t i = 0; i < folds.size(); ++i) fold_in(folds[i], h.folds[i].each.valid() ? scope_.value(h.folds[i].each) : "");
+    for (std::size_t i = 0; i < folds.size(); ++i) {
+        const VariableId each = h.folds[i].each;
+        if (!each.valid()) {
+            fold_in(folds[i], "");
+            continue;
+        }
+        Term value;
+        value.op = Op::Variable;
+        value.type = scope_.rule.variables[each].type;
+        value.variable = each;
+        fold_in(folds[i], term_as(scope_, value, folded_type(folds[i])));
+    }
 }
 
 void RuleEmitter::fact(const HeadPlan& h) {

@@ -96,16 +96,21 @@ class RuleEmitter {
         Aggregate aggregate;
         std::string result, seen;   // C++ names: what has been made so far, and of how many matches.
         Type type;
+        FunctionId function = {};   // Custom: folds the values, from the first on where there is no initial one.
+        bool initial = false;
+
+        // Of no match there is a sum, a count, a list and what a fold starts from, but no least or greatest.
+        bool needs_match() const { return aggregate == Aggregate::Min || aggregate == Aggregate::Max || (aggregate == Aggregate::Custom && !initial); }
     };
-    Folding start_fold(Aggregate aggregate, const Type& type);
+    Folding start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
+    // The type that the value of one match is converted to.
+    Type folded_type(const Folding& f) const;
     // Adds one match.
     void fold_in(const Folding& f, const std::string& value);
     // What has been made of all matches.
     static std::string folded(const Folding& f) {
         return f.aggregate == Aggregate::Collect ? fmt::format("list_over(*s.e, {0}.rows, {0}.count)", f.result) : f.result;
     }
-    // Of no match there is a sum and a count, but no least or greatest.
-    static bool needs_match(Aggregate a) { return a == Aggregate::Min || a == Aggregate::Max; }
     void fold(const Step& s);
 
     // ---- what the rule makes

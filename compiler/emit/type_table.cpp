@@ -52,6 +52,7 @@ void each_term(const std::vector<check::Clause>& body, const std::function<void(
     for (const check::Clause& c : body) {
         for (const check::Term& t : c.atom.arguments) visit(t);
         visit(c.test);
+        visit(c.initial);
         each_term(c.inner, visit);
     }
 }

@@ -96,6 +96,8 @@ std::string static_list(const check::Term& t, int& number, Writer& w);
 
 // A call of a function of the program.
 std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);
+// The same with arguments that are C++ expressions already.
+std::string call_with(const Scope& scope, check::FunctionId id, const std::vector<std::string>& values);
 
 // ---- the parts of a module, in order
 void emit_types(const plan::Plan& plan, Writer& w);

@@ -52,7 +52,7 @@ class Steady {
         return steady;
     }
     bool operator()(const std::vector<Clause>& body) {
-        return std::all_of(body.begin(), body.end(), [&](const Clause& c) { return c.kind != Clause::Kind::Delta && all(c.atom.arguments) && (*this)(c.test) && (*this)(c.inner); });
+        return std::all_of(body.begin(), body.end(), [&](const Clause& c) { return c.kind != Clause::Kind::Delta && (c.aggregate != Aggregate::Custom || function(c.fold)) && all(c.atom.arguments) && (*this)(c.initial) && (*this)(c.test) && (*this)(c.inner); });
     }
     bool all(const std::vector<Term>& terms) {
         return std::all_of(terms.begin(), terms.end(), [&](const Term& t) { return (*this)(t); });

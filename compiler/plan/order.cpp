@@ -108,6 +108,7 @@ class Orderer {
                     s.term = c.test;
                     s.aggregate = c.aggregate;
                     s.fold = c.fold;
+                    s.initial = c.initial;
                     if (!known(c.variable, state)) state.values.insert(c.variable);
                 }
                 steps.push_back(std::move(s));

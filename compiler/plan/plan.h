@@ -86,6 +86,7 @@ struct Step {
     std::vector<Step> inner = {};     // Absent, Fold
     check::Aggregate aggregate = check::Aggregate::None;  // Fold
     check::FunctionId fold = {};      // Fold, Custom
+    Term initial = {};                // Fold, Custom: what it starts from, if not the first match
     check::Op compare = check::Op::Greater;  // Delta
 };
 
