@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 #include "compiler/check/types.h"
 #include "runtime/base/assert.h"
@@ -112,6 +113,29 @@ bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& 
     bool fits = true;
     for (std::size_t i = 0; i < parameter.parts.size(); ++i) fits = match(parameter.parts[i], argument.parts[i], bindings) && fits;
     return fits;
+}
+
+namespace {
+
+bool draws(const Program& program, const Term& term, std::set<FunctionId>& seen) {
+    bool found = false;
+    each_subterm(term, [&](const Term& t) {
+        if (found) return;
+        if (t.op == Op::Library) {
+            const LibraryFunction* f = library_function(t.text, t.operands.size());
+            found = f != nullptr && f->random;
+        } else if (t.op == Op::Call && seen.insert(t.function).second) {
+            found = draws(program, program.functions[t.function].body, seen);
+        }
+    });
+    return found;
+}
+
+}  // namespace
+
+bool is_random(const Program& program, const Term& term) {
+    std::set<FunctionId> seen;
+    return draws(program, term, seen);
 }
 
 Type substitute(const LibraryType& type, const LibraryBindings& bindings) {

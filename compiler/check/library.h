@@ -41,4 +41,7 @@ bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& 
 // The type with its letters replaced; one that is not bound is unknown.
 Type substitute(const LibraryType& type, const LibraryBindings& bindings);
 
+// Whether the term calls a function that gives another value each time, itself or through functions of the program.
+bool is_random(const Program& program, const Term& term);
+
 }  // namespace meld::check

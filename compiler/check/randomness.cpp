@@ -1,6 +1,6 @@
 // Pass: chance. A view holds while its body does, so what it holds may not be drawn anew each time it is looked at: random
 // functions are for linear rules and for facts given at birth. Assumes resolved rules.
-#include <set>
+#include <algorithm>
 
 #include "compiler/check/check.h"
 #include "compiler/check/library.h"
@@ -16,7 +16,6 @@ class Randomness {
     Randomness(Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
 
     void run() {
-        find_random_functions();
         for (const Constant& c : program_.constants)
             if (c.computed.valid()) refuse(program_.functions[c.computed].body, fmt::format("the constant `{}`", c.name));
         for (Rule& rule : program_.rules) {
@@ -34,21 +33,6 @@ class Randomness {
     }
 
   private:
-    bool is_random(const Term& t) const {
-        if (t.op == Op::Call) return random_.contains(t.function);
-        if (t.op != Op::Library) return false;
-        const LibraryFunction* f = library_function(t.text, t.operands.size());
-        return f != nullptr && f->random;
-    }
-    void find_random_functions() {
-        for (bool changed = true; changed;) {
-            changed = false;
-            for (const FunctionId id : program_.functions.ids())
-                each_subterm(program_.functions[id].body, [&](const Term& t) {
-                    if (is_random(t)) changed = random_.insert(id).second || changed;
-                });
-        }
-    }
     void check_body(const std::vector<Clause>& body) {
         for (const Clause& c : body) {
             for (const Term& t : c.atom.arguments) refuse(t, "a view");
@@ -58,15 +42,17 @@ class Randomness {
     }
     void refuse(const Term& term, const std::string& what) {
         each_subterm(term, [&](const Term& t) {
-            if (is_random(t))
-                report_.add(Kind::RandomInView, t.span, fmt::format("`{}` gives another value each time, and {} would never come to rest", t.op == Op::Call ? program_.functions[t.function].name : t.text, what)).help =
+            if ((t.op != Op::Library && t.op != Op::Call) || !is_random(program_, t)) return;
+            const std::string& name = t.op == Op::Call ? program_.functions[t.function].name : t.text;
+            const bool inside = std::any_of(t.operands.begin(), t.operands.end(), [&](const Term& operand) { return is_random(program_, operand); });
+            if (!inside)
+                report_.add(Kind::RandomInView, t.span, fmt::format("`{}` gives another value each time, and {} would never come to rest", name, what)).help =
                     "draw in a rule that consumes a linear fact, and keep the value in a fact";
         });
     }
 
     Program& program_;
     diagnostics::Reporter& report_;
-    std::set<FunctionId> random_;
 };
 
 }  // namespace

@@ -25,6 +25,10 @@ void Resolver::rule(const syntax::Rule& tree) {
     rule_ = &rule;
     type_variables(tree.body);
     type_heads(tree.head);
+    // What the body leaves open, as in X = @arg1, a head may say.
+    for (const syntax::HeadItem& item : tree.head)
+        if (const auto* fact = std::get_if<syntax::HeadFact>(&item.node)) type_from_atom(fact->atom);
+    type_variables(tree.body);
     rule.body = body(tree.body);
     rule.heads = heads(tree.head);
     if (tree.selector) {
@@ -244,6 +248,9 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
     Resolver resolver(files, names, program, report, std::move(linear_files));
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
+    for (const Constant& c : program.constants)
+        if (c.argument && has_unknown(c.type) && !report.has_errors())
+            report.add(Kind::BadConstant, c.span, fmt::format("nothing here says of what type `@{}` is", c.name)).help = "make it an argument of a fact or function, or compare it with a value of its type";
 }
 
 }  // namespace meld::check

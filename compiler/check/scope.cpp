@@ -7,6 +7,13 @@ namespace meld::check {
 using diagnostics::Kind;
 using syntax::BinaryOp;
 
+namespace {
+
+// What is nested deeper would need more stack than a C++ compiler has.
+constexpr int kMostDepth = 300;
+
+}  // namespace
+
 Names::Names(const Program& program, const syntax::Tree& source) : tree(source) {
     for (const PredicateId id : program.predicates.ids()) predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
     for (const ConstantId id : program.constants.ids())
@@ -172,7 +179,16 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
         Variable& v = rule_.variables[variable(*name, e.span)];
         v.type = refined(v.type, wanted);
     }
-    return convert(untyped(e, wanted), wanted, where, declared);
+    if (depth_ == kMostDepth) {
+        report_.add(Kind::NestingTooDeep, e.span, fmt::format("this is nested more than {} levels deep", kMostDepth)).help = "give parts of it names with X = e";
+        Term term;
+        term.span = e.span;
+        return term;
+    }
+    ++depth_;
+    Term term = untyped(e, wanted);
+    --depth_;
+    return convert(std::move(term), wanted, where, declared);
 }
 
 Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {

@@ -95,6 +95,7 @@ class Scope {
     Rule& rule_;
     diagnostics::Reporter& report_;
     bool lower_case_variables_;
+    int depth_ = 0;  // Of the expression that is being resolved.
     std::map<std::string, VariableId> variables_;
     // The types of let variables that infer() is inside of, innermost last.
     mutable std::vector<std::pair<std::string, Type>> lets_;

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "compiler/check/library.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -227,7 +228,7 @@ class Localizer {
         }
     }
     // Tests over what the moved part knows go with it. One that may guard an expression that stays is left too.
-    static void move_tests(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept) {
+    void move_tests(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept) {
         Variables known, computed;
         for (const Clause& c : moved)
             if (c.kind == Clause::Kind::Atom) each_variable(c, [&](VariableId v) { known.insert(v); });
@@ -243,6 +244,8 @@ class Localizer {
                     all = all && known.contains(v);
                     guards = guards || computed.contains(v);
                 });
+            // What is drawn is drawn where the rule runs, and once.
+            all = all && !is_random(program_, kept[i].test);
             if (all) moved.push_back(kept[i]);
             if (all && !guards) kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
             else ++i;

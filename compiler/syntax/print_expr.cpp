@@ -99,7 +99,7 @@ struct ExprPrinter {
         const Printed operand = print_leveled(*node.operand);
         const bool literal = std::holds_alternative<IntLiteral>(node.operand->node) || std::holds_alternative<FloatLiteral>(node.operand->node);
         if (literal && operand.level == Level::Primary) return {"-(" + operand.text + ")", Level::Negate};
-        return {"-" + at_least(*node.operand, Level::Negate), Level::Negate};
+        return {operand.level < Level::Negate ? "-(" + operand.text + ")" : "-" + operand.text, Level::Negate};
     }
     Printed operator()(const Binary& node) const {
         const BinaryForm binary = form(node.op);

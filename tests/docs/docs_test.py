@@ -15,7 +15,7 @@ Each page has a scratch folder with a copy of examples/, in which its blocks run
 
 `file=NAME` on a block also saves it in the scratch folder. `norun` exempts a block. A comment `<!-- with ... -->` right before
 a meld block holds declarations that it needs and the page does not show. In expected output, `...` on a line stands for any text,
-and alone on a line for any lines. --update writes docs/errors.md anew.
+and alone on a line for any lines. --update writes docs/errors.md and docs/functions.md anew.
 """
 import argparse
 import concurrent.futures
@@ -232,6 +232,27 @@ def errors_page(bin_folder):
     return "\n".join(out) + "\n"
 
 
+def functions_page():
+    """docs/functions.md, from the table of the library."""
+    table = (ROOT / "compiler/check/library.def").read_text()
+    out = ["# Functions", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
+           "Functions that every program may call. A program's own function of the same name comes first.", "",
+           "`T` is any type, `N` is `int` or `float`, `S` a struct of floats.",
+           "Functions that have no value for an argument, such as an element past the end, stop the run with a message."]
+    entry = re.compile(r'^MELD_(SECTION|OPERATOR|\w*FUNCTION)\("([^"]*)"(?:, "([^"]*)")?.*?(?:"([^"]*)")?\)$', re.MULTILINE)
+    for kind, name, signature, text in entry.findall(table):
+        if kind == "SECTION" and not name:
+            break
+        if kind == "SECTION":
+            out += ["", f"## {name}", "", "| function | takes and gives | |", "|---|---|---|"]
+        else:
+            out.append(f"| `{name}` | `{signature}` | {text} |")
+    return "\n".join(out) + "\n"
+
+
+GENERATED = {"errors.md": lambda bin_folder: errors_page(bin_folder), "functions.md": lambda bin_folder: functions_page()}
+
+
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("--bin", required=True, type=pathlib.Path)
@@ -240,11 +261,13 @@ def main():
     options = arguments.parse_args()
     bin_folder = options.bin.resolve()
     if options.update:
-        (ROOT / "docs/errors.md").write_text(errors_page(bin_folder))
+        for name, text in GENERATED.items():
+            (ROOT / "docs" / name).write_text(text(bin_folder))
     pages = [page.resolve() for page in options.pages] or [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     failures = []
-    if not options.pages and (ROOT / "docs/errors.md").read_text() != errors_page(bin_folder):
-        failures.append("docs/errors.md is not what the table of messages says; write it anew with tests/docs/docs_test.py --update\n")
+    for name, text in GENERATED.items():
+        if not options.pages and (ROOT / "docs" / name).read_text() != text(bin_folder):
+            failures.append(f"docs/{name} is not what its table says; write it anew with tests/docs/docs_test.py --update\n")
     for page in pages:
         failures += dead_links(page)
     with tempfile.TemporaryDirectory() as folder:

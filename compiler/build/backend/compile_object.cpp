@@ -18,7 +18,8 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         "-emit-obj", "-x", "c++", "-std=c++20", "-O" + std::to_string(options.optimisation),
         "-ffp-contract=off", "-fno-rtti", "-mrelocation-model", "pic", "-pic-level", "2",
         "-fvisibility-inlines-hidden", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kMemoryRoot, "-isystem", kMemoryRoot + "freestanding",
-        "-w", "-main-file-name", source,
+        // Expressions nest up to 300 deep, and each level takes up to five brackets.
+        "-fbracket-depth", "4096", "-w", "-main-file-name", source,
         // Loops here are over a dozen ports or a handful of rows: unrolled they are only larger, and take a third longer to compile.
         "-fno-unroll-loops"};
     // clang-format on
