@@ -277,6 +277,33 @@ class Endings(Case):
         self.ends("type p(node, float).\np(A, sqrt(0.0 - N)) :- id(A, N), N = 1.\n", code=1, says=["not a number", where])
         self.ends("type p(node, sum int).\np(A, 9223372036854775807) :- id(A, 1), neighbor(A, _).\n", code=1, says=["too large", where])
 
+    def test_functions_without_a_value_name_rule_and_catom(self):
+        where = "at catom @1 in tick 1"
+        calls = (("lnth([4, 5], N + 1)", "there is no element 2 in a list of 2 in rule p@2"), ("lhead(ltail([N]))", "there is no element 0 in a list of 0"),
+                 ("lmax(ltake([N], 0))", "there is no element 0 in a list of 0"), ('str2int("1x")', "such value"), ('str2int("9223372036854775808")', "such value"),
+                 ("lsum([9223372036854775807, N])", "too large"), ("down(N)", "functions call each other more than 10000 deep in rule p@2"))
+        for body, says in calls:
+            self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\nfun down(int N) : int = 1 + down(N + 1).\n", code=1, says=[says, where], processes=(1,))
+        for body in ("[log(0.0 - N)]", "[1, acos(2 * N)]", "normalize([sqrt(0.0 - N)])"):
+            self.ends(f"type p(node, list float).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=["not a number", where], processes=(1,))
+
+    def test_function_that_needs_much_stack_at_each_call(self):
+        # Each call keeps a list of 400 elements on the stack; the limit is on bytes, not on calls alone.
+        elements = ", ".join(f"f(N + {i})" for i in range(1, 400))
+        self.ends(f"type p(node, int).\np(@1, f(0)).\nfun f(int N) : int = llength([{elements}]).\n", code=1, says=["functions call each other more than", "at catom @1"], processes=(1,))
+
+    def test_linked_files_that_are_wrong(self):
+        self.write("e.meld", "extern int f(int).\ntype p(node, int).\np(A, f(1)).\n")
+        self.write("bad.c", "int f( { return 1; }\n")
+        self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 1; }\n")
+        self.refused("meldc", "compile", "e.meld", "--link", "bad.c", code=1, says="bad.c does not compile")
+        self.refused("meldc", "compile", "e.meld", "--link", "none.c", code=2, says="cannot read none.c")
+        self.refused("meldc", "compile", "e.meld", "--link", "e.meld", code=2, says="it is no C or C++ file")
+        first, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")
+        self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 2; }\n")
+        second, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")
+        self.assertNotEqual(first, second, "a changed file must not find the module of the old one")
+
     def interrupt(self, *more):
         self.write("for ever.meld", FOREVER)
         # Its own session, so that a signal to the group is what Ctrl-C sends: to the command and all it started.
