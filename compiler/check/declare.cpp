@@ -15,6 +15,18 @@ namespace {
 const std::map<std::string, Aggregate> kAggregates = {{"min", Aggregate::Min}, {"max", Aggregate::Max},     {"sum", Aggregate::Sum},
                                                       {"count", Aggregate::Count}, {"first", Aggregate::First}, {"any", Aggregate::First}};
 
+// The world predicates by name and number of arguments.
+WorldSource world_source(const Predicate& p) {
+    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {
+        {{"neighbor", 2}, WorldSource::Neighbor}, {{"neighbor", 3}, WorldSource::NeighborPort}, {{"neighborCount", 2}, WorldSource::NeighborCount},
+        {{"vacant", 2}, WorldSource::Vacant},     {{"cell", 4}, WorldSource::Cell},             {{"position", 4}, WorldSource::Position},
+        {{"position", 2}, WorldSource::PositionVector}, {{"at", 4}, WorldSource::Position},     {{"at", 2}, WorldSource::PositionVector},
+        {{"id", 2}, WorldSource::Id},             {{"tick", 2}, WorldSource::Tick},             {{"target", 1}, WorldSource::Target},
+        {{"target", 2}, WorldSource::TargetPort}};
+    const auto found = sources.find({p.name, p.arguments.size()});
+    return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
+}
+
 class Declarer {
   public:
     Declarer(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report)
@@ -133,7 +145,13 @@ class Declarer {
         }
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
-        if (!same_types || p.linear() != before.linear() || (p.kind == PredicateKind::Action) != (before.kind == PredicateKind::Action)) {
+        const bool same = same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
+        // What the world is asked for has common names: a program may mean something of its own by `at(node, int, int, int)`.
+        if (!same && !p.sensed && p.kind != PredicateKind::Action && world_source(before) != WorldSource::None) {
+            before = std::move(p);
+            return;
+        }
+        if (!same) {
             before.refused = true;
             report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help = "write `" + form(before) + "`";
             return;
@@ -241,17 +259,6 @@ class Declarer {
     std::map<std::string, ConstantId> constants_;
     std::map<std::string, Span> functions_;
 };
-
-// The world predicates by name and number of arguments.
-WorldSource world_source(const Predicate& p) {
-    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {
-        {{"neighbor", 2}, WorldSource::Neighbor}, {{"neighbor", 3}, WorldSource::NeighborPort}, {{"neighborCount", 2}, WorldSource::NeighborCount},
-        {{"vacant", 2}, WorldSource::Vacant},     {{"cell", 4}, WorldSource::Cell},             {{"position", 4}, WorldSource::Position},
-        {{"id", 2}, WorldSource::Id},             {{"tick", 2}, WorldSource::Tick},             {{"target", 1}, WorldSource::Target},
-        {{"target", 2}, WorldSource::TargetPort}};
-    const auto found = sources.find({p.name, p.arguments.size()});
-    return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
-}
 
 }  // namespace
 

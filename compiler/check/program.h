@@ -46,7 +46,7 @@ struct Function;
 using FunctionId = Id<Function>;
 
 // Sensed predicates that are read from the ensemble and stored nowhere.
-enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, Id, Tick, Target, TargetPort };
+enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, PositionVector, Id, Tick, Target, TargetPort };
 
 struct Argument {
     Type type = Type::Error;

@@ -108,7 +108,7 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 one.body = body;
                 one.heads = {h};
                 if (program_.predicates[h.atom.predicate].linear()) {
-                    if (!axiom) {
+                    if (!axiom && !program_.predicates[h.atom.predicate].sensed) {
                         report_.add(Kind::InfiniteLinear, h.span, fmt::format("nothing is consumed here, so `{}` would be made without end", program_.predicates[h.atom.predicate].name))
                             .help = "consume a linear fact in the body";
                         return;

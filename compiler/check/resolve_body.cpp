@@ -306,7 +306,7 @@ void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) 
         {"roll", "it needs motion of kind \"ode\""},    {"contact", "it needs motion of kind \"ode\""},
         {"moveAround", "write `slide` or `turn`, which name the ports instead of the catoms"},
         {"setLabel", "write `print`, or record a predicate with the text"}, {"drawLine", "record a predicate with the ends of the line"},
-        {"watch", "write `print` in the rule that is to be watched"}, {"tap", "declare a linear predicate of your own, given in the world file"}};
+        {"watch", "write `print` in the rule that is to be watched"}};
     if (const auto found = later.find(name.text); found != later.end()) {
         report_.add(Kind::NotSupportedYet, name.span, fmt::format("`{}` is not carried out by this version", name.text)).help = found->second;
         return;

@@ -182,6 +182,13 @@ void RuleEmitter::match_world(const Step& s, WorldSource source) {
             w_.line("s.e->host->position(s.e, {});", centre);
             return use(s, [&](std::size_t k) { return fmt::format("{}[{}]", centre, k - 1); });
         }
+        case WorldSource::PositionVector: {
+            const std::string centre = fresh("centre"), vector = fresh("vector");
+            w_.line("double {}[3];", centre);
+            w_.line("s.e->host->position(s.e, {});", centre);
+            w_.line("const ListRef {0} = make_list(*s.e, Words<3>{{{{word({1}[0]), word({1}[1]), word({1}[2])}}}});", vector, centre);
+            return value(vector);
+        }
         case WorldSource::Neighbor:
         case WorldSource::NeighborPort:
         case WorldSource::None: break;

@@ -355,6 +355,7 @@ class Inputs {
                 case WorldSource::Vacant: bits |= links; break;
                 case WorldSource::Cell:
                 case WorldSource::Position:
+                case WorldSource::PositionVector:
                 case WorldSource::Target:
                 case WorldSource::TargetPort: bits |= place; break;
                 case WorldSource::Tick: bits |= tick; break;

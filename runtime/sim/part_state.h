@@ -53,6 +53,8 @@ class PartState {
 
     // ---- the tick (tick.cpp)
     void begin_tick();
+    // What the world's events give and take in this tick; after catoms have moved.
+    void happen();
     // Evaluates, commits, exchanges, and agrees with the other parts on what happened.
     const Totals& end_tick();
 
@@ -119,6 +121,9 @@ class PartState {
     void agree();
 
     // setup.cpp
+    enum class Given { Check, Give, Take };
+    // Gives the fact to the catoms of its region, or takes it from them; Check only says what is wrong with it.
+    Result<void> change_given(const world::GivenFact& fact, Given how);
     Result<void> given_facts();
     Result<void> set_parameters();
     Result<void> check_length(const std::string& what);

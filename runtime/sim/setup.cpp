@@ -1,7 +1,9 @@
-// Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts.
+// Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts; and
+// its events, which give facts later.
 #include <algorithm>
 #include <set>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/part_state.h"
@@ -149,36 +151,56 @@ Result<void> PartState::set_parameters() {
     return {};
 }
 
-Result<void> PartState::given_facts() {
-    for (const world::GivenFact& fact : world.facts) {
-        const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
-        if (!predicate) {
-            std::vector<std::string_view> known;
-            for (u32 i = 0; i < module.predicate_count; ++i)
-                if (!module.predicates[i].auxiliary && module.predicates[i].base != kNone16) known.emplace_back(module.predicates[i].name);
-            return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
-                        known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
-        }
-        const PredicateInfo& p = module.predicates[*predicate];
-        if (p.base == kNone16 || p.column == kNone16)
-            return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
-                        "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
-        tuple::Arena lists;
-        std::vector<Value> values;
-        for (u32 i = 0; i < p.arity; ++i) {
-            const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
-            if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
-            values.push_back(*value);
-        }
-        // Kept once, so that the catoms share them.
-        for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
-        const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
-        for (Catom c = 0; c < ensemble.index_count(); ++c)
-            if (fits && owned(c) && fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) give(p.base, c, values.data());
-        for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
-        if (!fits) return fits;
+Result<void> PartState::change_given(const world::GivenFact& fact, Given how) {
+    const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
+    if (!predicate) {
+        std::vector<std::string_view> known;
+        for (u32 i = 0; i < module.predicate_count; ++i)
+            if (!module.predicates[i].auxiliary && module.predicates[i].base != kNone16) known.emplace_back(module.predicates[i].name);
+        return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
+                    known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
     }
+    const PredicateInfo& p = module.predicates[*predicate];
+    if (p.base == kNone16 || p.column == kNone16)
+        return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
+                    "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
+    tuple::Arena lists;
+    std::vector<Value> values;
+    for (u32 i = 0; i < p.arity; ++i) {
+        const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
+        if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
+        values.push_back(*value);
+    }
+    // Kept once, so that the catoms share them.
+    for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
+    const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
+    for (Catom c = 0; c < ensemble.index_count() && how != Given::Check; ++c) {
+        if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) continue;
+        if (how == Given::Give) give(p.base, c, values.data());
+        else take(p.base, c, values.data());
+    }
+    for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
+    return fits;
+}
+
+Result<void> PartState::given_facts() {
+    for (const world::GivenFact& fact : world.facts)
+        if (auto done = change_given(fact, Given::Give); !done) return done;
+    // A mistake in what happens late is told now.
+    for (const world::Event& event : world.events)
+        for (const auto* facts : {&event.give, &event.take})
+            for (const world::GivenFact& fact : *facts)
+                if (auto done = change_given(fact, Given::Check); !done) return done;
     return {};
+}
+
+// What the world does in this tick.
+void PartState::happen() {
+    for (const world::Event& event : world.events) {
+        if (!event.happens_in(abi.now)) continue;
+        for (const world::GivenFact& fact : event.take) MELD_CHECK(change_given(fact, Given::Take).has_value(), "an event at {} that was checked", fact.place);
+        for (const world::GivenFact& fact : event.give) MELD_CHECK(change_given(fact, Given::Give).has_value(), "an event at {} that was checked", fact.place);
+    }
 }
 
 }  // namespace meld::sim

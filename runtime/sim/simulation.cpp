@@ -63,6 +63,7 @@ Result<void> Simulation::tick() {
     part_.begin_tick();
     const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(part_) : Result<void>{}; };
     if (auto done = each_module(step); !done) return done;
+    part_.happen();
     if (!codes_.empty()) codes_.run(part_);
     const Totals& t = part_.end_tick();
     summary_.ticks = part_.abi.now;

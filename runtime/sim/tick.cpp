@@ -1,4 +1,5 @@
 // The tick of a part: timers, evaluation, delivery, and what the parts tell each other.
+#include <algorithm>
 #include <cstring>
 
 #include "runtime/base/assert.h"
@@ -161,7 +162,7 @@ void PartState::agree() {
     }
     mine.sent_bytes = sent_bytes_;
     mine.awake = !evaluator.agenda().empty() || mine.actions > 0;
-    mine.waiting = !evaluator.timers().empty();
+    mine.waiting = !evaluator.timers().empty() || std::any_of(world.events.begin(), world.events.end(), [&](const world::Event& e) { return e.last() > abi.now; });
     mine.stop = stop_requested;
     mine.greatest_rank = evaluator.greatest_rank();
     mine.failure = totals.failure;

@@ -10,6 +10,9 @@
 namespace meld::world {
 namespace {
 
+// Beyond any run, and far from what overflows.
+constexpr std::uint64_t kMostTicks = 1'000'000'000;
+
 bool all_digits(std::string_view text) {
     return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
@@ -115,6 +118,45 @@ void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenF
         }
         for (const toml::node& item : *value.as_array()) read_item(reader, item, fact, facts);
     }
+}
+
+namespace {
+
+void read_event(TomlReader& reader, const toml::table& table, double tick_seconds, std::vector<Event>& events) {
+    const Section section(reader, table, "[[event]]", {"tick", "time", "every", "times", "give", "take"});
+    Event event;
+    if (section.has("tick") == section.has("time"))
+        return reader.wrong(table.source(), section.has("tick") ? "an [[event]] has both tick and time" : "an [[event]] has neither tick nor time", "write tick = 10");
+    std::uint64_t tick = 1, every = 0, times = 1;
+    section.read_count("tick", tick, 1, kMostTicks);
+    double seconds = tick_seconds;
+    section.read_seconds("time", seconds);
+    // As a delay of the language: so many whole ticks as fit, and at least one.
+    if (section.has("time")) tick = static_cast<std::uint64_t>(std::clamp(std::floor(seconds / tick_seconds * (1 + 1e-12)), 1.0, static_cast<double>(kMostTicks)));
+    section.read_count("every", every, 1, kMostTicks);
+    section.read_count("times", times, 1, kMostTicks);
+    if (section.has("every") != section.has("times"))
+        return reader.wrong(table.source(), "an [[event]] that happens again has both every and times", "write every = 10 and times = 3");
+    event.tick = static_cast<std::int64_t>(tick);
+    event.every = static_cast<std::int64_t>(every);
+    event.times = static_cast<std::int64_t>(times);
+    for (const auto& [key, facts] : {std::pair("give", &event.give), std::pair("take", &event.take)}) {
+        const toml::node* node = section.find(key);
+        if (node != nullptr && !node->is_table()) return reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, "a table of facts")));
+        if (node != nullptr) read_facts(reader, *node->as_table(), *facts);
+    }
+    if (event.give.empty() && event.take.empty()) return reader.wrong(table.source(), "in this [[event]] nothing happens", "write give = { tap = \"id == 0\" }");
+    events.push_back(std::move(event));
+}
+
+}  // namespace
+
+void read_events(TomlReader& reader, const toml::table& top, double tick_seconds, std::vector<Event>& events) {
+    const toml::node* node = top.get("event");
+    if (node == nullptr) return;
+    if (node->is_table()) return read_event(reader, *node->as_table(), tick_seconds, events);
+    if (!node->is_array_of_tables()) return reader.wrong(node->source(), "event " + type_mismatch(*node, "a table [[event]]"));
+    for (const toml::node& table : *node->as_array()) read_event(reader, *table.as_table(), tick_seconds, events);
 }
 
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set) {

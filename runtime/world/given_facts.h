@@ -1,4 +1,4 @@
-// The sections of a world file that speak the language: [facts] and [set].
+// The sections of a world file that speak the language: [facts], [[event]] and [set].
 #pragma once
 
 #include <map>
@@ -15,6 +15,9 @@ namespace meld::world {
 // temperature = [{ where = "id < 10", args = [20.5] }, ...]       with arguments; without `where`, all catoms
 // route = { args = [[1, 2], "text", "vec3(0, 0, 1)"] }            lists as arrays, all else that TOML cannot say as text
 void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenFact>& facts);
+
+// [[event]] tick = 10, give = { NAME = ... }, take = { NAME = ... }, each as in [facts]; `time` may stand for `tick`.
+void read_events(TomlReader& reader, const toml::table& top, double tick_seconds, std::vector<Event>& events);
 
 // name = value
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set);

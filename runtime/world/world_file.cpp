@@ -202,7 +202,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     const Section top(reader, table, "",
-                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "set", "motion", "record", "limits", "time", "components"});
+                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits", "time", "components"});
     read_top(reader, top, world);
     read_bodies(reader, top, world);
     read_target(reader, table_at(reader, table, "target"), world);
@@ -212,6 +212,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);
+    read_events(reader, table, world.tick_seconds, world.events);
     read_names(reader, table_at(reader, table, "components"), "components", world.components);
     if (!reader.error()) check_whole(reader, top, world);
     return world;

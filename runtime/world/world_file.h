@@ -21,6 +21,18 @@ struct GivenFact {
     std::string place;  // "world.toml:12:5", for errors found later.
 };
 
+// What the world does to its catoms while they run: facts given and taken back at the start of a tick.
+struct Event {
+    std::int64_t tick = 0;   // The first time; from 1.
+    std::int64_t every = 0;  // Ticks between two times, where there are several.
+    std::int64_t times = 1;
+    std::vector<GivenFact> give, take;
+    bool happens_in(std::int64_t now) const {
+        return now == tick || (every > 0 && now > tick && (now - tick) % every == 0 && (now - tick) / every < times);
+    }
+    std::int64_t last() const { return tick + (times - 1) * every; }
+};
+
 struct MotionOptions {
     std::string kind = "none";    // "none", "lattice", or a name a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
@@ -55,6 +67,7 @@ struct World {
     bool target_is_mass = false;
     int held = 0;  // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
+    std::vector<Event> events;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
     RecordOptions record;

@@ -132,6 +132,35 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
 }
 
+TEST(WorldFile, ReadsWhenEventsHappen) {
+    const World world = world_of(kBody + "[time]\ntick = \"10ms\"\n[[event]]\ntick = 4\nevery = 3\ntimes = 3\ngive = { tap = \"id == 0\" }\n"
+                                         "[[event]]\ntime = \"0.05s\"\n[event.take]\nheat = [{ args = [1] }, { args = [2] }]\n");
+    ASSERT_EQ(world.events.size(), 2u);
+    std::vector<std::int64_t> ticks;
+    for (std::int64_t t = 0; t < 20; ++t)
+        if (world.events[0].happens_in(t)) ticks.push_back(t);
+    EXPECT_EQ(ticks, (std::vector<std::int64_t>{4, 7, 10}));
+    EXPECT_EQ(world.events[0].last(), 10);
+    EXPECT_EQ(world.events[0].give.at(0).predicate, "tap");
+    EXPECT_EQ(world.events[1].tick, 5);
+    EXPECT_EQ(world.events[1].last(), 5);
+    EXPECT_EQ(world.events[1].take.size(), 2u);
+}
+
+TEST(WorldFile, RefusesEventsThatAreNone) {
+    const auto error = [](const std::string& event) { return error_of(kBody + "[[event]]\n" + event); };
+    EXPECT_EQ(error("give = { tap = \"all\" }"), "w.toml:3:1: an [[event]] has neither tick nor time. write tick = 10");
+    EXPECT_EQ(error("tick = 1\ntime = 1\ngive = { tap = \"all\" }"), "w.toml:3:1: an [[event]] has both tick and time. write tick = 10");
+    EXPECT_EQ(error("tick = 1"), "w.toml:3:1: in this [[event]] nothing happens. write give = { tap = \"id == 0\" }");
+    EXPECT_EQ(error("tick = 0\ngive = { tap = \"all\" }"), "w.toml:4:8: [[event]] tick = 0 is not between 1 and 1000000000");
+    EXPECT_EQ(error("tick = 1\nevery = 2\ngive = { tap = \"all\" }"), "w.toml:3:1: an [[event]] that happens again has both every and times. write every = 10 and times = 3");
+    EXPECT_EQ(error("tick = 1\ngive = \"all\""), "w.toml:5:8: give is a string, not a table of facts");
+    EXPECT_EQ(error("tick = 1\ntake = { tap = \"idd\" }"), "w.toml:5:17: nothing is called 'idd' here. did you mean 'id'?");
+    EXPECT_EQ(error("tick = 1\ngve = { tap = \"all\" }"), "w.toml:5:1: there is no key 'gve' in [[event]]. did you mean 'give'?");
+    EXPECT_EQ(error("tick = 1\ntimes = 3000000000\nevery = 1\ngive = { tap = \"all\" }"), "w.toml:5:9: [[event]] times = 3000000000 is not between 1 and 1000000000");
+    EXPECT_EQ(error_of("event = 3\n" + kBody), "w.toml:1:9: event is an integer, not a table [[event]]");
+}
+
 TEST(WorldFile, RefusesWorldsWithoutCatoms) {
     EXPECT_EQ(error_of(""), "w.toml: no catom: the body is empty. add [[body]] shape = \"box(10, 10, 10)\"");
     EXPECT_EQ(error_of("[[body]]\nshape = \"move(sphere(0.1), 0.5, 0.5)\""),
