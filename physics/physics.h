@@ -113,6 +113,11 @@ struct BodyState {
     Vec3 spin_rad_s = {};
 };
 
+// By bit: which features are on, and which of them point inwards.
+struct SwitchedFeatures {
+    std::uint32_t on = 0, reversed = 0;
+};
+
 // A body and what it meets: another body, or an obstacle.
 struct Touch {
     BodyId body;
@@ -190,6 +195,9 @@ class Scene {
     // Change of velocity over the last step.
     Vec3 acceleration(BodyId body) const;
     double radius(BodyId body) const;
+    // About an axis through its centre, kg m^2.
+    double moment_of_inertia(BodyId body) const;
+    SwitchedFeatures features(BodyId body) const;
     // Sum of the normal forces on the body over its surface, Pa.
     double pressure(BodyId body);
     double energy_drawn_j(BodyId body) const;

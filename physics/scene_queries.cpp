@@ -54,6 +54,18 @@ Vec3 Scene::acceleration(BodyId body) const {
 
 double Scene::radius(BodyId body) const { return world_->bodies.place[world_->bodies.slot(body)].radius; }
 
+double Scene::moment_of_inertia(BodyId body) const {
+    const Nature& nature = world_->bodies.nature[world_->bodies.slot(body)];
+    return static_cast<double>(nature.inertia_factor) * static_cast<double>(nature.mass) * radius(body) * radius(body);
+}
+
+SwitchedFeatures Scene::features(BodyId body) const {
+    const Bodies& bodies = world_->bodies;
+    if (bodies.features.empty()) return {};
+    const Bodies::FeatureState& state = bodies.features[bodies.slot(body)];
+    return {state.on, state.reversed};
+}
+
 double Scene::pressure(BodyId body) {
     double force = 0;
     for (const std::uint32_t index : contacts_of(body)) force += std::max(0.0, contacts()[index].normal_force_n);

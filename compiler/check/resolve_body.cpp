@@ -302,8 +302,6 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
 void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) {
     // Of other versions of the language; nothing here would carry them out.
     static const std::map<std::string, std::string> later = {
-        {"magnet", "it needs motion of kind \"ode\""},  {"force", "it needs motion of kind \"ode\""},
-        {"roll", "it needs motion of kind \"ode\""},    {"contact", "it needs motion of kind \"ode\""},
         {"moveAround", "write `slide` or `turn`, which name the ports instead of the catoms"},
         {"setLabel", "write `print`, or record a predicate with the text"}, {"drawLine", "record a predicate with the ends of the line"},
         {"watch", "write `print` in the rule that is to be watched"}};
@@ -311,9 +309,11 @@ void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) 
         report_.add(Kind::NotSupportedYet, name.span, fmt::format("`{}` is not carried out by this version", name.text)).help = found->second;
         return;
     }
-    std::vector<std::string> known;
-    for (const auto& [key, id] : names_.predicates) known.push_back(key.first);
-    const std::string near = diagnostics::nearest_name(name.text, known);
+    // The program's own names come before those that it never wrote.
+    std::vector<std::string> own, of_the_runtime;
+    for (const auto& [key, id] : names_.predicates) (program_.predicates[id].prelude ? of_the_runtime : own).push_back(key.first);
+    std::string near = diagnostics::nearest_name(name.text, own);
+    if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
     report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
         near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
 }

@@ -206,7 +206,7 @@ void RuleEmitter::locate(const Step& s) {
 }
 
 void RuleEmitter::port_use(const Step& s, const std::string& port) {
-    const std::string number = fmt::format("i64{{{}}}", s.port_from_other_side ? fmt::format("s.g->opposite[{}]", port) : port);
+    const std::string number = fmt::format("i64{{{}}}", s.port_from_other_side ? fmt::format("port_back(*s.g, s.site, {})", port) : port);
     if (s.port.valid()) bind(s.port, number);
     else if (s.port_compare.op != Op::Anonymous) w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, s.port_compare)));
 }

@@ -1,6 +1,8 @@
 // Emits the tables by which the runtime knows a module's predicates, columns, parameters and rules.
 #include <xxhash.h>
 
+#include <set>
+
 #include "compiler/emit/emit.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
@@ -44,16 +46,28 @@ void emit_fields(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     }
 }
 
+// The predicates in the bodies of rules, those of comprehensions and aggregates in heads too.
+std::set<PredicateId> predicates_read(const check::Program& program) {
+    std::set<PredicateId> read;
+    const auto note = [&](const check::Atom& atom, bool) { read.insert(atom.predicate); };
+    for (const check::Rule& rule : program.rules) {
+        check::each_atom(rule.body, note);
+        check::each_head(rule.heads, [&](const check::Head& head) { check::each_atom(head.body, note); });
+    }
+    return read;
+}
+
 void emit_predicate_table(const plan::Plan& plan, Writer& w) {
+    const std::set<PredicateId> read = predicates_read(plan.program);
     w.open("static constexpr PredicateInfo kPredicates[] = {");
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
         const bool stored = s.column.valid();
-        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary,
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary,
                p.repeats, p.arguments.size() - 1, p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
                stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
-               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask);
+               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id));
     }
     w.close("};");
 }

@@ -40,6 +40,8 @@ struct Geometry {
     const u64* catom_id = nullptr;        // [catom]: the global id, the same on every part.
     const u8* catom_state = nullptr;      // [catom]: CatomState
     u32 catoms = 0;                       // Indices in use, owned, ghost and free.
+    // [site + port]: the port that looks back, where it depends on the link and not on the port alone; else null.
+    const u8* link_back = nullptr;
 };
 
 // The site next to a site over a port; it may lie in slot 0.
@@ -51,6 +53,9 @@ inline u32 site_towards(const Geometry& g, u32 site, i32 port) {
 
 // The catom next to a site over a port, or -1.
 inline i32 catom_towards(const Geometry& g, u32 site, i32 port) { return g.cell_catom[site_towards(g, site, port)]; }
+
+// The port at which the catom towards a port sees this site.
+inline i32 port_back(const Geometry& g, u32 site, i32 port) { return g.link_back != nullptr ? g.link_back[site + static_cast<u32>(port)] : g.opposite[port]; }
 
 inline bool in_target(const Geometry& g, u32 site) {
     return (g.brick_target[site >> 6] >> (site & 63)) & 1;

@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 4;
+inline constexpr u32 kAbiVersion = 5;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -81,6 +81,7 @@ struct PredicateInfo {
     u32 rank_offset;      // In the record or row, or kNone32.
     u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
     u32 presence_mask;
+    bool read = true;     // By some rule.
 };
 
 struct ColumnInfo {

@@ -1,6 +1,7 @@
 #include "runtime/record/facts_file.h"
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -155,11 +156,23 @@ Result<void> write_facts(sim::PartState& part, const std::string& path) {
     return {};
 }
 
+namespace {
+
+// Of a cell its key, of a place anywhere all its bits.
+u64 place_of(const sim::PartState& part, sim::Catom catom) {
+    if (!part.ensemble.is_free()) return part.lattice.key(part.ensemble.cell(catom));
+    u64 hash = 0;
+    for (const double x : part.ensemble.position(catom)) hash = hash_combine(hash, std::bit_cast<u64>(x + 0.0));
+    return hash;
+}
+
+}  // namespace
+
 Digest state_digest(sim::PartState& part) {
     part.refresh();
     Digest digest;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) digest.add(hash_combine(part.ensemble.id(c), part.lattice.key(part.ensemble.cell(c))));
+        if (part.owned(c)) digest.add(hash_combine(part.ensemble.id(c), place_of(part, c)));
     for (u32 i = 0; i < part.module.predicate_count; ++i) {
         const PredicateInfo& p = part.module.predicates[i];
         if (!shown(p)) continue;

@@ -16,11 +16,14 @@ PartState::PartState(const ModuleInfo& module_info, const world::World& the_worl
       columns(module_info, threads),
       evaluator(module_info, columns, workers,
                 [this](u32 catom, double out[3]) {
-                    const world::Vec3 at = ensemble.position(catom);
+                    const world::Vec3 at = ensemble.is_free() ? sensed_positions[catom] : ensemble.position(catom);
                     for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
                 }),
       outgoing_(static_cast<std::size_t>(threads), std::vector<std::vector<Export>>(static_cast<std::size_t>(communicator.parts()))),
-      packets_(static_cast<std::size_t>(communicator.parts())) {}
+      packets_(static_cast<std::size_t>(communicator.parts())) {
+    if (!world.is_free()) return;
+    ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); } : std::function<bool(const world::Vec3&)>());
+}
 
 PartState::~PartState() {
     for (u32 i = 0; i < parameters.size(); ++i) columns.lists().release({module.types, module.parameters[i].deep}, parameters[i], 0);
@@ -78,6 +81,11 @@ void PartState::remove_catom(Catom catom) {
 void PartState::mark_around(Cell cell, u64 bits) {
     for (int port = 0; port < lattice.ports(); ++port)
         if (const std::optional<Catom> other = ensemble.at(lattice.neighbour(cell, port))) mark(*other, bits);
+}
+
+void PartState::mark_neighbours(Catom catom, u64 bits) {
+    for (i32 port = 0; port < abi.geometry.ports; ++port)
+        if (const i32 other = catom_towards(abi.geometry, abi.geometry.catom_site[catom], port); other >= 0) mark(static_cast<Catom>(other), bits);
 }
 
 void PartState::push_exports(Catom catom) {

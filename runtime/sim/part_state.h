@@ -69,8 +69,9 @@ class PartState {
     void remove_catom(Catom catom);
     // Sends the exported columns of a catom to the parts that hold it as a ghost, at the end of the tick.
     void push_exports(Catom catom);
-    // Marks the catoms next to a cell.
+    // Marks the catoms next to a cell, or to a catom.
     void mark_around(Cell cell, u64 bits);
+    void mark_neighbours(Catom catom, u64 bits);
     // The actions of the last tick for this predicate.
     std::vector<eval::Action>& actions() { return evaluator.actions(); }
     // Brings Part's pointers up to date after any of the above.
@@ -98,6 +99,11 @@ class PartState {
     std::vector<Value> parameters;
     Totals totals;
     std::uint64_t next_id = 0;
+    // Where catoms move freely: what they were told of their places, and, until motion has started, the cells they start in.
+    std::vector<world::Vec3> sensed_positions;
+    std::vector<Cell> start_cells;
+    // Something moves by itself, so the run goes on though no program has anything to do.
+    bool moving = false;
     // Set from a signal handler or a module: the run is to end at this tick boundary.
     bool stop_requested = false;
 
@@ -124,6 +130,10 @@ class PartState {
     enum class Given { Check, Give, Take };
     // Gives the fact to the catoms of its region, or takes it from them; Check only says what is wrong with it.
     Result<void> change_given(const world::GivenFact& fact, Given how);
+    // For regions: where catoms move freely, the cell in which it starts, later that whose centre would be nearest.
+    Cell cell_in_regions(Catom catom) const;
+    void populate_cells(const std::vector<std::pair<world::BrickKey, std::uint32_t>>& counts);
+    void populate_freely(const std::vector<std::pair<world::BrickKey, std::uint32_t>>& counts);
     Result<void> given_facts();
     Result<void> set_parameters();
     Result<void> check_length(const std::string& what);
@@ -136,13 +146,6 @@ class PartState {
     // [thread][destination]
     std::vector<std::vector<std::vector<Export>>> outgoing_;
     std::vector<std::vector<std::byte>> packets_;  // [destination]
-    // What arrives in a tick, and its order; kept so that a tick allocates nothing.
-    struct Delivery {
-        std::vector<Arrival> arrivals;
-        std::vector<Keyed> order, spare;
-        std::vector<const Value*> together;
-    };
-    Delivery delivery_;
     std::uint64_t sent_bytes_ = 0;
     std::uint64_t dropped_ = 0;
 };

@@ -7,6 +7,7 @@
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/extension.h"
+#include "runtime/sim/free_motion.h"
 #include "runtime/sim/lattice_motion.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/sim/thermometer.h"
@@ -67,6 +68,7 @@ Registry Registry::standard() {
     Registry r;
     r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
     r.add_sim("motion", "lattice", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
+    r.add_sim("motion", "ode", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<FreeMotion>(w); });
     r.add_code("thermometer", "plane", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
     r.add_code("thermometer", "drift", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<DriftingThermometer>(); });
     r.add_component("thermometer", "weather", [](const world::World& w) -> Result<std::unique_ptr<Component>> { return std::make_unique<Weather>(w.seed); });

@@ -1,6 +1,7 @@
 // Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts; and
 // its events, which give facts later.
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "runtime/base/assert.h"
@@ -48,6 +49,11 @@ tl::unexpected<Error> missing_argument(const ModuleInfo& module, const Parameter
                 "Give --arg VALUE " + (name == "arg1" ? std::string("once") : name.substr(3) + " times") + ", or --set " + name + "=VALUE");
 }
 
+Cell nearest_cell(const world::Vec3& position) {
+    const auto nearest = [](double x) { return static_cast<std::int32_t>(std::clamp(std::round(x), -1e6, 1e6)); };
+    return {nearest(position[0]), nearest(position[1]), nearest(position[2])};
+}
+
 }  // namespace
 
 Result<void> PartState::populate() {
@@ -56,6 +62,26 @@ Result<void> PartState::populate() {
     const int reach = world.motion.kind == "none" ? 1 : 2;
     halo.emplace(ensemble, *partition, comm.part(), reach);
 
+    if (world.is_free()) populate_freely(counts);
+    else populate_cells(counts);
+
+    columns.resize(ensemble.index_count());
+    evaluator.agenda().resize(ensemble.index_count());
+    for (Catom c = 0; c < ensemble.index_count(); ++c)
+        if (owned(c)) mark(c, kDirtyBirths);
+    abi.seed = world.seed;
+    abi.max_derivations = world.limits.max_derivations_per_tick;
+    abi.max_facts = world.limits.max_facts_per_catom;
+    abi.max_list = world.limits.max_list;
+    abi.tick_seconds = world.tick_seconds;
+    abi.world_catoms = static_cast<i64>(next_id);
+    columns.lists().limit(world.limits.max_list);
+    refresh();
+    if (auto done = set_parameters(); !done) return done;
+    return given_facts();
+}
+
+void PartState::populate_cells(const Counts& counts) {
     std::vector<std::uint64_t> first_id;
     std::size_t mine = 0, bricks = 0;
     for (const auto& [key, count] : counts) {
@@ -88,21 +114,33 @@ Result<void> PartState::populate() {
     const bool looks_around = world.motion.kind != "none" || world.target.has_value();
     for (world::Slot slot = 1, end = static_cast<world::Slot>(ensemble.brick_count()); looks_around && slot <= end; ++slot)
         if (partition->owner(lattice.brick_key(ensemble.brick(slot))) == comm.part()) ensemble.surround(slot);
+}
 
-    columns.resize(ensemble.index_count());
-    evaluator.agenda().resize(ensemble.index_count());
-    for (Catom c = 0; c < ensemble.index_count(); ++c)
-        if (owned(c)) mark(c, kDirtyBirths);
-    abi.seed = world.seed;
-    abi.max_derivations = world.limits.max_derivations_per_tick;
-    abi.max_facts = world.limits.max_facts_per_catom;
-    abi.max_list = world.limits.max_list;
-    abi.tick_seconds = world.tick_seconds;
-    abi.world_catoms = static_cast<i64>(next_id);
-    columns.lists().limit(world.limits.max_list);
-    refresh();
-    if (auto done = set_parameters(); !done) return done;
-    return given_facts();
+// Bodies begin where their cells would be, those that are listed where they are listed, numbered behind the others. Who shall
+// own them is for the motion to say; until then the owners of the cells do, and part 0 those that are listed.
+void PartState::populate_freely(const Counts& counts) {
+    std::vector<std::uint32_t> cells;
+    const auto add = [&](std::uint64_t id, Cell cell, const world::Vec3& position) {
+        ensemble.add_at(id, position, kCatomOwned);
+        start_cells.push_back(cell);
+        sensed_positions.push_back(position);
+    };
+    for (const auto& [key, count] : counts) {
+        const std::uint64_t first = next_id;
+        next_id += count;
+        if (partition->owner(key) != comm.part()) continue;
+        world::cells_of_brick(world, lattice, key, cells);
+        for (std::size_t n = 0; n < cells.size(); ++n) {
+            const Cell cell = lattice.cell_in_brick(lattice.brick_at(key), cells[n]);
+            world::Vec3 position = lattice.position(cell);
+            for (double& x : position) x *= world.physics.spacing;
+            add(first + n, cell, position);
+        }
+    }
+    for (const world::Vec3& position : world.positions) {
+        if (comm.part() == 0) add(next_id, nearest_cell(position), position);
+        ++next_id;
+    }
 }
 
 // A list is not longer than the world allows; told before anything is made of it.
@@ -151,6 +189,11 @@ Result<void> PartState::set_parameters() {
     return {};
 }
 
+Cell PartState::cell_in_regions(Catom catom) const {
+    if (!ensemble.is_free()) return ensemble.cell(catom);
+    return catom < start_cells.size() ? start_cells[catom] : nearest_cell(ensemble.position(catom));
+}
+
 Result<void> PartState::change_given(const world::GivenFact& fact, Given how) {
     const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
     if (!predicate) {
@@ -175,7 +218,7 @@ Result<void> PartState::change_given(const world::GivenFact& fact, Given how) {
     for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
     const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
     for (Catom c = 0; c < ensemble.index_count() && how != Given::Check; ++c) {
-        if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), ensemble.cell(c), ensemble.position(c))) continue;
+        if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), cell_in_regions(c), ensemble.position(c))) continue;
         if (how == Given::Give) give(p.base, c, values.data());
         else take(p.base, c, values.data());
     }

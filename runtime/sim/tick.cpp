@@ -35,8 +35,7 @@ const Totals& PartState::end_tick() {
     totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
     sent_bytes_ = dropped_ = 0;
     if (alone()) {
-        std::vector<Arrival>& arrivals = delivery_.arrivals;
-        arrivals.clear();
+        std::vector<Arrival> arrivals;
         for (const eval::Message& m : evaluator.messages()) arrivals.push_back({m.to, m.predicate, m.arguments});
         deliver(arrivals);
     } else {
@@ -48,13 +47,12 @@ const Totals& PartState::end_tick() {
 
 void PartState::deliver(const std::vector<Arrival>& arrivals) {
     // By predicate and then by receiver: both sorts keep what is equal in order.
-    std::vector<Keyed>& order = delivery_.order;
-    order.clear();
+    std::vector<Keyed> order, spare;
     for (std::size_t i = 0; i < arrivals.size(); ++i) order.push_back({arrivals[i].predicate, static_cast<u32>(i)});
-    sort_by_key(order, delivery_.spare);
+    sort_by_key(order, spare);
     for (Keyed& k : order) k.key = arrivals[k.place].to;
-    sort_by_key(order, delivery_.spare);
-    std::vector<const Value*>& together = delivery_.together;
+    sort_by_key(order, spare);
+    std::vector<const Value*> together;
     for (std::size_t i = 0; i < order.size();) {
         const Arrival& first = arrivals[order[i].place];
         together.clear();
@@ -87,8 +85,7 @@ void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 colum
 
 // Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
 void PartState::exchange() {
-    std::vector<Arrival>& arrivals = delivery_.arrivals;
-    arrivals.clear();
+    std::vector<Arrival> arrivals;
     for (auto& lists : outgoing_)
         for (std::size_t other = 0; other < lists.size(); ++other) {
             for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column, e.what);
@@ -131,7 +128,7 @@ void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arriva
         MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", packet.part, cell.x, cell.y, cell.z);
         if (record == Record::Export) {
             at = columns.unpack_column(number, *catom, at, 0);
-            mark_around(cell, module.columns[number].reader_dirty);
+            mark_neighbours(*catom, module.columns[number].reader_dirty);
         } else if (record == Record::Rows) {
             const auto removed = take_value<u32>(at), added = take_value<u32>(at);
             RowChanges* changes = columns.changes().make(number, removed, added, 0);
@@ -139,7 +136,7 @@ void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arriva
             std::memcpy(changes + 1, at, bytes);
             at += bytes;
             columns.change_rows(number, *catom, changes, 0);
-            mark_around(cell, module.columns[number].reader_dirty);
+            mark_neighbours(*catom, module.columns[number].reader_dirty);
         } else {
             const PredicateInfo& p = module.predicates[number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
@@ -164,7 +161,7 @@ void PartState::agree() {
         mine.finished = mine.finished || name == "stop-program";
     }
     mine.sent_bytes = sent_bytes_;
-    mine.awake = !evaluator.agenda().empty() || mine.actions > 0;
+    mine.awake = !evaluator.agenda().empty() || mine.actions > 0 || moving;
     mine.waiting = !evaluator.timers().empty() || std::any_of(world.events.begin(), world.events.end(), [&](const world::Event& e) { return e.last() > abi.now; });
     mine.stop = stop_requested;
     mine.greatest_rank = evaluator.greatest_rank();

@@ -50,6 +50,7 @@ Geometry Ensemble::geometry() const {
     g.catom_id = id_.data();
     g.catom_state = state_.data();
     g.catoms = static_cast<u32>(id_.size());
+    if (free_links_) add_free(g);
     return g;
 }
 
@@ -115,20 +116,25 @@ Catom Ensemble::add(std::uint64_t id, Cell cell, CatomState state) {
     MELD_EXPECT(Lattice::in_range(cell), "cell {} {} {}", cell.x, cell.y, cell.z);
     const std::uint32_t here = site(cell);
     MELD_EXPECT(cell_catom_[here] == kNobody, "catom {} stands on {} {} {}", cell_catom_[here], cell.x, cell.y, cell.z);
+    const Catom catom = take_index(id, here, state);
+    cell_catom_[here] = static_cast<std::int32_t>(catom);
+    return catom;
+}
+
+Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState state) {
     Catom catom = static_cast<Catom>(id_.size());
     if (free_.empty()) {
         id_.push_back(id);
-        site_.push_back(here);
+        site_.push_back(site);
         state_.push_back(state);
     } else {
         std::pop_heap(free_.begin(), free_.end(), std::greater<>());
         catom = free_.back();
         free_.pop_back();
         id_[catom] = id;
-        site_[catom] = here;
+        site_[catom] = site;
         state_[catom] = state;
     }
-    cell_catom_[here] = static_cast<std::int32_t>(catom);
     count(state, 1);
     if (ids_kept_) ids_.insert(catom, id_);
     return catom;
@@ -138,7 +144,8 @@ void Ensemble::remove(Catom catom) {
     MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
     if (ids_kept_) ids_.erase(catom, id_);
     count(state_[catom], static_cast<std::size_t>(-1));
-    cell_catom_[site_[catom]] = kNobody;
+    if (free_links_) cut(catom);
+    else cell_catom_[site_[catom]] = kNobody;
     site_[catom] = 0;
     state_[catom] = kCatomFree;
     free_.push_back(catom);
@@ -218,7 +225,7 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
     return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) + size(key_) +
-           slots_.bytes() + ids_.bytes();
+           slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_);
 }
 
 }  // namespace meld::world

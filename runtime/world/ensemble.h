@@ -46,6 +46,22 @@ class Ensemble {
     void move(Catom catom, Cell to);
     void set_state(Catom catom, CatomState state);
 
+    // ---- catoms that stand anywhere (free_ensemble.cpp)
+    // They have no cells; neighbours are those they are linked with, over ports that mean nothing but a number. The arrays of
+    // geometry() are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
+    void set_free(std::function<bool(const Vec3&)> in_target);
+    bool is_free() const { return free_links_; }
+    Catom add_at(std::uint64_t id, const Vec3& position, CatomState state);
+    // Returns whether it has entered or left the target.
+    bool place(Catom catom, const Vec3& position);
+    // Links two catoms over a port of each that has no link, or takes the link at a port away, on both sides.
+    void link(Catom a, int port_of_a, Catom b, int port_of_b);
+    void unlink(Catom catom, int port);
+    std::optional<Catom> linked(Catom catom, int port) const;
+    // The lowest port without a link, or none.
+    std::optional<int> vacant_port(Catom catom) const;
+    std::optional<int> port_towards(Catom catom, Catom other) const;
+
     std::optional<Catom> at(Cell cell) const;
     // As Lattice::key, without the curve for bricks that are present.
     CellKey key(Cell cell) const;
@@ -53,7 +69,7 @@ class Ensemble {
     std::uint64_t id(Catom catom) const { return id_[catom]; }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }
     bool target(Cell cell) const;  // False also where no brick is present.
-    Vec3 position(Catom catom) const { return lattice_.position(cell(catom)); }
+    Vec3 position(Catom catom) const { return free_links_ ? positions_[catom] : lattice_.position(cell(catom)); }
 
     std::size_t index_count() const { return id_.size(); }
     std::size_t owned_count() const { return owned_count_; }
@@ -69,6 +85,9 @@ class Ensemble {
     using FillTarget = std::function<void(Cell brick, std::span<std::uint64_t, 8> bits)>;
     Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t sentinels);
 
+    Catom take_index(std::uint64_t id, std::uint32_t site, CatomState state);
+    void add_free(Geometry& g) const;
+    void cut(Catom catom);
     Slot make_slot(Cell brick);
     std::uint32_t site(Cell cell);  // Makes the brick if need be.
     void count(std::uint8_t state, std::size_t by);
@@ -94,6 +113,12 @@ class Ensemble {
     // A heap with the lowest free index on top.
     std::vector<Catom> free_;
     std::size_t owned_count_ = 0, ghost_count_ = 0;
+
+    // Where catoms stand anywhere. By site and port, the port at the other end of the link.
+    bool free_links_ = false;
+    std::function<bool(const Vec3&)> in_target_;
+    std::vector<Vec3> positions_;
+    std::vector<std::uint8_t> link_back_;
 
     mutable IdTable ids_;
     mutable bool ids_kept_ = false;

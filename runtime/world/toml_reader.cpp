@@ -121,6 +121,75 @@ void Section::read_positive(std::string_view key, double& value) const {
     value = number;
 }
 
+void Section::read_number(std::string_view key, double& value, double least, double most) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_number()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "a number")));
+    const double number = *node->value<double>();
+    if (!std::isfinite(number)) return reader_.wrong(node->source(), fmt::format("{} = {} is not a finite number", name_of(key), number));
+    if (number < least || number > most) {
+        const bool open = most == std::numeric_limits<double>::max();
+        return reader_.wrong(node->source(), open ? fmt::format("{} = {} is less than {}", name_of(key), number, least)
+                                                  : fmt::format("{} = {} is not between {} and {}", name_of(key), number, least, most));
+    }
+    value = number;
+}
+
+bool Section::read_point(const toml::node& node, const std::string& what, Vec3& value) const {
+    const toml::array* array = node.as_array();
+    const bool fits = array != nullptr && array->size() == 3;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::optional<double> number = fits && array->get(i)->is_number() ? array->get(i)->value<double>() : std::nullopt;
+        if (!number || !std::isfinite(*number)) {
+            reader_.wrong(node.source(), what + " is not a point [x, y, z] of three finite numbers");
+            return false;
+        }
+        value[i] = *number;
+    }
+    return true;
+}
+
+void Section::read(std::string_view key, Vec3& value) const {
+    if (const toml::node* node = find(key)) read_point(*node, name_of(key), value);
+}
+
+void Section::read(std::string_view key, std::vector<Vec3>& value) const {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_array()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of points [x, y, z]")));
+    value.clear();
+    for (const toml::node& item : *node->as_array()) {
+        Vec3 point{};
+        if (!read_point(item, "an item of " + name_of(key), point)) return;
+        value.push_back(point);
+    }
+}
+
+void Section::read_choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) const {
+    std::string word = value;
+    read(key, word);
+    if (std::find(choices.begin(), choices.end(), word) == choices.end())
+        return wrong(key, fmt::format("{} = \"{}\" does not exist", name_of(key), word), did_you_mean(word, {choices.begin(), choices.size()}));
+    value = word;
+}
+
+std::optional<Region> Section::read_region(std::string_view key) const {
+    const toml::node* node = find(key);
+    if (!node) return std::nullopt;
+    std::string text;
+    read(key, text);
+    if (!node->is_string()) return std::nullopt;
+    Parsed<Region> region = parse_region_text(text);
+    if (region) return std::move(*region);
+    reader_.wrong_in(*node, region.error());
+    return std::nullopt;
+}
+
+void Section::wrong(std::string_view key, std::string_view problem, std::string suggestion) const {
+    const toml::node* node = find(key);
+    reader_.wrong(node ? node->source() : table_.source(), problem, std::move(suggestion));
+}
+
 void Section::read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
                             Result<std::uint64_t> (*parse)(std::string_view)) const {
     const toml::node* node = find(key);

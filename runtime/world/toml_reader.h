@@ -54,6 +54,15 @@ class Section {
     void read(std::string_view key, std::vector<std::string>& value) const;
     // A finite number above zero.
     void read_positive(std::string_view key, double& value) const;
+    // A finite number within these limits.
+    void read_number(std::string_view key, double& value, double least = std::numeric_limits<double>::lowest(),
+                     double most = std::numeric_limits<double>::max()) const;
+    // Three finite numbers, [x, y, z].
+    void read(std::string_view key, Vec3& value) const;
+    void read(std::string_view key, std::vector<Vec3>& value) const;
+    // One of these words.
+    void read_choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) const;
+    std::optional<Region> read_region(std::string_view key) const;
     // A whole number, also written "2M".
     void read_count(std::string_view key, std::uint64_t& value, std::uint64_t least = 0,
                     std::uint64_t most = std::numeric_limits<std::int64_t>::max()) const;
@@ -65,8 +74,11 @@ class Section {
     std::optional<Shape> read_shape(std::string_view key) const;
     const toml::source_region& source() const { return table_.source(); }
 
+    void wrong(std::string_view key, std::string_view problem, std::string suggestion = {}) const;
+
   private:
     std::string name_of(std::string_view key) const;
+    bool read_point(const toml::node& node, const std::string& what, Vec3& value) const;
     void read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
                        Result<std::uint64_t> (*parse)(std::string_view)) const;
     TomlReader& reader_;

@@ -12,7 +12,9 @@
 #include "runtime/base/nearest.h"
 #include "runtime/world/cells_file.h"
 #include "runtime/world/given_facts.h"
+#include "runtime/world/physics_section.h"
 #include "runtime/world/populate.h"
+#include "runtime/world/positions_file.h"
 #include "runtime/world/toml_reader.h"
 
 namespace meld::world {
@@ -81,14 +83,33 @@ void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed
     if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
 }
 
-void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed) {
-    const Section body(reader, table, "[[body]]", {"shape", "cells"});
-    if (body.has("shape") == body.has("cells")) {
+// positions = [[0, 0, 0.5], ...] or "points.csv", relative to the world file.
+void read_positions(TomlReader& reader, const Section& body, std::vector<Vec3>& positions) {
+    const toml::node* node = body.find("positions");
+    if (!node) return;
+    if (node->is_array()) {
+        std::vector<Vec3> listed;
+        body.read("positions", listed);
+        positions.insert(positions.end(), listed.begin(), listed.end());
+        return;
+    }
+    if (!node->is_string()) return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
+    const std::string path = (std::filesystem::path(reader.path()).parent_path() / **node->as_string()).string();
+    const Result<std::string> text = read_text(path);
+    if (!text) return reader.wrong(node->source(), text.error().problem);
+    if (const Result<void> added = add_positions(*text, path, positions); !added) reader.wrong(added.error());
+}
+
+void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed, std::vector<Vec3>& positions) {
+    const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
+    const int given = body.has("shape") + body.has("cells") + body.has("positions");
+    if (given != 1) {
         return reader.wrong(table.source(),
-                            body.has("shape") ? "a [[body]] has both shape and cells" : "a [[body]] has neither shape nor cells",
+                            given == 0 ? "a [[body]] has neither shape nor cells" : "a [[body]] has more than one of shape, cells and positions",
                             "give each its own [[body]] with one of them");
     }
     if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
+    read_positions(reader, body, positions);
     const toml::node* cells = body.find("cells");
     if (!cells) return;
     if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
@@ -105,9 +126,9 @@ void read_bodies(TomlReader& reader, const Section& top, World& world) {
     std::vector<Shape> shapes;
     CellList listed(lattice);
     if (node->is_table()) {
-        read_body(reader, *node->as_table(), shapes, listed);
+        read_body(reader, *node->as_table(), shapes, listed, world.positions);
     } else if (node->is_array_of_tables()) {
-        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed);
+        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed, world.positions);
     } else {
         reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
     }
@@ -140,7 +161,12 @@ void read_names(TomlReader& reader, const toml::table& table, std::string_view s
     }
 }
 
-void read_motion(TomlReader& reader, const toml::table& table, MotionOptions& motion) {
+void read_motion(TomlReader& reader, const toml::table& table, MotionOptions& motion, PhysicsOptions& physics) {
+    const toml::node* kind = table.get("kind");
+    if (kind && kind->is_string() && **kind->as_string() == "ode") {
+        motion.kind = "ode";
+        return read_physics(reader, table, physics);
+    }
     const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
     section.read("kind", motion.kind);
     section.read_count("capacity", motion.capacity, 0);
@@ -170,7 +196,7 @@ void read_time(TomlReader& reader, const toml::table& table, World& world) {
 // Whether no cell of the world's lattice lies in the body; false when a large body must be searched for long.
 bool surely_empty(const World& world, const Lattice& lattice) {
     int left = kBricksSearched;
-    bool found = !world.cells.empty();
+    bool found = !world.cells.empty() || !world.positions.empty();
     if (found) return false;
     for_each_brick(world.body, lattice, [&](Cell brick) {
         found = cells_in_shape(world.body, lattice, brick) != BrickCells{};
@@ -179,12 +205,27 @@ bool surely_empty(const World& world, const Lattice& lattice) {
     return !found && left > 0;
 }
 
+// What goes together with bodies that move freely, and what with cells.
+void check_free(TomlReader& reader, const Section& top, World& world) {
+    if (!world.is_free()) {
+        if (!world.positions.empty())
+            reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here", "give it cells, or the world [motion] kind = \"ode\"");
+        return;
+    }
+    world.tick_seconds = world.physics.step * world.physics.steps;
+    if (top.has("time")) reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
+    if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
+    if (world.target_cells || world.target_is_mass)
+        reader.wrong(top.find("target")->source(), "a target of so many cells needs a lattice", "take [target] cells out");
+}
+
 // What can only be said of the world as a whole.
-void check_whole(TomlReader& reader, const Section& top, const World& world) {
+void check_whole(TomlReader& reader, const Section& top, World& world) {
     if (world.held > world.motion.capacity) {
         reader.wrong(top.find("held")->source(),
                      fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
     }
+    check_free(reader, top, world);
     if (reader.error()) return;
     const toml::source_region& body = top.find("body")->source();
     if (const Result<WorldSize> size = measure(world); !size) return reader.wrong(body, size.error().problem, size.error().suggestion);
@@ -208,7 +249,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
     read_settings(reader, table_at(reader, table, "set"), world.set);
-    read_motion(reader, table_at(reader, table, "motion"), world.motion);
+    read_motion(reader, table_at(reader, table, "motion"), world.motion, world.physics);
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);

@@ -9,6 +9,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/world/lattice.h"
+#include "runtime/world/physics_options.h"
 #include "runtime/world/shape.h"
 
 namespace meld::world {
@@ -34,7 +35,7 @@ struct Event {
 };
 
 struct MotionOptions {
-    std::string kind = "none";    // "none", "lattice", or a name a SimModule registered.
+    std::string kind = "none";    // "none", "lattice", "ode", or a name a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
 };
@@ -60,6 +61,8 @@ struct World {
     // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may lie
     // in `body` too. See sort_cells.
     std::vector<Cell> cells;
+    // Where catoms stand besides, in the order listed; only where they move freely.
+    std::vector<Vec3> positions;
     std::optional<Shape> target;
     // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, that is
     // catoms times (1 + held). Target (target.h) chooses them.
@@ -70,11 +73,15 @@ struct World {
     std::vector<Event> events;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
+    PhysicsOptions physics;  // Where motion.kind is "ode".
     RecordOptions record;
     Limits limits;
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
     std::uint64_t seed = 1;
     double tick_seconds = 1e-3;  // What a tick stands for in the delays of a program.
+
+    // Whether catoms are bodies that stand anywhere, and touch whom they meet; else they stand on cells.
+    bool is_free() const { return motion.kind == "ode"; }
 };
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.

@@ -51,14 +51,15 @@ def literal(word):
 
 
 class Runner:
-    def __init__(self, meldsim, program, folder):
+    def __init__(self, meldsim, program, folder, telling=WHERE):
         self.meldsim = meldsim
         self.folder = pathlib.Path(folder)
         self.worlds = 0
         self.program = pathlib.Path(program)
-        # The program as it is, and with its cells told.
+        # The program as it is, and with its cells (or whatever is asked for) told.
         self.telling = self.folder / self.program.name
-        self.telling.write_text(self.program.read_text() + WHERE)
+        self.telling.write_text(self.program.read_text() + telling)
+        self.told = tuple(re.findall(r"type ([\w-]+)", telling))
         self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                                 OMPI_MCA_rmaps_base_oversubscribe="1")
 
@@ -77,9 +78,9 @@ class Runner:
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
         return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
 
-    def run_sizes(self, world, options=()):
+    def run_sizes(self, world, options=(), sizes=None):
         """The outcome in this world (a path), which must be the same for all numbers of processes and threads."""
-        sizes = HALVES[self.worlds % 2] if self.worlds else SIZES
+        sizes = sizes or (HALVES[self.worlds % 2] if self.worlds else SIZES)
         self.worlds += 1
         text, digests, summary = self.run(self.telling, world, *sizes[0], options)
         for processes, threads in sizes[1:]:
@@ -94,9 +95,9 @@ class Runner:
                     sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
         # What the program derives does not change because its cells are told.
         plain, _, _ = self.run(self.program, world, 1, 1, options)
-        untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("where-cell("))
+        untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(tuple(name + "(" for name in self.told)))
         if plain != untold:
-            sys.exit(f"without cells other facts are derived:\n{first_difference(untold, plain)}")
+            sys.exit(f"where this is not told other facts are derived:\n{first_difference(untold, plain)}")
         return Outcome(text, summary)
 
 

@@ -1,0 +1,100 @@
+#include "runtime/sim/body_actions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+void BodyActions::start(const PartState& part, const world::World& world) {
+    world_ = &world;
+    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_predicate(part.module, name, arity); };
+    magnet_ = find("magnet", 2);
+    latch_ = find("latch", 2);
+    force_ = {find("force", 3), find("force", 1)};
+    torque_ = {find("torque", 3), find("torque", 1)};
+    roll_ = {find("roll", 3), find("roll", 1)};
+    if (const auto failed = find("failed", 1)) {
+        const u16 base = part.module.predicates[*failed].base;
+        if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
+    }
+}
+
+physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& action) {
+    const Value* v = action.arguments;
+    if (part.module.predicates[action.predicate].arity == 3) return {v[0].real, v[1].real, v[2].real};
+    const List* list = v[0].list;
+    return {tuple::item(list, 0).real, tuple::item(list, 1).real, tuple::item(list, 2).real};
+}
+
+// Actions come in the order of the catoms' numbers, so the last is the one that may be there already.
+BodyActions::Pushed& BodyActions::pushed(physics::BodyId body) {
+    if (pushed_.empty() || pushed_.back().body != body) pushed_.push_back({body, {}, {}, {}});
+    return pushed_.back();
+}
+
+Result<void> BodyActions::take(PartState& part, PhysicsScene& physics) {
+    for (const eval::Action& action : part.actions()) {
+        const u32 p = action.predicate;
+        const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+        if (p == magnet_ || p == latch_) {
+            if (!switch_feature(part, physics, action)) refuse(part, action.catom, p == magnet_ ? Code::Magnet : Code::Latch);
+        } else if (force_.is(p)) {
+            Pushed& push = pushed(body);
+            push.force_n = push.force_n + vector_of(part, action);
+        } else if (torque_.is(p)) {
+            Pushed& push = pushed(body);
+            push.torque_nm = push.torque_nm + vector_of(part, action);
+        } else if (roll_.is(p)) {
+            pushed(body).spin_rad_s = vector_of(part, action);
+        }
+    }
+    return {};
+}
+
+// magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
+bool BodyActions::switch_feature(PartState& part, PhysicsScene& physics, const eval::Action& action) {
+    const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
+    if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
+    const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
+    if (latches != (action.predicate == latch_) || value < -1 || value > 1) return false;
+    const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+    const std::uint32_t bit = std::uint32_t{1} << feature;
+    physics::SwitchedFeatures now = physics.scene->features(body);
+    now.on = value != 0 ? now.on | bit : now.on & ~bit;
+    now.reversed = value < 0 ? now.reversed | bit : now.reversed & ~bit;
+    return physics.scene->set_features(body, now.on, now.reversed).has_value();
+}
+
+Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
+    for (const Pushed& p : pushed_) {
+        physics::Vec3 torque = p.torque_nm;
+        if (p.spin_rad_s) {
+            // What brings it to its spin within the step, if the motor is strong enough for that.
+            const physics::Vec3 missing = *p.spin_rad_s - scene.state(p.body).spin_rad_s;
+            physics::Vec3 motor = (scene.moment_of_inertia(p.body) / step_s) * missing;
+            const double strength = length(motor), most = world_->physics.roll_torque;
+            if (strength > most) motor = (most / strength) * motor;
+            torque = torque + motor;
+        }
+        if (auto done = scene.set_push(p.body, p.force_n, torque); !done) return done;
+    }
+    return {};
+}
+
+Result<void> BodyActions::release(physics::Scene& scene) {
+    for (const Pushed& p : pushed_)
+        if (auto done = scene.set_push(p.body, {}, {}); !done) return done;
+    pushed_.clear();
+    return {};
+}
+
+void BodyActions::refuse(PartState& part, Catom catom, Code code) {
+    if (!failed_) return;
+    Value value{};
+    value.integer = static_cast<i64>(code);
+    part.give(*failed_, catom, &value);
+}
+
+}  // namespace meld::sim

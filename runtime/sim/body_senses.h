@@ -1,0 +1,49 @@
+// What catoms feel of their bodies, told to those programs that read it, and only when it has changed by enough.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/sim/part_state.h"
+#include "runtime/sim/physics_scene.h"
+
+namespace meld::sim {
+
+class BodySenses {
+  public:
+    // Finds what the program reads. Errors: it reads what only a lattice has.
+    Result<void> start(PartState& part, const world::World& world);
+    // Touches of obstacles that began and ended; after each step.
+    void note_obstacles(PartState& part, std::span<const physics::TouchEvent> events);
+    // After the last step of a tick: places, and all else that is read. Cost: all catoms of the part, on all workers, and
+    // for those that have changed a few comparisons.
+    void sense(PartState& part, PhysicsScene& physics);
+
+  private:
+    enum class Quantity { Orientation, Velocity, Acceleration, Pressure, Energy };
+    struct Sensor {
+        Quantity quantity;
+        u32 predicate;  // That stores it.
+        bool vector;    // One vec3, not numbers.
+        double threshold;
+    };
+    struct Moved {
+        Catom catom;
+        bool place;     // It was told its place, or is in the target or no longer.
+    };
+    void find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
+    // Places of some catoms; those that are to be told something are added.
+    void place(PartState& part, const physics::Scene& scene, Catom first, Catom last, std::vector<Moved>& moved);
+    void tell(PartState& part, physics::Scene& scene, const Sensor& sensor, Catom catom);
+    void tell_contacts(PartState& part, PhysicsScene& physics, Catom catom);
+    static std::vector<double> measure(physics::Scene& scene, Quantity quantity, physics::BodyId body);
+    static bool differs(const Sensor& sensor, const std::vector<double>& told, const std::vector<double>& now);
+
+    const world::World* world_ = nullptr;
+    bool reads_place_ = false;
+    std::vector<Sensor> sensors_;
+    std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,40 @@
+// [motion] kind = "ode": catoms are bodies that fall, touch, roll and pull, moved by the physics between the ticks of their
+// programs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "runtime/sim/body_actions.h"
+#include "runtime/sim/body_senses.h"
+#include "runtime/sim/contact_links.h"
+#include "runtime/sim/extension.h"
+#include "runtime/sim/part_state.h"
+#include "runtime/sim/physics_scene.h"
+
+namespace meld::sim {
+
+class FreeMotion : public SimModule {
+  public:
+    explicit FreeMotion(const world::World& world) : world_(world) {}
+    Result<void> start(PartState& part) override;
+    // Carries out the actions of the last tick, moves the bodies for the time of a tick, and tells the programs.
+    Result<void> step(PartState& part) override;
+    void finish(PartState& part) override;
+    std::string status() const override;
+    std::string outcome() const override;
+
+  private:
+    Result<void> step_once(PartState& part);
+
+    const world::World& world_;
+    PhysicsScene physics_;
+    BodyActions actions_;
+    BodySenses senses_;
+    ContactLinks links_;
+    std::uint64_t bodies_ = 0, awake_ = 0;
+    double energy_j_ = 0;
+    std::uint64_t refused_ = 0;  // Actions that only a lattice carries out.
+};
+
+}  // namespace meld::sim

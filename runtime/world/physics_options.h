@@ -1,0 +1,76 @@
+// What a world says of bodies that move freely, [motion] kind = "ode": as read, in the units of the file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/world/shape.h"
+
+namespace meld::world {
+
+// What a catom can pull with. SI units; see docs/physics.md for what each number means.
+struct FeatureOptions {
+    std::string kind = "dipole";  // "dipole", "two-pole", "plate" or "latch".
+    int count = 0;                // 6, 12 or 24 directions; 0: `directions`.
+    std::vector<Vec3> directions;
+    double strength = 1, depth = 0.05, length = 0.1, area = 0.01, cover = 1e-4, permittivity = 3, range = 0.1, power = 0, switching = 0;
+    std::string place;  // "world.toml:12:5"
+};
+
+// Catoms that differ from the others; later groups outdo earlier ones.
+struct CatomGroup {
+    Region where;
+    std::optional<double> mass, inertia, friction, restitution;
+    std::optional<bool> fixed;
+    std::optional<Vec3> velocity;  // At the start, m/s.
+    std::optional<Vec3> spin;      // At the start, rad/s.
+};
+
+// A thing that catoms meet. Lengths in catom diameters.
+struct ObstacleOptions {
+    std::string kind = "plane";  // "plane", "box" or "terrain".
+    Vec3 normal{0, 0, 1};        // Of a plane; what lies behind it is full.
+    double offset = 0;           // Of a plane, from the origin along its normal.
+    Vec3 centre{}, size{1, 1, 1};
+    double degrees = 0;          // A box is turned so far about the z axis.
+    double cell = 1;             // Of a terrain: between two of its points.
+    std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
+    std::optional<double> friction, restitution;
+    std::string place;
+};
+
+// By how much a catom must have changed before its program is told.
+struct SenseOptions {
+    double position = 0.01;      // Diameters
+    double orientation = 0.02;   // rad
+    double velocity = 0.01;      // m/s
+    double acceleration = 0.1;   // m/s^2
+    double pressure = 0.05;      // Of the former value.
+    double energy = 0.01;        // Of the former value.
+};
+
+struct PhysicsOptions {
+    std::string engine = "blocks";  // "blocks", "hash" or "ode".
+    std::string solver = "soft";    // "soft" or "pgs20".
+    double step = 1.0 / 240;        // Seconds
+    int substeps = 2;
+    int steps = 1;                  // In a tick.
+    Vec3 gravity{0, 0, -9.81};
+    double linear_damping = 0, angular_damping = 0;  // Shares a second.
+    double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
+    double spacing = 1;             // Between cells at the start, in diameters.
+    std::optional<double> ground;   // Height of a plane, in diameters.
+    double roll_torque = 10;        // The most that `roll` turns with, N m.
+    int sleep_ticks = 30;           // Steps without motion until a region sleeps; 0: it never does.
+    double sleep_speed = 0.005;
+    double greatest_speed = 1000;   // m/s
+    double deepest_overlap = 0.5;   // Of two radii.
+    SenseOptions sense;
+    std::vector<FeatureOptions> features;
+    std::vector<ObstacleOptions> obstacles;
+    std::vector<CatomGroup> groups;
+};
+
+}  // namespace meld::world

@@ -1,0 +1,177 @@
+"""What bodies in a world file do, sense and refuse, against formulas: bodies_test.py MELDSIM."""
+
+import collections
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from recorded import Recorded
+from runner import literal, split, FACT
+
+ONE = "[[body]]\npositions = [[0, 0, 0]]\n[motion]\nkind = \"ode\"\n"
+
+
+class Bodies:
+    def __init__(self, meldsim, folder):
+        self.meldsim = meldsim
+        self.folder = pathlib.Path(folder)
+        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"))
+
+    def command(self, program, world, ticks, *options):
+        (self.folder / "p.meld").write_text(program)
+        (self.folder / "w.toml").write_text(world)
+        command = [self.meldsim, "run", self.folder / "p.meld", "--world", self.folder / "w.toml", "--ticks", str(ticks), "--json", *options]
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
+
+    def run(self, program, world, ticks, *options):
+        """The facts at the end and the summary."""
+        done = self.command(program, world, ticks, "--facts-out", self.folder / "out.facts", *options)
+        if done.returncode != 0:
+            sys.exit(f"{program}\n{world}\nended with {done.returncode}:\n{done.stderr}")
+        facts = collections.defaultdict(list)
+        for line in (self.folder / "out.facts").read_text().splitlines():
+            name, arguments = FACT.fullmatch(line).groups()
+            facts[name].append(tuple(literal(word) for word in split(arguments)))
+        return facts, json.loads(done.stdout)
+
+
+def close(found, wanted, tolerance, what):
+    if not math.isclose(found, wanted, abs_tol=tolerance):
+        sys.exit(f"{what}: {found}, not {wanted} within {tolerance}")
+
+
+def same(found, wanted, what):
+    if found != wanted:
+        sys.exit(f"{what}: {found}, not {wanted}")
+
+
+PLACE = "type place(node, float X, float Y, float Z).\nplace(A, X, Y, Z) :- position(A, X, Y, Z).\n"
+SPEED = "type speed(node, float X, float Y, float Z).\nspeed(A, X, Y, Z) :- velocity(A, X, Y, Z).\n"
+FINE = "[motion.sense]\nposition = 0\nvelocity = 0\nacceleration = 0\norientation = 0\n"
+
+
+def falls(bodies):
+    """Half a second of 120 steps of 1/240 s: the sum of a semi-implicit rule, exactly, and g t^2 / 2 nearly."""
+    for engine in ("blocks", "hash", "ode"):
+        facts, _ = bodies.run(PLACE + SPEED, ONE + f'engine = "{engine}"\nsubsteps = 1\nsteps = 2\n' + FINE, 60)
+        (_, x, y, z), = facts["place"]
+        same((x, y), (0.0, 0.0), "a falling catom keeps to its line")
+        close(z, -9.81 * 120 * 121 / 2 / 240**2, 1e-5, f"the fall of a catom, engine {engine}")
+        close(facts["speed"][0][3], -9.81 / 2, 1e-4, f"the speed of the fall, engine {engine}")
+
+
+def is_measured_in_diameters(bodies):
+    """With a radius of 5 mm a metre is 100 diameters."""
+    facts, _ = bodies.run(PLACE, "radius = 0.005\n" + ONE + "substeps = 1\n" + FINE, 60)
+    close(facts["place"][0][3], -100 * 9.81 * 60 * 61 / 2 / 240**2, 1e-3, "the fall of a small catom in diameters")
+
+
+def is_pushed(bodies):
+    """force: F = 3 N on 2 kg for as long as it holds, 10 ticks; afterwards the speed stays. torque: I = 0.4 m r^2 = 0.2."""
+    world = ONE + "gravity = [0, 0, 0]\nmass = 2\nsteps = 4\nsubsteps = 1\n" + FINE
+    program = SPEED + "type action force(node, float, float, float) while.\nforce(A, 3, 0, 0) :- tick(A, T), T <= 10.\n"
+    facts, _ = bodies.run(program, world, 30)
+    close(facts["speed"][0][1], 1.5 * 10 * 4 / 240, 1e-5, "the speed after ten ticks of force")
+    # Without `while` it acts in the tick after the one in which it came to hold, with a vec3 as with numbers; two add up.
+    program = SPEED + "type go(node, int).\ngo(A, 1) :- id(A, 0).\nforce(A, vec3(3, 0, 0)) :- go(A, 1).\nforce(A, 0, 4, 0) :- go(A, 1).\n"
+    facts, _ = bodies.run(program, world, 9)
+    close(facts["speed"][0][1], 1.5 * 4 / 240, 1e-6, "the speed after one tick of force")
+    close(facts["speed"][0][2], 2 * 4 / 240, 1e-6, "the speed after one tick of another force")
+    program = ("type turned(node, float W, float Z).\nturned(A, W, Z) :- orientation(A, W, _, _, Z).\n"
+               "type go(node, int).\ngo(A, 1) :- id(A, 0).\ntorque(A, 0, 0, 6) :- go(A, 1).\n")
+    facts, _ = bodies.run(program, world, 21)
+    # In the first 4 of 80 steps the spin grows to 0.5 rad/s.
+    angle = 0.5 * 76 / 240 + 30 / 240**2 * 10
+    close(2 * math.atan2(facts["turned"][0][2], facts["turned"][0][1]), angle, 1e-4, "the angle after one tick of torque")
+
+
+def rolls(bodies):
+    """roll: a motor on rough ground; without slipping v = omega r, here 4 * 0.5 m/s."""
+    program = SPEED + "type action roll(node, float, float, float) while.\nroll(A, 0, 4, 0) :- id(A, 0).\n"
+    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "ode"\nground = 0\nfriction = 1\nsteps = 4\n' + FINE
+    facts, _ = bodies.run(program, world, 120)
+    close(facts["speed"][0][1], 2, 0.02, "the speed of a rolling catom")
+
+
+def slides_and_leans(bodies):
+    """On ice nothing rolls; on a slope of 30 degrees a solid ball rolls with 5/7 g sin."""
+    icy = SPEED + "type action roll(node, float, float, float) while.\nroll(A, 0, 4, 0) :- id(A, 0).\n"
+    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "ode"\nground = 0\nfriction = 0\nsteps = 4\n' + FINE
+    facts, _ = bodies.run(icy, world, 60)
+    close(facts["speed"][0][1], 0, 1e-6, "the speed of a catom that spins on ice")
+    sine, cosine = 0.5, math.sqrt(0.75)
+    slope = f'[[body]]\npositions = [[{-0.5 * sine}, 0, {0.5 * cosine}]]\n[motion]\nkind = "ode"\nfriction = 1\nsteps = 4\n' + FINE
+    slope += f'[[motion.obstacle]]\nkind = "plane"\nnormal = [{-sine}, 0, {cosine}]\n'
+    facts, _ = bodies.run(SPEED, slope, 60)
+    _, x, _, z = facts["speed"][0]
+    close(math.hypot(x, z), 5 / 7 * 9.81 * sine, 0.02, "the speed after a second on a slope")
+
+
+def senses(bodies):
+    """Contacts with obstacles by number, pressure m g / (4 pi r^2), and nothing that changes by less than it says."""
+    program = "type on(node, int O).\non(A, O) :- contact(A, O).\ntype pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
+    world = ('[[body]]\npositions = [[0, 0, 0.5], [5, 0, 0.7]]\n[motion]\nkind = "ode"\nground = 0\nsteps = 4\nmass = 2\n'
+             '[[motion.obstacle]]\nkind = "box"\ncentre = [5, 0, 0.05]\nsize = [1, 1, 0.3]\n[[motion.catoms]]\nwhere = "id == 1"\nmass = 4\n')
+    facts, _ = bodies.run(program, world, 60)
+    same(sorted(facts["on"]), [(0, 0), (1, 1)], "which obstacle each touches")
+    for catom, mass in ((0, 2), (1, 4)):
+        found = dict(facts["pressed"])[catom]
+        wanted = mass * 9.81 / math.pi
+        close(found, wanted, 0.06 * wanted, "the pressure on a catom that lies")
+    # In a fall of 1.2 m, a tenth at a time is noted 11 or 12 times.
+    counting = "type count-place(node, count int N).\ntype linear seen(node, float).\ntype was(node, float).\nwas(A, Z) :- position(A, _, _, Z).\n"
+    quiet = bodies.run(counting, ONE + "[motion.sense]\nposition = 0.1\n", 120)[1]["evaluations"]
+    often = bodies.run(counting, ONE + "[motion.sense]\nposition = 0\n", 120)[1]["evaluations"]
+    same((11 <= quiet <= 13, often), (True, 120), f"evaluations of a program that reads places ({quiet})")
+
+
+def switches(bodies):
+    """Energy: 2 W for the 20 ticks in which it is on, and 0.25 J for switching. What is not there is refused."""
+    features = '[[motion.feature]]\ndirections = 6\npower = 2\nswitching = 0.25\n[[motion.feature]]\nkind = "latch"\ndirections = [[0, 0, 1]]\n'
+    program = ("type spent(node, float J).\nspent(A, J) :- energy(A, J).\ntype refused(node, int C).\nfailed(A, C) -o refused(A, C).\n"
+               "type go(node, int T).\ngo(A, T) :- tick(A, T).\n"
+               "magnet(A, 2, 1) :- go(A, 3).\nmagnet(A, 2, 0) :- go(A, 23).\nmagnet(A, 6, 1) :- go(A, 5).\nmagnet(A, 7, 1) :- go(A, 6).\nlatch(A, 1, 1) :- go(A, 7).\nlatch(A, 6, 1) :- go(A, 8).\n")
+    facts, _ = bodies.run(program, ONE + "gravity = [0, 0, 0]\nsteps = 2\n[motion.sense]\nenergy = 0\n" + features, 40)
+    close(facts["spent"][0][1], 2 * 20 * 2 / 240 + 0.25, 1e-6, "the energy drawn")
+    same(sorted(facts["refused"]), [(0, 20), (0, 21)], "refusals of magnets and latches that are not there")
+
+
+def refuses(bodies):
+    """A run ends with the catom, the tick and a cure, and the recording holds the last good state."""
+    two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\n'
+    cases = [
+        (two.format(0.2), "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
+        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n', "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its rim at 0 m/s, more than [motion] greatest_speed = 1e+03."),
+        (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]"), "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
+        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n', "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
+        (two.format(9) + '[[motion.feature]]\ndirections = [[0, 0, 0]]\n', "w.toml:6:1: feature 0 points nowhere. Give it a direction that is not zero"),
+        (two.format(9) + '[[motion.obstacle]]\nkind = "box"\nsize = [0, 1, 1]\n', "w.toml:6:1: the box is 0 x 1 x 1 m, which is no box"),
+        (two.format(9) + 'engine = "ode"\n[[motion.feature]]\ndirections = 6\n', 'the engine "ode" has no features. Write [motion] engine = "blocks"'),
+    ]
+    for world, message in cases:
+        done = bodies.command(PLACE, world, 200, "--record", bodies.folder / "out.vtkhdf")
+        if done.returncode not in (2, 4) or message not in done.stderr:
+            sys.exit(f"{world}\nended with {done.returncode}: {done.stderr}\nnot {message}")
+    # The two that fall ever faster are recorded up to the tick before.
+    bodies.command(PLACE, cases[2][0], 200, "--record", bodies.folder / "out.vtkhdf")
+    recorded = Recorded(bodies.folder / "out.vtkhdf")
+    same(list(recorded.times), list(range(121)), "the recorded ticks")
+    same(bool((recorded.positions[-1] == recorded.positions[-2]).all()), True, "whether the failed tick has moved anything")
+    done = bodies.command("type v(node, int).\nv(A, X) :- cell(A, X, _, _).\n", ONE, 1)
+    same((done.returncode, "the program reads cell with 4 arguments" in done.stderr), (2, True), "a program that reads cells")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        bodies = Bodies(sys.argv[1], folder)
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, switches, refuses):
+            check(bodies)
+            print(f"{check.__name__}: fine")
+
+
+if __name__ == "__main__":
+    main()

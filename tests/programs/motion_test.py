@@ -1,0 +1,49 @@
+"""Runs an example whose catoms are bodies and measures what they did: motion_test.py MELDSIM EXAMPLES NAME.
+
+The digests of all ticks and the facts at the end must be the same bytes for all numbers of processes and threads; in every
+recorded step the neighbours that the program saw must be those whose spheres touch; and moving.py says for each example what
+must have come of it.
+"""
+
+import pathlib
+import sys
+import tempfile
+
+import moving
+from recorded import Recorded
+from runner import Runner
+
+TELLING = "\ntype touches-catom(node, node).\ntouches-catom(A, B) :- neighbor(A, B).\n"
+SIZES = [(1, 1), (1, 2), (1, 4)]
+
+
+def check_neighbours(rows, places):
+    """Spheres touch when nearer than 0.5 % of a diameter, and part at 2 %."""
+    seen = {frozenset(row) for row in rows}
+    if any((b, a) not in set(rows) for a, b in rows):
+        raise AssertionError("a neighbour does not see the other")
+    near, apart = moving.pairs_within(places, 1.005), moving.pairs_within(places, 1.0201)
+    if not near <= seen <= apart:
+        raise AssertionError(f"neighbours that do not touch: {[tuple(p) for p in seen - apart][:5]}; that touch and are none: {[tuple(p) for p in near - seen][:5]}")
+
+
+def main():
+    meldsim, examples, name = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+    with tempfile.TemporaryDirectory() as folder:
+        runner = Runner(meldsim, examples / f"{name}.meld", folder, TELLING)
+        world = examples / f"{name}.toml"
+        options = getattr(moving, name).options if hasattr(getattr(moving, name), "options") else ()
+        outcome = runner.run_sizes(world, options, SIZES)
+        recording = pathlib.Path(folder) / "out.vtkhdf"
+        runner.run(runner.telling, world, 1, 1, (*options, "--record", recording))
+        recorded = Recorded(recording)
+        check_neighbours(outcome.facts["touches-catom"], recorded.positions[-1])
+        try:
+            getattr(moving, name)(outcome, recorded)
+        except AssertionError as error:
+            sys.exit(f"{name}: {error}")
+        print(f"{name}: {outcome.summary['catoms']} catoms, {outcome.summary['ticks']} ticks")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,48 @@
+"""What the examples whose catoms are bodies must do, measured on where the recording has them: a function an example, from
+(outcome, recording)."""
+
+import collections
+
+import numpy
+
+
+def pairs_within(places, distance):
+    """Pairs of catoms whose centres are nearer than this, by comparing all with all."""
+    apart = numpy.linalg.norm(places[:, None, :] - places[None, :, :], axis=2)
+    return {frozenset(pair) for pair in zip(*numpy.nonzero(numpy.triu(apart < distance, 1)))}
+
+
+def reached(pairs, first):
+    beside = collections.defaultdict(set)
+    for a, b in map(tuple, pairs):
+        beside[a].add(b)
+        beside[b].add(a)
+    found, todo = {first}, [first]
+    while todo:
+        new = beside[todo.pop()] - found
+        found |= new
+        todo += new
+    return found
+
+
+def expect(condition, what):
+    if not condition:
+        raise AssertionError(what)
+
+
+def swarm(outcome, recorded):
+    first, last = recorded.positions[0], recorded.positions[-1]
+    count = len(first)
+    (beacon,), = outcome.facts["beacon"]
+    expect(outcome.summary["ended"] == "quiet", "the swarm does not come to rest")
+    expect(not pairs_within(first, 2.9), "the catoms do not begin apart")
+    expect(numpy.array_equal(first[beacon], last[beacon]), "the beacon has moved")
+    # All are one crowd, no catom in another, all on the ground, and as near to the beacon as in a disc that is 55 % full;
+    # no arrangement of discs is more than 91 % full.
+    expect(reached(pairs_within(last, 1.0201), beacon) == set(range(count)), "not all are joined to the beacon by touch")
+    expect(sorted(a for a, in outcome.facts["arrived"]) == list(range(count)), "not all know that they have arrived")
+    expect(not pairs_within(last, 0.99), "some overlap by more than a hundredth")
+    expect(numpy.all(numpy.abs(last[:, 2]) < 0.01), "some are not on the ground")
+    reach = numpy.max(numpy.linalg.norm(last - last[beacon], axis=1)) + 0.5
+    full = count * 0.25 / reach**2
+    expect(0.55 < full < 0.91, f"the crowd fills {full:.2f} of its disc")

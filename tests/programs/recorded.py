@@ -1,0 +1,19 @@
+"""A recording as arrays: where each catom was in each step."""
+
+import h5py
+import numpy
+
+
+class Recorded:
+    """times: of the steps; positions[step][catom]: in diameters, catoms in the order of their numbers."""
+
+    def __init__(self, path):
+        with h5py.File(path) as file:
+            data = file["VTKHDF"]
+            steps = data["Steps"]
+            self.times = numpy.asarray(steps["Values"])
+            points = numpy.asarray(data["Points"], dtype=float)
+            starts = numpy.asarray(steps["PointOffsets"])
+            counts = numpy.asarray(data["NumberOfPoints"])
+            parts = numpy.asarray(steps["PartOffsets"])
+            self.positions = [points[start : start + counts[part]] for start, part in zip(starts, parts)]

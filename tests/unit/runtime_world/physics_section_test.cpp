@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include "runtime/world/populate.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::world {
+namespace {
+
+const std::string kFree = "[[body]]\nshape = \"box(2, 2, 2)\"\n[motion]\nkind = \"ode\"\n";
+
+World world_of(const std::string& text) {
+    Result<World> world = parse_world(text, "w.toml");
+    EXPECT_TRUE(world) << world.error().message();
+    return world ? std::move(*world) : World{};
+}
+
+std::string error_of(const std::string& text) {
+    const Result<World> world = parse_world(text, "w.toml");
+    return world ? "fine" : world.error().message();
+}
+
+TEST(PhysicsSection, ReadsEachKey) {
+    const World world = world_of(R"toml(
+radius = 0.25
+[[body]]
+shape = "box(2, 2, 2)"
+[[body]]
+positions = [[10, 0, 0.5], [11.5, -2, 0.5]]
+[motion]
+kind = "ode"
+engine = "hash"
+solver = "pgs20"
+step = "2ms"
+substeps = 4
+steps = 5
+gravity = [0, 1, -2]
+linear_damping = 0.5
+angular_damping = 0.25
+mass = 3
+inertia = 0.6
+friction = 0.7
+restitution = 0.1
+spacing = 1.5
+ground = -1
+roll_torque = 2
+sleep_ticks = 0
+sleep_speed = 0.1
+greatest_speed = 20
+deepest_overlap = 0.25
+[motion.sense]
+position = 0.5
+pressure = 0
+[[motion.feature]]
+kind = "two-pole"
+directions = 12
+strength = 5
+range = 0.3
+[[motion.feature]]
+kind = "latch"
+directions = [[0, 0, 1], [1, 0, 0]]
+[[motion.obstacle]]
+kind = "box"
+centre = [1, 2, 3]
+size = [4, 5, 6]
+degrees = 30
+friction = 0
+[[motion.obstacle]]
+kind = "terrain"
+heights = [[0, 1, 0], [1, 2, 1]]
+[[motion.catoms]]
+where = "id < 2"
+mass = 9
+fixed = true
+velocity = [1, 0, 0]
+)toml");
+    const PhysicsOptions& p = world.physics;
+    EXPECT_TRUE(world.is_free());
+    EXPECT_EQ(count_catoms(world, Lattice(world.lattice)), 10u);
+    EXPECT_EQ(world.positions[1], (Vec3{11.5, -2, 0.5}));
+    EXPECT_EQ(p.engine, "hash");
+    EXPECT_EQ(p.solver, "pgs20");
+    EXPECT_EQ(p.step, 2e-3);
+    EXPECT_EQ(p.substeps, 4);
+    EXPECT_DOUBLE_EQ(world.tick_seconds, 10e-3);
+    EXPECT_EQ(p.gravity, (Vec3{0, 1, -2}));
+    EXPECT_EQ(p.linear_damping, 0.5);
+    EXPECT_EQ(p.angular_damping, 0.25);
+    EXPECT_EQ(p.mass, 3);
+    EXPECT_EQ(p.inertia, 0.6);
+    EXPECT_EQ(p.friction, 0.7);
+    EXPECT_EQ(p.restitution, 0.1);
+    EXPECT_EQ(p.spacing, 1.5);
+    EXPECT_EQ(p.ground, -1);
+    EXPECT_EQ(p.roll_torque, 2);
+    EXPECT_EQ(p.sleep_ticks, 0);
+    EXPECT_EQ(p.sleep_speed, 0.1);
+    EXPECT_EQ(p.greatest_speed, 20);
+    EXPECT_EQ(p.deepest_overlap, 0.25);
+    EXPECT_EQ(p.sense.position, 0.5);
+    EXPECT_EQ(p.sense.pressure, 0);
+    ASSERT_EQ(p.features.size(), 2u);
+    EXPECT_EQ(p.features[0].kind, "two-pole");
+    EXPECT_EQ(p.features[0].count, 12);
+    EXPECT_EQ(p.features[1].directions.size(), 2u);
+    ASSERT_EQ(p.obstacles.size(), 2u);
+    EXPECT_EQ(p.obstacles[0].size, (Vec3{4, 5, 6}));
+    EXPECT_EQ(p.obstacles[0].friction, 0);
+    EXPECT_EQ(p.obstacles[1].heights.size(), 2u);
+    ASSERT_EQ(p.groups.size(), 1u);
+    EXPECT_EQ(p.groups[0].mass, 9);
+    EXPECT_EQ(p.groups[0].fixed, true);
+    EXPECT_FALSE(p.groups[0].friction);
+}
+
+TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
+    const std::pair<std::string, std::string> wrong[] = {
+        {"engin = \"ode\"", "w.toml:5:1: there is no key 'engin' in [motion]. did you mean 'engine'?"},
+        {"engine = \"odd\"", "w.toml:5:10: [motion] engine = \"odd\" does not exist. did you mean 'ode'?"},
+        {"mass = 0", "w.toml:5:8: [motion] mass = 0 is not a number above zero"},
+        {"mass = nan", "w.toml:5:8: [motion] mass = nan is not a number above zero"},
+        {"friction = -1", "w.toml:5:12: [motion] friction = -1 is less than 0"},
+        {"restitution = 2", "w.toml:5:15: [motion] restitution = 2 is not between 0 and 1"},
+        {"spacing = 0.5", "w.toml:5:11: [motion] spacing = 0.5 is less than 0.9"},
+        {"gravity = 9.81", "w.toml:5:11: [motion] gravity is not a point [x, y, z] of three finite numbers"},
+        {"gravity = [0, 0, inf]", "w.toml:5:11: [motion] gravity is not a point [x, y, z] of three finite numbers"},
+        {"step = \"0s\"", "w.toml:5:8: [motion] step is not above zero"},
+        {"substeps = 0", "w.toml:5:12: [motion] substeps = 0 is not between 1 and 2147483647"},
+        {"capacity = 2", "w.toml:5:1: there is no key 'capacity' in [motion]"},
+        {"sense = 3", "w.toml:5:9: [motion] sense is an integer, not a table [motion.sense]"},
+        {"[[motion.feature]]\ndirections = 7", "w.toml:6:14: [[motion.feature]] directions = 7 is none of 6, 12 and 24. list others as an array of [x, y, z]"},
+        {"[[motion.feature]]\nkind = \"latch\"", "w.toml:5:1: a [[motion.feature]] has no directions. write directions = 6, 12 or 24, or an array of [x, y, z]"},
+        {"[[motion.obstacle]]\nkind = \"cube\"", "w.toml:6:8: [[motion.obstacle]] kind = \"cube\" does not exist"},
+        {"[[motion.obstacle]]\nkind = \"terrain\"\nheights = [[1, 2], [1]]", "w.toml:7:20: the rows of a terrain's heights are of different lengths"},
+        {"[[motion.catoms]]\nwhere = \"id ==\"", "w.toml:6:15: expected a number, found the end"},
+        {"[time]\ntick = \"1ms\"", "w.toml:5:1: a tick of this world lasts [motion] step times steps. take [time] out"},
+        {"[target]\nshape = \"box(1, 1, 1)\"\ncells = 3", "w.toml:5:1: a target of so many cells needs a lattice. take [target] cells out"},
+    };
+    for (const auto& [line, message] : wrong) {
+        const std::string found = error_of(kFree + line + "\n");
+        EXPECT_TRUE(found.starts_with(message)) << line << "\n" << found;
+    }
+    EXPECT_EQ(error_of("held = 1\n" + kFree), "w.toml:1:8: catoms hold units only where they stand on a lattice. take held out");
+    EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0, 0]]\n"),
+              "w.toml:1:1: a [[body]] has positions, and catoms stand on cells here. give it cells, or the world [motion] kind = \"ode\"");
+    EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0]]\n[motion]\nkind = \"ode\"\n"),
+              "w.toml:2:14: an item of [[body]] positions is not a point [x, y, z] of three finite numbers");
+}
+
+}  // namespace
+}  // namespace meld::world
