@@ -24,19 +24,12 @@ ItemKind kind_of(const std::vector<Piece>& item) {
 
 bool ends_operand(TokenKind kind) {
     switch (kind) {
-        case TokenKind::Name:
-        case TokenKind::Variable:
-        case TokenKind::Anonymous:
-        case TokenKind::Int:
-        case TokenKind::Float:
-        case TokenKind::String:
-        case TokenKind::Catom:
         case TokenKind::World:
         case TokenKind::RunArgument:
         case TokenKind::RightParen:
         case TokenKind::RightBracket:
         case TokenKind::EndWord: return true;
-        default: return false;
+        default: return is_atom(kind);
     }
 }
 

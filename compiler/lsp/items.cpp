@@ -11,38 +11,13 @@ namespace meld::lsp {
 
 namespace {
 
-bool is_declaration(TokenKind kind) {
-    switch (kind) {
-        case TokenKind::Type:
-        case TokenKind::Const:
-        case TokenKind::Fun:
-        case TokenKind::Extern:
-        case TokenKind::Node:
-        case TokenKind::Import:
-        case TokenKind::Export:
-        case TokenKind::Module:
-        case TokenKind::Hint:
-        case TokenKind::Include:
-        case TokenKind::IncludePath:
-        case TokenKind::Use: return true;
-        default: return false;
-    }
-}
-
 bool ends_fact(TokenKind kind) {
     switch (kind) {
-        case TokenKind::Name:
-        case TokenKind::Variable:
-        case TokenKind::Anonymous:
-        case TokenKind::Int:
-        case TokenKind::Float:
-        case TokenKind::String:
-        case TokenKind::Catom:
         case TokenKind::Delay:
         case TokenKind::RightParen:
         case TokenKind::RightBracket:
         case TokenKind::RightBrace: return true;
-        default: return false;
+        default: return is_atom(kind);
     }
 }
 
@@ -58,7 +33,7 @@ std::size_t end_of(const source::File& file, const std::vector<Token>& tokens, s
     const auto starts_next = [&](std::size_t i) {
         if (!tokens[i].first_on_line) return false;
         const bool fact = kind(i) == TokenKind::Name && kind(i + 1) == TokenKind::LeftParen && file.place(tokens[i].span.begin).column == 1;
-        return is_declaration(kind(i)) || (fact && ends_fact(kind(i - 1)));
+        return starts_declaration(kind(i)) || (fact && ends_fact(kind(i - 1)));
     };
     while (kind(at) != TokenKind::End && kind(at) != TokenKind::Period && !starts_next(at)) ++at;
     return kind(at) == TokenKind::Period ? at + 1 : at;
@@ -105,7 +80,7 @@ FileTokens read_items(const source::File& file, std::uint32_t index) {
     std::size_t at = 0;
     while (result.tokens[at].kind != TokenKind::End) {
         Item item{.begin = at, .end = end_of(file, result.tokens, at)};
-        item.kind = is_declaration(result.tokens[at].kind) ? result.tokens[at].kind : TokenKind::Name;
+        item.kind = starts_declaration(result.tokens[at].kind) ? result.tokens[at].kind : TokenKind::Name;
         item.arrow = arrow_of(result, item);
         MELD_CHECK(item.end > at);
         at = item.end;

@@ -17,13 +17,6 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
 // An expression may end with this token, so that no other expression can start behind it.
 bool ends_operand(TokenKind kind) {
     switch (kind) {
-        case TokenKind::Name:
-        case TokenKind::Variable:
-        case TokenKind::Anonymous:
-        case TokenKind::Int:
-        case TokenKind::Float:
-        case TokenKind::String:
-        case TokenKind::Catom:
         case TokenKind::World:
         case TokenKind::RunArgument:
         case TokenKind::Delay:
@@ -31,7 +24,7 @@ bool ends_operand(TokenKind kind) {
         case TokenKind::RightBracket:
         case TokenKind::RightBrace:
         case TokenKind::EndWord: return true;
-        default: return false;
+        default: return is_atom(kind);
     }
 }
 

@@ -28,24 +28,6 @@ namespace {
 // More mistakes than this in one file are not worth reading before these are cured.
 constexpr int kMaxErrorsPerFile = 100;
 
-bool starts_declaration(TokenKind kind) {
-    switch (kind) {
-        case TokenKind::Type:
-        case TokenKind::Const:
-        case TokenKind::Fun:
-        case TokenKind::Extern:
-        case TokenKind::Node:
-        case TokenKind::Import:
-        case TokenKind::Export:
-        case TokenKind::Module:
-        case TokenKind::Hint:
-        case TokenKind::Include:
-        case TokenKind::IncludePath:
-        case TokenKind::Use: return true;
-        default: return false;
-    }
-}
-
 std::uint32_t new_unit(std::uint32_t file, Unit unit, Includes& includes, Tree& tree) {
     const auto index = static_cast<std::uint32_t>(tree.units.size());
     tree.units.push_back(std::move(unit));

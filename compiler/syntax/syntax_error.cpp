@@ -121,20 +121,13 @@ bool is_arrow(TokenKind kind) { return kind == TokenKind::ViewArrow || kind == T
 
 bool starts_operand(TokenKind kind) {
     switch (kind) {
-        case TokenKind::Name:
-        case TokenKind::Variable:
-        case TokenKind::Anonymous:
-        case TokenKind::Int:
-        case TokenKind::Float:
-        case TokenKind::String:
-        case TokenKind::Catom:
         case TokenKind::Bang:
         case TokenKind::Question:
         case TokenKind::Dollar:
         case TokenKind::LeftBrace:
         case TokenKind::Not:
         case TokenKind::Forall: return true;
-        default: return false;
+        default: return is_atom(kind);
     }
 }
 

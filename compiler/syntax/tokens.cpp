@@ -22,6 +22,37 @@ constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 std::string_view kind_name(TokenKind kind) { return kTable[static_cast<std::size_t>(kind)][0]; }
 std::string_view description(TokenKind kind) { return kTable[static_cast<std::size_t>(kind)][1]; }
 
+bool starts_declaration(TokenKind kind) {
+    switch (kind) {
+        case TokenKind::Type:
+        case TokenKind::Const:
+        case TokenKind::Fun:
+        case TokenKind::Extern:
+        case TokenKind::Node:
+        case TokenKind::Import:
+        case TokenKind::Export:
+        case TokenKind::Module:
+        case TokenKind::Hint:
+        case TokenKind::Include:
+        case TokenKind::IncludePath:
+        case TokenKind::Use: return true;
+        default: return false;
+    }
+}
+
+bool is_atom(TokenKind kind) {
+    switch (kind) {
+        case TokenKind::Name:
+        case TokenKind::Variable:
+        case TokenKind::Anonymous:
+        case TokenKind::Int:
+        case TokenKind::Float:
+        case TokenKind::String:
+        case TokenKind::Catom: return true;
+        default: return false;
+    }
+}
+
 std::size_t utf8_sequence_size(std::string_view text) {
     const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
     const auto follows = [&](std::size_t i) { return (byte(i) & 0xc0) == 0x80; };

@@ -24,6 +24,11 @@ std::string_view kind_name(TokenKind kind);
 // "a name", "`(`": for messages.
 std::string_view description(TokenKind kind);
 
+// Whether it is the first word of a declaration, once words are classified.
+bool starts_declaration(TokenKind kind);
+// Whether it is a value by itself: a name, a variable, a literal of a number, a text or a catom.
+bool is_atom(TokenKind kind);
+
 struct Token {
     TokenKind kind = TokenKind::End;
     Span span = {};
