@@ -253,6 +253,34 @@ void Body::for_all() {
     clauses_.push_back(text + ")" + inner + "]");
 }
 
+// ---- aggregates and elements
+
+void Body::aggregate() {
+    std::vector<const Known*> countable;
+    for (const Known* k : readable())
+        if (std::find(k->arguments.begin(), k->arguments.end(), Kind::Int) != k->arguments.end()) countable.push_back(k);
+    if (countable.empty()) return;
+    const Known& k = *pick(random_, countable);
+    const bool around = chance(random_, 60);
+    const std::string at = any_catom();
+    std::string fact = k.name + "(" + (around ? "Y" : at);
+    bool taken = false;
+    for (const Kind kind : k.arguments) {
+        const bool takes = kind == Kind::Int && !taken;
+        fact += ", " + (takes ? "G" : argument(kind, false));
+        taken = taken || takes;
+    }
+    const std::string body = (around ? "neighbor(" + at + ", Y), " : "") + fact + ")" + (chance(random_, 30) ? ", G > " + literal(Kind::Int) : "");
+    const std::string op = pick(random_, std::vector<std::string>{"sum G", "sum G * 2", "count", "min G", "max G"});
+    clauses_.push_back(fresh(Kind::Int) + " = " + op + " : { " + body + " }");
+}
+
+void Body::element() {
+    if (!has(Kind::List)) return;
+    const std::string list = variable(Kind::List);
+    clauses_.push_back((chance(random_, 70) ? fresh(Kind::Int) : variable_or_literal(Kind::Int)) + " in " + list);
+}
+
 // ---- expressions
 
 std::string Body::literal(Kind kind) {
@@ -288,6 +316,8 @@ std::string Body::int_expression() {
         default: return x;
     }
 }
+
+std::string Body::variable_or_literal(Kind kind) { return has(kind) ? variable(kind) : literal(kind); }
 
 std::string Body::float_expression() {
     if (!has(Kind::Float)) return has(Kind::Int) && chance(random_, 60) ? "float(" + variable(Kind::Int) + ")" : literal(Kind::Float);

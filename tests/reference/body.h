@@ -48,6 +48,10 @@ class Body {
     void set();
     void negate();
     void for_all();
+    // A sum, count, least or greatest over what is here or at the neighbours.
+    void aggregate();
+    // An element of a list.
+    void element();
     void clause(const std::string& text) { clauses_.push_back(text); }
 
     // ---- what is bound
@@ -75,6 +79,7 @@ class Body {
     std::string int_expression();
     std::string float_expression();
     std::string compound_expression(Kind kind);
+    std::string variable_or_literal(Kind kind);
     std::string negated_atom();
     void world_fact(const std::string& at);
     std::vector<const Known*> readable() const;

@@ -36,6 +36,8 @@ void fill(Body& body, Random& random, std::int64_t links) {
     for (const std::string& at : std::vector<std::string>(body.catoms()))
         if (chance(random, body.catoms().size() == 1 ? 100 : 70)) body.read_any(at);
     if (chance(random, 40)) body.read_any(body.any_catom());
+    if (chance(random, 15)) body.aggregate();
+    if (chance(random, 40)) body.element();
     for (std::int64_t i = below(random, 3); i > 0; --i) {
         if (chance(random, 30)) body.set();
         else body.test();
