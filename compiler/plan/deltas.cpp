@@ -8,6 +8,7 @@
 // Assumes ordered rules. What it leaves out is settled as before: single values, several predicates that recur together,
 // negated and aggregated inputs, and rules that depend on when they are evaluated.
 #include <algorithm>
+#include <utility>
 
 #include "compiler/check/library.h"
 #include "compiler/plan/order.h"
@@ -131,8 +132,34 @@ class Component {
         for (const RulePlan& r : component_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];
             for (std::size_t i = 0; i < rule.body.size(); ++i)
-                if (rule.body[i].kind == Clause::Kind::Atom && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, i));
+                if (rule.body[i].kind == Clause::Kind::Atom && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
         }
+    }
+
+    // The rule's body where arguments of an atom that are computed are compared after it has been read: when its changed rows
+    // come first, nothing is known yet of what they are computed of.
+    std::vector<Clause> compared_later(RuleId id, std::size_t first) {
+        Rule& rule = plan_.program.rules[id];
+        std::vector<Clause> body = rule.body;
+        const Predicate& p = plan_.program.predicates[body[first].atom.predicate];
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) {
+            Term& argument = body[first].atom.arguments[i];
+            bool computed = false;
+            if (!argument.is_variable()) each_free_use(argument, [&](const Term&) { computed = true; });
+            if (!computed) continue;
+            const Type& type = p.arguments[i].type;
+            const Term read{.op = Op::Variable, .type = type, .variable = rule.variables.add({fmt::format("Read{}", i), rule.span, type})};
+            body.push_back(equality(std::exchange(argument, read), read));
+        }
+        return body;
+    }
+
+    // Of a value, which may be an int where a float is meant, and a variable.
+    static Clause equality(Term value, Term variable) {
+        if (!(value.type == variable.type)) value = Term{.op = Op::ToFloat, .type = variable.type, .operands = {std::move(value)}};
+        Clause equal{.kind = Clause::Kind::Test};
+        equal.test = Term{.op = Op::Equal, .type = Type::Bool, .operands = {std::move(value), std::move(variable)}};
+        return equal;
     }
 
     bool has_rows(PredicateId p) const {
@@ -163,7 +190,7 @@ class Component {
             t.input = bit(a.predicate, t.at_home);
             t.plan.inputs = t.input;
             t.plan.heads = r.heads;
-            t.plan.steps = order_changed(plan_, rule, i, needed);
+            t.plan.steps = order_changed(plan_, rule, compared_later(r.rule, i), i, needed);
             for (const Step& s : t.plan.steps)
                 if (!s.changed) t.plan.unchanged |= inputs_of(plan_, {s});
             touches_.push_back(std::move(t));
@@ -193,12 +220,7 @@ class Component {
         for (std::size_t i = 1; i <= group_arguments(head_); ++i) {
             const Type& type = head_.arguments[i].type;
             given.push_back(rule.variables.add({fmt::format("Group{}", i), rule.span, type}));
-            Term known{.op = Op::Variable, .type = type, .variable = given.back()};
-            Term value = rule.heads[0].atom.arguments[i];
-            if (!(value.type == type)) value = Term{.op = Op::ToFloat, .type = type, .operands = {value}};
-            Clause equal{.kind = Clause::Kind::Test};
-            equal.test = Term{.op = Op::Equal, .type = Type::Bool, .operands = {std::move(value), std::move(known)}};
-            body.push_back(std::move(equal));
+            body.push_back(equality(rule.heads[0].atom.arguments[i], {.op = Op::Variable, .type = type, .variable = given.back()}));
         }
         return order_group(plan_, r.rule, component_, body, given);
     }

@@ -425,18 +425,17 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
 
 }  // namespace
 
-std::vector<Step> order_changed(const Plan& plan, const Rule& rule, std::size_t first, const std::vector<VariableId>& needed) {
+std::vector<Step> order_changed(const Plan& plan, const Rule& rule, const std::vector<Clause>& body, std::size_t first, const std::vector<VariableId>& needed) {
     const std::vector<PredicateId> no_ranks;
-    return Orderer(plan, rule, false, no_ranks).order_changed(rule.body, first, {needed.begin(), needed.end()});
+    return Orderer(plan, rule, false, no_ranks).order_changed(body, first, {needed.begin(), needed.end()});
 }
 
-RulePlan order_fresh(const Plan& plan, RuleId id, std::size_t first) {
+RulePlan order_fresh(const Plan& plan, RuleId id, std::vector<Clause> body, std::size_t first) {
     const Rule& rule = plan.program.rules[id];
     const std::vector<PredicateId> no_ranks;
     const Orderer orderer(plan, rule, false, no_ranks);
     Orderer::State state = orderer.start();
     const Variables used = head_variables(rule.heads);
-    std::vector<Clause> body = rule.body;
     RulePlan out;
     out.rule = id;
     out.steps = orderer.start_changed(body, first, used, state);
