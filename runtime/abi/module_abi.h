@@ -113,7 +113,11 @@ struct RowChanges {
     const RowChanges* next;  // Made earlier in the same tick.
     u32 removed;
     u32 added;
-    // Followed by the removed rows as they were and the added ones as they are.
+    // Rows of groups whose quarantine has ended. They concern the catom itself: its neighbours pass them over, for those on
+    // another part are not told of them, and what is derived must not depend on that.
+    u32 woken;
+    u32 unused;
+    // Followed by the removed rows as they were, the added ones as they are, and the woken ones.
 };
 
 struct ParameterInfo {  // A constant of the program that `--set` can change.

@@ -17,7 +17,7 @@ template <class Row>
 RowChanges* new_changes(Eval& e, const Row* removed, u32 removed_count, const Row* added, u32 added_count) {
     static_assert(sizeof(RowChanges) % alignof(Row) == 0);
     auto* out = static_cast<RowChanges*>(scratch(e, sizeof(RowChanges) + u64{removed_count + added_count} * sizeof(Row)));
-    *out = {nullptr, removed_count, added_count};
+    *out = {nullptr, removed_count, added_count, 0, 0};
     Row* rows = reinterpret_cast<Row*>(out + 1);
     for (u32 i = 0; i < removed_count; ++i) rows[i] = removed[i];
     for (u32 i = 0; i < added_count; ++i) rows[removed_count + i] = added[i];
@@ -82,7 +82,7 @@ struct Touched {
     // Groups whose quarantine has ended; with them come those that changed in the last tick, which do no harm.
     void add_woken(Eval& e, const RowChanges* changes) {
         for (; changes != nullptr; changes = changes->next)
-            for (u32 i = 0; i < changes->removed + changes->added; ++i) groups.add(e, rows_in<Row>(changes)[i]);
+            for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
     }
 
     // Sorts the groups, each once. False: so many that settling all is cheaper.

@@ -319,8 +319,8 @@ void Evaluator::gather(const Part& part) {
         unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
-        for (const Wake& w : t->wakes) timers_.add(w.tick, w.catom, w.dirty);
-        for (const GroupWake& w : t->group_wakes) timers_.add_group(w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
+        for (const Wake& w : t->wakes) timers_.add(part.now, w.tick, w.catom, w.dirty);
+        for (const GroupWake& w : t->group_wakes) timers_.add_group(part.now, w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();

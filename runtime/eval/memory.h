@@ -71,39 +71,60 @@ class Tombstones {
 // Catoms to mark at a later tick, and groups of them to look at then.
 class Timers {
   public:
-    void add(i64 tick, u32 catom, u64 bits) { at_[tick].catoms.push_back({catom, static_cast<u32>(bits)}); }
+    void add(i64 now, i64 tick, u32 catom, u64 bits) { at_[tick].catoms.push_back({{catom, now}, static_cast<u32>(bits)}); }
     // The row is one of the group; so many bytes.
-    void add_group(i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
+    void add_group(i64 now, i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
         Due& due = at_[tick];
-        due.groups.push_back({catom, column, due.rows.size()});
+        due.groups.push_back({{catom, now}, column, due.rows.size()});
         due.rows.insert(due.rows.end(), row, row + bytes);
     }
     bool empty() const { return at_.empty(); }
     i64 next() const { return at_.begin()->first; }
+    // What was added before this tick for a catom that is gone or has moved is not for whoever has its index now.
+    void forget(i64 now, u32 catom) {
+        if (!at_.empty()) forgotten_[catom] = now;
+    }
 
     // mark(catom, bits) and tell(catom, column, row).
     template <class Mark, class Tell>
     void fire(i64 now, const Mark& mark, const Tell& tell) {
         while (!at_.empty() && at_.begin()->first <= now) {
             const Due& due = at_.begin()->second;
-            for (const auto& [catom, bits] : due.catoms) mark(catom, bits);
-            for (const Group& g : due.groups) tell(g.catom, g.column, due.rows.data() + g.offset);
+            for (const Catom& c : due.catoms)
+                if (holds(c.who)) mark(c.who.catom, c.bits);
+            for (const Group& g : due.groups)
+                if (holds(g.who)) tell(g.who.catom, g.column, due.rows.data() + g.offset);
             at_.erase(at_.begin());
         }
+        if (at_.empty()) forgotten_.clear();
     }
 
   private:
-    struct Group {
+    struct Who {
         u32 catom;
+        i64 added;           // The tick in which it was.
+    };
+    struct Catom {
+        Who who;
+        u32 bits;
+    };
+    struct Group {
+        Who who;
         u16 column;
         std::size_t offset;  // Into rows.
     };
     struct Due {
-        std::vector<std::pair<u32, u32>> catoms;
+        std::vector<Catom> catoms;
         std::vector<Group> groups;
         std::vector<u8> rows;
     };
+    bool holds(const Who& who) const {
+        const auto found = forgotten_.find(who.catom);
+        return found == forgotten_.end() || who.added >= found->second;
+    }
+
     std::map<i64, Due> at_;
+    std::unordered_map<u32, i64> forgotten_;  // While something waits: which catoms' timers of before a tick mean nothing.
 };
 
 }  // namespace meld::eval

@@ -230,12 +230,7 @@ void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
             continue;
         }
         if (c.kind == Change::Kind::Move) {
-            const Cell to = c.to;
-            part.ensemble.move(*catom, to);
-            part.ensemble.surround(*part.ensemble.find_slot(part.lattice.brick_of(to)));
-            part.mark_around(cell, kDirtyLinks);
-            part.mark_around(to, kDirtyLinks);
-            part.mark(*catom, kDirtyLinks | kDirtyPlace);
+            part.move_catom(*catom, c.to);
         } else {
             held_[*catom] += c.held;
             hold(part, *catom, held_[*catom]);

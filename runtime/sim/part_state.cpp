@@ -74,8 +74,20 @@ void PartState::remove_catom(Catom catom) {
     columns.clear(catom, 0);
     evaluator.agenda().forget(catom);
     evaluator.tombstones().forget(catom);
+    evaluator.timers().forget(abi.now, catom);
     ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
+}
+
+// What it waits for is forgotten and set again, as where a catom moves to another part: how often it is looked at must not
+// depend on where it came from.
+void PartState::move_catom(Catom catom, Cell to) {
+    mark_around(ensemble.cell(catom), kDirtyLinks);
+    ensemble.move(catom, to);
+    ensemble.surround(*ensemble.find_slot(lattice.brick_of(to)));
+    mark_around(to, kDirtyLinks);
+    evaluator.timers().forget(abi.now, catom);
+    mark(catom, kDirtyWake | kDirtyLinks | kDirtyPlace);
 }
 
 void PartState::mark_around(Cell cell, u64 bits) {

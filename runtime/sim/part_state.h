@@ -67,6 +67,8 @@ class PartState {
     // Catoms come and go; links around the cell are marked. Arrays may move.
     Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
     void remove_catom(Catom catom);
+    // Within this part; the catom keeps its index.
+    void move_catom(Catom catom, Cell to);
     // Sends the exported columns of a catom to the parts that hold it as a ghost, at the end of the tick.
     void push_exports(Catom catom);
     // Marks the catoms next to a cell, or to a catom.

@@ -23,7 +23,7 @@ void PartState::begin_tick() {
     };
     const auto wake_group = [&](u32 catom, u16 column, const u8* row) {
         if (!here(catom)) return;
-        columns.tell_added(column, catom, row, 0);
+        columns.tell_woken(column, catom, row, 0);
         mark(catom, kDirtyGroups);
     };
     evaluator.timers().fire(abi.now, wake, wake_group);

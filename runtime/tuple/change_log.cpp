@@ -43,7 +43,7 @@ void ChangeLog::resize(std::size_t catoms) {
 RowChanges* ChangeLog::make(u32 column, u32 removed, u32 added, int pool) {
     const std::size_t bytes = sizeof(RowChanges) + std::size_t{module_.columns[column].row_bytes} * (std::size_t{removed} + added);
     auto* out = reinterpret_cast<RowChanges*>(pools_[static_cast<std::size_t>(pool)].arenas[filling_].take((bytes + 7) / 8));
-    *out = {nullptr, removed, added};
+    *out = {nullptr, removed, added, 0, 0};
     return out;
 }
 

@@ -125,4 +125,12 @@ void Columns::tell_added(u32 column, u32 catom, const void* row, int pool) {
     changes_.note(column, catom, changes, pool);
 }
 
+void Columns::tell_woken(u32 column, u32 catom, const void* row, int pool) {
+    RowChanges* changes = changes_.make(column, 0, 1, pool);
+    changes->added = 0;
+    changes->woken = 1;
+    std::memcpy(changes + 1, row, module_.columns[column].row_bytes);
+    changes_.note(column, catom, changes, pool);
+}
+
 }  // namespace meld::tuple

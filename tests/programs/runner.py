@@ -14,8 +14,7 @@ SIZES = [(processes, threads) for processes in (1, 2, 3, 4) for threads in (1, 2
 HALVES = [[(1, 1), (2, 2), (3, 1), (4, 2)], [(1, 2), (2, 1), (3, 2), (4, 1)]]
 FACT = re.compile(r"([^(]+)\((.*)\)\.")
 # What a run has done does not depend on how it was divided.
-# Derivations are left out: rows that come from another part may be derived from once more.
-SAME = ("ended", "ticks", "catoms", "evaluations", "exported_changes", "linear_messages", "dropped_messages")
+SAME = ("ended", "ticks", "catoms", "evaluations", "derivations", "exported_changes", "linear_messages", "dropped_messages")
 
 
 class Outcome:

@@ -74,11 +74,7 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
     std::vector<std::byte> exports;
     if (me == old_owner && me != owner) part.columns.pack(*known, tuple::Columns::Which::Exported, exports);
     if (me == old_owner && me == owner) {
-        part.ensemble.move(*known, to);
-        part.ensemble.surround(*part.ensemble.find_slot(part.lattice.brick_of(to)));
-        part.mark_around(from, kDirtyLinks);
-        part.mark_around(to, kDirtyLinks);
-        part.mark(*known, kDirtyLinks | kDirtyPlace);
+        part.move_catom(*known, to);
     } else if (known) {
         part.remove_catom(*known);
     }

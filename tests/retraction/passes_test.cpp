@@ -53,7 +53,9 @@ void compare(const Program& program, const std::string& pass, std::uint64_t case
         ASSERT_TRUE(same_course(a.states, b.states)) << program.name << ".meld without " << pass << ", seed " << seed << "\n" << print(shrink(c, differs), program.given);
         if (seed % 4 == 0) {
             const Setting parts{.parts = 2 + static_cast<int>(seed) % 3, .threads = 1 + static_cast<int>(seed / 4) % 2, .deep = true};
-            ASSERT_TRUE(one_way(c, with, parts).states == a.states) << "other states on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
+            const Outcome divided = one_way(c, with, parts);
+            ASSERT_TRUE(divided.states == a.states) << "other states on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
+            ASSERT_EQ(divided.derivations, a.derivations) << "on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
         }
         derived_with += a.derivations;
         derived_without += b.derivations;
