@@ -26,7 +26,7 @@ class Sample {
         Facts given = given_facts(program, mirror_);
         const Scene scene = make_scene(program, mirror_.at, case_.lattice, 1, case_.cells.size());
         const Model model = make_model(scene, given, Facts(program.predicates.count()));
-        if (model.failed || !model.settled) return false;
+        if (model.failed || model.too_large || !model.settled) return false;
         std::size_t facts = 0;
         for (const Rows& rows : model.facts) facts += rows.size();
         return facts <= kMostFacts && productive(program, block, scene, model.facts);
@@ -38,7 +38,7 @@ class Sample {
             if (rule.linear || !mine(block, program.predicates[rule.heads[0].atom.predicate].name)) continue;
             bool any = false;
             for (const auto& [home, links] : scene.links) {
-                static_cast<void>(derive(rule, scene, facts, home, [&](const Row&) { any = true; }));
+                static_cast<void>(derive(rule, scene, facts, home, [&](const Row&) { return !(any = true); }));
                 if (any) break;
             }
             if (!any) return false;

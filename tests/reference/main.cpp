@@ -77,14 +77,14 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts, t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.errors, v.trouble);
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts, t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.errors, t.too_large, v.trouble);
 }
 Verdict decode(const std::string& text, std::uint64_t seed) {
     Verdict v;
     std::istringstream in(text);
     std::uint64_t world = 0;
     Tally& t = v.tally;
-    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >> t.quiet >> t.ticks >> t.errors)) v.trouble = text;
+    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >> t.quiet >> t.ticks >> t.errors >> t.too_large)) v.trouble = text;
     else v.trouble = text.substr(text.find('\n') + 1);
     if (!v.trouble.empty()) v.trial = trial_of(make_program(seed).draft, seed, world);
     return v;
@@ -143,8 +143,8 @@ int run_seeds(const Options& options, Workshop& workshop) {
         if (!options.keep_going) return 1;
     }
     const Tally& t = sum.tally;
-    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} failures\n", done, sum.rules, sum.kept, sum.tried,
-               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, failures);
+    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large for the reference; {} failures\n", done, sum.rules, sum.kept, sum.tried,
+               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, t.too_large, failures);
     return failures > 0;
 }
 

@@ -16,7 +16,8 @@ namespace {
 
 // More rounds than the longest way through any world of a test.
 constexpr int kMaxRounds = 600;
-constexpr std::size_t kMaxRows = 200'000;
+// Derivations of a round.
+constexpr std::size_t kMaxDerivations = 1'000'000;
 
 bool add_up(const std::vector<Row>& group, std::size_t at, Value& out) {
     out = group[0][at];
@@ -94,7 +95,7 @@ std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const E
     return row;
 }
 
-bool derive(const Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit) {
+bool derive(const Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<bool(Row)>& visit) {
     Solver solver(scene, facts);
     Environment env(rule.variables.count());
     env[rule.home.index()] = value_of(home);
@@ -102,8 +103,7 @@ bool derive(const Rule& rule, const Scene& scene, const Facts& facts, std::int64
     solver.solve(rule.body, env, [&] {
         std::optional<Row> row = head_row(scene, rule.heads[0].atom, env);
         failed = failed || !row;
-        if (row) visit(std::move(*row));
-        return false;
+        return failed || !visit(std::move(*row));
     });
     return !failed && !solver.failed();
 }
@@ -121,16 +121,22 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
             }
             std::map<PredicateId, std::vector<Row>> derived;
             std::size_t count = 0;
+            // What does not count derivations keeps each fact once.
+            std::map<PredicateId, Rows> seen;
             for (const PredicateId p : c.predicates) derived[p].assign(given[p.index()].begin(), given[p.index()].end());
             for (const check::RuleId id : c.rules) {
                 const Rule& rule = program.rules[id];
-                std::vector<Row>& rows = derived[rule.heads[0].atom.predicate];
-                for (const auto& [home, links] : scene.links) m.failed = !derive(rule, scene, m.facts, home, [&](Row row) { rows.push_back(std::move(row)); }) || m.failed;
-                count += rows.size();
-            }
-            if (m.failed || count > kMaxRows) {
-                m.failed = true;
-                return m;
+                const PredicateId head = rule.heads[0].atom.predicate;
+                const bool once = !check::folds(program.predicates[head].aggregate);
+                for (const auto& [home, links] : scene.links) {
+                    const bool done = derive(rule, scene, m.facts, home, [&](Row row) {
+                        if (!once || seen[head].insert(row).second) derived[head].push_back(std::move(row));
+                        return ++count <= kMaxDerivations;
+                    });
+                    m.too_large = count > kMaxDerivations;
+                    m.failed = !done;
+                    if (m.failed || m.too_large) return m;
+                }
             }
             changing = false;
             for (const PredicateId p : c.predicates) {

@@ -11,6 +11,7 @@ namespace meld::reference {
 struct Model {
     Facts facts;
     bool failed = false;   // Some expression had no value, or sums grew too large.
+    bool too_large = false;  // More than this slow evaluator can do: it gave up, and knows nothing.
     bool settled = true;   // False: the rounds did not end. The program has no model, or not by this way.
 };
 
@@ -27,8 +28,9 @@ bool reduce(const check::Predicate& p, const std::vector<Row>& derived, const Ro
 // Whether one of several facts that a group may have is chosen by history.
 bool left_to_history(const check::Predicate& p, const check::Component& component);
 
-// Calls visit(row) for everything the view rule makes at one catom; false: some expression had no value.
-bool derive(const check::Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<void(Row)>& visit);
+// Calls visit(row) for everything the view rule makes at one catom, until it returns false. Returns whether all expressions
+// met on the way had values.
+bool derive(const check::Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<bool(Row)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.
 std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env);

@@ -137,6 +137,10 @@ class Watcher {
         const Found found = collect(part, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
+        if (model.too_large) {
+            ++tally.too_large;
+            return "";
+        }
         if (model.failed) return fmt::format("no trap: by tick {} the reference has met an error", now);
         if (!model.settled) return fmt::format("no model: the reference does not come to an end in tick {}", now);
         std::string text;
@@ -157,7 +161,7 @@ class Watcher {
     // Whether the model has an error, so that a trap is right.
     bool model_fails(std::int64_t now) {
         const Model model = make_model(scene(now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
-        return model.failed || !model.settled;
+        return model.failed || model.too_large || !model.settled;
     }
 
   private:
@@ -203,7 +207,7 @@ End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::s
         if (s.watcher) s.watcher->change(part.abi.now);
         const sim::Totals& totals = part.end_tick();
         const bool trapped = totals.failure.trap != Trap::None;
-        const Digest state = record::state_digest(part);
+        const State state{record::state_digest(part), totals.tick.derivations};
         // After an error some catoms have been evaluated and others not.
         if (speaks && !trapped) s.outcome.states.push_back(state);
         if (s.watcher) {
@@ -246,6 +250,7 @@ void Tally::add(const Tally& other) {
     quiet += other.quiet;
     errors += other.errors;
     ticks += other.ticks;
+    too_large += other.too_large;
 }
 
 PredicateId predicate_of(const check::Program& program, const retraction::Given& given) {

@@ -21,12 +21,20 @@ struct Tally {
     std::uint64_t quiet = 0;        // Bursts that came to rest.
     std::uint64_t ticks = 0;
     std::uint64_t errors = 0;       // Runs that ended with an arithmetic error, as they should.
+    std::uint64_t too_large = 0;    // Bursts whose model was more than the reference can do.
     void add(const Tally& other);
+};
+
+// After a tick. How many derivations it took must not depend on how the ensemble is divided either.
+struct State {
+    Digest digest;
+    std::uint64_t derivations = 0;
+    bool operator==(const State&) const = default;
 };
 
 struct Outcome {
     std::string trouble = {};            // Empty: all is as it should be. Its first words say what kind it is.
-    std::vector<Digest> states = {};     // After every tick.
+    std::vector<State> states = {};      // After every tick.
     Tally tally = {};
 };
 

@@ -209,7 +209,10 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
             for (const PredicateId p : c.predicates) derived[p].assign(catom.given[p.index()].begin(), catom.given[p.index()].end());
             for (const check::RuleId rule : c.rules) {
                 std::vector<Row>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
-                failed_ = !derive(program_.rules[rule], scene, seen, id, [&](Row row) { rows.push_back(std::move(row)); }) || failed_;
+                failed_ = !derive(program_.rules[rule], scene, seen, id, [&](Row row) {
+                    rows.push_back(std::move(row));
+                    return true;
+                }) || failed_;
             }
             changing = false;
             for (const PredicateId p : c.predicates) {
