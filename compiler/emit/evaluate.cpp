@@ -201,7 +201,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("s.site = s.g->catom_site[s.catom];");
     w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
-    w.raw("s.raised = 0;");
+    w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
     if (!plan.births.empty()) {
         w.open("if (todo & kDirtyBorn) {");
@@ -218,8 +218,9 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     for (std::size_t i = 0; i < plan.components.size(); ++i) w.line("if (todo & {}) todo |= settle_{}(s{});", hex(plan.components[i].inputs), i, plan.components[i].deltas.inputs != 0 ? ", todo" : "");
     if (linear) {
         w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
-        w.raw("if (todo & kLinearInputs[r]) s.active[r] = true;");
+        w.raw("if ((todo & kLinearInputs[r]) | (s.lowered & kLinearAbsent[r])) s.active[r] = true;");
         w.close();
+        w.raw("s.lowered = 0;");
         w.raw("bool again = false;");
         w.open("for (u32 r = 0; r < kLinearRules && e.trap == Trap::None; ++r) {");
         w.raw("if (!s.active[r]) continue;");
@@ -254,14 +255,16 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     if (!plan.linear_rules.empty()) {
         w.raw("");
         w.line("static constexpr u32 kLinearRules = {};", plan.linear_rules.size());
-        std::string functions, inputs, numbers;
+        std::string functions, inputs, absent, numbers;
         for (const RulePlan& r : plan.linear_rules) {
             functions += (functions.empty() ? "" : ", ") + rule_function(plan.program, r.rule);
             inputs += (inputs.empty() ? "" : ", ") + hex(r.inputs);
+            absent += (absent.empty() ? "" : ", ") + hex(r.absent);
             numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", r.rule.index());
         }
         w.line("static bool (*const kLinear[])(Self&) = {{{}}};", functions);
         w.line("static constexpr u64 kLinearInputs[] = {{{}}};", inputs);
+        w.line("static constexpr u64 kLinearAbsent[] = {{{}}};", absent);
         w.line("static constexpr u32 kLinearNumbers[] = {{{}}};", numbers);
     }
     emit_catom(plan, w);

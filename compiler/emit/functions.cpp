@@ -35,6 +35,63 @@ std::string signature(const plan::Plan& plan, FunctionId id) {
     return text + ")";
 }
 
+// The body as statements, each way through it ending in a return, or in another round of the function where it ends by
+// calling itself.
+class Body {
+  public:
+    Body(FunctionId id, const Function& f, Writer& w) : id_(id), f_(f), w_(w) {}
+
+    bool calls_itself(const Term& t) const {
+        switch (t.op) {
+            case Op::If: return calls_itself(t.operands[1]) || calls_itself(t.operands[2]);
+            case Op::Let: return calls_itself(t.operands[1]);
+            case Op::And:
+            case Op::Or: return calls_itself(t.operands[1]);
+            case Op::Call: return t.function == id_ && t.type == f_.result;
+            default: return false;
+        }
+    }
+    // What `t` gives is what the function gives.
+    void give(const Scope& scope, const Term& t) {
+        if (!calls_itself(t)) return w_.line("return {};", term_as(scope, t, f_.result));
+        const auto choose = [&](const std::string& condition, const auto& yes, const auto& no) {
+            w_.open(fmt::format("if ({}) {{", condition));
+            yes();
+            w_.close();
+            no();
+        };
+        switch (t.op) {
+            case Op::If:
+                return choose(term(scope, t.operands[0]), [&] { give(scope, t.operands[1]); }, [&] { give(scope, t.operands[2]); });
+            case Op::And: return choose("!(" + term(scope, t.operands[0]) + ")", [&] { w_.raw("return false;"); }, [&] { give(scope, t.operands[1]); });
+            case Op::Or: return choose(term(scope, t.operands[0]), [&] { w_.raw("return true;"); }, [&] { give(scope, t.operands[1]); });
+            case Op::Let: {
+                Scope inner = scope;
+                inner.values.insert(t.variable);
+                const Type& type = scope.rule.variables[t.variable].type;
+                w_.line("const {} {} = {};", cpp_type(type), scope.local(t.variable), term_as(scope, t.operands[0], type));
+                return give(inner, t.operands[1]);
+            }
+            default: return again(scope, t);
+        }
+    }
+
+  private:
+    void again(const Scope& scope, const Term& t) {
+        for (std::size_t i = 0; i < f_.parameter_count; ++i) {
+            const Type& type = f_.variables[VariableId(i)].type;
+            w_.line("const {} next_{} = {};", cpp_type(type), i, term_as(scope, t.operands[i], type));
+        }
+        for (std::size_t i = 0; i < f_.parameter_count; ++i) w_.line("{} = next_{};", scope.local(VariableId(i)), i);
+        w_.raw("if (!call.again(rule)) return {};");
+        w_.raw("continue;");
+    }
+
+    FunctionId id_;
+    const Function& f_;
+    Writer& w_;
+};
+
 void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     const Function& f = plan.program.functions[id];
     Rule makeshift;
@@ -45,9 +102,13 @@ void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     for (std::size_t i = 0; i < f.parameter_count; ++i) scope.values.insert(VariableId(i));
     w.raw("");
     w.open(signature(plan, id) + " {");
-    w.raw("const OpenCall call(*s.e, rule, &s);");
+    w.line("{} call(*s.e, rule, &s);", f.result.compound() ? "OpenCall" : "WordCall");
     w.raw("if (call.refused) return {};");
-    w.line("return {};", term_as(scope, f.body, f.result));
+    Body body(id, f, w);
+    const bool repeats = body.calls_itself(f.body);
+    if (repeats) w.open("for (;;) {");
+    body.give(scope, f.body);
+    if (repeats) w.close();
     w.close();
 }
 

@@ -107,7 +107,7 @@ void RuleEmitter::consume() {
             w_.line("u32 {}[] = {{{}}};", list, positions);
             w_.line("s.{}.remove_all({}, {});", name, list, n);
         }
-        raise(bag);
+        lower(bag);
     }
     consumed_.clear();
 }

@@ -119,7 +119,10 @@ class RuleEmitter {
     void make_row(const HeadPlan& h);
     void propose(const HeadPlan& h);
     void consume();
-    void raise(PredicateId id) { w_.line("s.raised |= {};", hex(plan_.columns[plan_.of(id).column].own_dirty)); }
+    void raise(PredicateId id) { w_.line("s.raised |= {};", own_bit(id)); }
+    // Facts less let no rule fire that could not before, but one that asks what is not there.
+    void lower(PredicateId id) { w_.line("s.lowered |= {};", own_bit(id)); }
+    std::string own_bit(PredicateId id) const { return hex(plan_.columns[plan_.of(id).column].own_dirty); }
     void heads(const std::vector<HeadPlan>& all);
     // Results are made while the matches are consumed, and then the last heads once.
     void aggregate(const HeadPlan& h);

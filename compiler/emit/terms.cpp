@@ -135,6 +135,10 @@ std::string arithmetic(const Scope& scope, const Term& t) {
 
 std::string comparison(const Scope& scope, const Term& t) {
     const Term &l = t.operands[0], &r = t.operands[1];
+    const auto is_empty = [](const Term& list) { return (list.op == Op::List && list.operands.empty()) || (list.op == Op::String && list.text.empty()); };
+    if (t.op == Op::Equal || t.op == Op::NotEqual)
+        for (const Term* side : {&l, &r})
+            if (is_empty(side == &l ? r : l)) return fmt::format("(count_of({}) {} 0)", term(scope, *side), plain_infix(t.op));
     const Type common = l.type == Type::Float || r.type == Type::Float ? Type::Float : refined(l.type, r.type);
     const std::string a = term_as(scope, l, common), b = term_as(scope, r, common);
     if (common.compound()) return fmt::format("({} {} 0)", compared(common, a, b), plain_infix(t.op));

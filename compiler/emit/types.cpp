@@ -171,7 +171,8 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("u32 catom;");
     w.raw("u32 site;");
     w.raw("i32 neighbour[kMaxPorts];");
-    w.raw("u64 raised;                 // Dirty bits of what linear rules changed.");
+    w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
+    w.raw("u64 lowered;                // and of what they consumed.");
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;
         const std::string name = predicate_name(plan.program, id);

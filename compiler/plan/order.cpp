@@ -369,8 +369,23 @@ class Inputs {
         for (const HeadPlan& h : heads) bits |= of(h.steps) | of(h.heads) | of(h.others);
         return bits;
     }
+    // Linear facts of which fewer may let the steps succeed. Consuming any other leaves a rule that could not fire as it was.
+    std::uint64_t absent(const std::vector<Step>& steps) const {
+        std::uint64_t bits = 0;
+        for (const Step& s : steps) bits |= of_linear(s.inner);
+        return bits;
+    }
 
   private:
+    std::uint64_t of_linear(const std::vector<Step>& steps) const {
+        std::uint64_t bits = 0;
+        for (const Step& s : steps) {
+            bits |= of_linear(s.inner);
+            if (s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear()) bits |= plan_.columns[plan_.of(s.predicate).column].own_dirty;
+        }
+        return bits;
+    }
+
     const Plan& plan_;
 };
 
@@ -420,6 +435,7 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
     out.heads = plan_heads(orderer, rule.heads, state);
     const Inputs inputs(plan);
     out.inputs = inputs.of(out.steps) | inputs.of(out.heads);
+    if (rule.linear) out.absent = inputs.absent(out.steps);
     return out;
 }
 

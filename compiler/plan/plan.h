@@ -108,6 +108,7 @@ struct RulePlan {
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
     std::uint64_t inputs = 0;         // Dirty bits after which the rule is looked at again.
+    std::uint64_t absent = 0;         // Of a linear rule: the bits of linear facts that must not be there, or are counted.
     // Of a delta (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
     std::uint64_t unchanged = 0;         // Of no use where one of these inputs has changed too.

@@ -15,7 +15,8 @@ inline void* scratch(Eval& e, u64 bytes) {
     return result;
 }
 
-inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
+// Out of the way of what goes well.
+[[gnu::noinline, gnu::cold]] inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
     if (e.trap != Trap::None) return;
     e.trap = kind;
     e.trap_rule = rule;
@@ -23,7 +24,7 @@ inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
     e.trap_right.integer = right;
     e.trap_real = false;
 }
-inline void trap(Eval& e, Trap kind, u32 rule, double left, double right = 0) {
+[[gnu::noinline, gnu::cold]] inline void trap(Eval& e, Trap kind, u32 rule, double left, double right = 0) {
     if (e.trap != Trap::None) return;
     e.trap = kind;
     e.trap_rule = rule;
@@ -125,7 +126,8 @@ inline i64 ticks_of(Eval& e, double seconds) {
 inline constexpr u32 kMostOpenCalls = 10'000;
 inline constexpr i64 kMostStack_bytes = 1 << 20;
 
-struct OpenCall {
+class OpenCall {
+  public:
     Eval& e;
     bool refused;
 
@@ -135,7 +137,30 @@ struct OpenCall {
         if (++e.depth > kMostOpenCalls || used > kMostStack_bytes || used < -kMostStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
         refused = e.trap != Trap::None;
     }
-    ~OpenCall() { --e.depth; }
+    ~OpenCall() { e.depth -= 1 + repeats_; }
+
+    // A function that ends by calling itself starts again instead, which counts as a call. False: too many.
+    bool again(u32 rule) {
+        ++repeats_;
+        if (++e.depth > kMostOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        return e.trap == Trap::None;
+    }
+
+  private:
+    u32 repeats_ = 0;
+};
+
+// A call that gives a single word: nobody can see what it made in scratch memory, which is free again when it ends.
+class WordCall : public OpenCall {
+  public:
+    WordCall(Eval& eval, u32 rule, const void* base) : OpenCall(eval, rule, base), arena_(eval.arena), chunk_(eval.arena_start) {}
+    ~WordCall() {
+        if (e.arena_start == chunk_) e.arena = arena_;
+    }
+
+  private:
+    u8* const arena_;
+    u8* const chunk_;
 };
 
 // ---- order of values: three-way, for keys and tie-breaks

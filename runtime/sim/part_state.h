@@ -148,6 +148,13 @@ class PartState {
     // [thread][destination]
     std::vector<std::vector<std::vector<Export>>> outgoing_;
     std::vector<std::vector<std::byte>> packets_;  // [destination]
+    // What arrives in a tick, and its order; kept so that a tick allocates nothing.
+    struct Delivery {
+        std::vector<Arrival> arrivals;
+        std::vector<Keyed> order, spare;
+        std::vector<const Value*> together;
+    };
+    Delivery delivery_;
     std::uint64_t sent_bytes_ = 0;
     std::uint64_t dropped_ = 0;
 };

@@ -35,7 +35,8 @@ const Totals& PartState::end_tick() {
     totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
     sent_bytes_ = dropped_ = 0;
     if (alone()) {
-        std::vector<Arrival> arrivals;
+        std::vector<Arrival>& arrivals = delivery_.arrivals;
+        arrivals.clear();
         for (const eval::Message& m : evaluator.messages()) arrivals.push_back({m.to, m.predicate, m.arguments});
         deliver(arrivals);
     } else {
@@ -47,12 +48,13 @@ const Totals& PartState::end_tick() {
 
 void PartState::deliver(const std::vector<Arrival>& arrivals) {
     // By predicate and then by receiver: both sorts keep what is equal in order.
-    std::vector<Keyed> order, spare;
+    std::vector<Keyed>& order = delivery_.order;
+    order.clear();
     for (std::size_t i = 0; i < arrivals.size(); ++i) order.push_back({arrivals[i].predicate, static_cast<u32>(i)});
-    sort_by_key(order, spare);
+    sort_by_key(order, delivery_.spare);
     for (Keyed& k : order) k.key = arrivals[k.place].to;
-    sort_by_key(order, spare);
-    std::vector<const Value*> together;
+    sort_by_key(order, delivery_.spare);
+    std::vector<const Value*>& together = delivery_.together;
     for (std::size_t i = 0; i < order.size();) {
         const Arrival& first = arrivals[order[i].place];
         together.clear();
@@ -85,7 +87,8 @@ void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 colum
 
 // Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
 void PartState::exchange() {
-    std::vector<Arrival> arrivals;
+    std::vector<Arrival>& arrivals = delivery_.arrivals;
+    arrivals.clear();
     for (auto& lists : outgoing_)
         for (std::size_t other = 0; other < lists.size(); ++other) {
             for (const Export& e : lists[other]) write_export(packets_[other], e.catom, e.column, e.what);

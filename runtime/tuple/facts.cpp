@@ -70,6 +70,26 @@ std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& 
     return {low, equal};
 }
 
+// Puts facts in order, those that are equal as they stand. A word of the first argument decides most; facts with the same
+// one are often in order already, for their sender went through its own facts in order.
+void sort_facts(const ModuleInfo& module, const PredicateInfo& p, std::vector<const Value*>& facts) {
+    struct Prefixed {
+        u64 prefix;
+        const Value* fact;
+    };
+    std::vector<Prefixed> all;
+    all.reserve(facts.size());
+    for (const Value* fact : facts) all.push_back({p.arity == 0 ? 0 : order_prefix(type_of(module, p.fields[0]), fact[0]), fact});
+    std::stable_sort(all.begin(), all.end(), [](const Prefixed& a, const Prefixed& b) { return a.prefix < b.prefix; });
+    const auto less = [&](const Prefixed& a, const Prefixed& b) { return compare_arguments(module, p, a.fact, b.fact) < 0; };
+    for (auto from = all.begin(); from != all.end();) {
+        const auto to = std::find_if(from, all.end(), [&](const Prefixed& f) { return f.prefix != from->prefix; });
+        if (!std::is_sorted(from, to, less)) std::stable_sort(from, to, less);
+        from = to;
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) facts[i] = all[i].fact;
+}
+
 }  // namespace
 
 int compare_arguments(const ModuleInfo& module, const PredicateInfo& p, const Value* a, const Value* b) {
@@ -152,7 +172,7 @@ bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 c
     const PredicateInfo& p = module.predicates[predicate];
     const u32 size = module.columns[p.column].row_bytes;
     const RowsHead& head = columns.rows(p.column, catom);
-    std::stable_sort(facts.begin(), facts.end(), [&](const Value* a, const Value* b) { return compare_arguments(module, p, a, b) < 0; });
+    sort_facts(module, p, facts);
     std::vector<u8> rows;
     rows.reserve((head.count + facts.size()) * size);
     u32 held = 0, added = 0;
@@ -161,8 +181,10 @@ bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 c
     for (const Value* arguments : facts) {
         int c = -1;
         while (held < head.count && (c = compare_row(module, p, head.data + std::size_t{held} * size, arguments)) < 0) keep_held();
-        const bool known = (held < head.count && c == 0) || (before != nullptr && compare_arguments(module, p, before, arguments) == 0);
-        if (known && p.kind != PredicateKind::Linear) continue;
+        if (p.kind != PredicateKind::Linear) {
+            const bool known = (held < head.count && c == 0) || (before != nullptr && compare_arguments(module, p, before, arguments) == 0);
+            if (known) continue;
+        }
         rows.resize(rows.size() + size, 0);
         u8* row = rows.data() + rows.size() - size;
         for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);

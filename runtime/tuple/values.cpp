@@ -39,9 +39,34 @@ int compare(Type type, Value a, Value b) {
     }
     if (a.list == b.list) return 0;
     const std::size_t left = length(a.list), right = length(b.list);
+    // Words are compared without asking each for its type.
+    if (!type.has_fields() && type.item(0).kind() == ValueType::Int) {
+        for (std::size_t i = 0; i < std::min(left, right); ++i)
+            if (a.list->items[i] != b.list->items[i]) return compare_words(item(a.list, i).integer, item(b.list, i).integer);
+        return compare_words(left, right);
+    }
     for (std::size_t i = 0; i < std::min(left, right); ++i)
         if (const int c = compare(type.item(i), item(a.list, i), item(b.list, i))) return c;
     return compare_words(left, right);
+}
+
+u64 order_prefix(Type type, Value v) {
+    constexpr u64 sign = u64{1} << 63;
+    switch (type.kind()) {
+        case ValueType::Int: return std::bit_cast<u64>(v.integer) ^ sign;
+        case ValueType::Node:
+        case ValueType::Bool: return v.catom;
+        case ValueType::Float: {
+            const u64 bits = normal(ValueType::Float, v).catom;
+            return (bits & sign) != 0 ? ~bits : bits | sign;
+        }
+        case ValueType::String: {
+            u64 prefix = 0;
+            for (std::size_t i = 0; i < std::min<std::size_t>(8, length(v.list)); ++i) prefix |= u64{static_cast<unsigned char>(bytes_of(v.list)[i])} << (56 - 8 * i);
+            return prefix;
+        }
+        default: return length(v.list) == 0 ? 0 : order_prefix(type.item(0), item(v.list, 0));
+    }
 }
 
 u64 hash(Type type, Value v) {

@@ -42,6 +42,8 @@ inline std::size_t length(const List* list) { return list == nullptr ? 0 : list-
 
 // Three-way: numbers as numbers, strings by bytes, all else by elements in order, a prefix before what it begins.
 int compare(Type type, Value a, Value b);
+// A word in the same order, as far as it tells: where a's is less than b's, a is less than b.
+u64 order_prefix(Type type, Value v);
 // By content; what compares equal hashes equal. Of a single word it is the word.
 u64 hash(Type type, Value v);
 // A value as it is kept: there is one zero.

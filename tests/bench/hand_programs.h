@@ -2,6 +2,9 @@
 // no messages. Each does the same rounds or the same steps as the Meld program, so that results can be compared.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -73,7 +76,67 @@ inline Ranks hand_pagerank(const Geometry& g, std::size_t catoms, double damping
     return out;
 }
 
-// examples/meld/queens.meld: how many ways there are to place one queen a row so that none takes another.
+// ---- examples/meld/belief_propagation.meld
+
+// Logarithms of likelihoods, one for each of three colours.
+using Belief = std::array<double, 3>;
+
+inline Belief normalized(const Belief& b) {
+    const double most = std::max(b[0], std::max(b[1], b[2]));
+    double all = 0;
+    for (const double x : b) all += std::exp(x - most);
+    const double shift = most + std::log(all);
+    return {b[0] - shift, b[1] - shift, b[2] - shift};
+}
+
+// What a neighbour hears from one who believes this.
+inline Belief said(const Belief& b, double rough) {
+    Belief out{};
+    for (std::size_t x = 0; x < 3; ++x) {
+        double all = 0;
+        for (std::size_t y = 0; y < 3; ++y) all += std::exp(b[y] + (x == y ? 0.0 : -rough));
+        out[x] = std::log(all);
+    }
+    return normalized(out);
+}
+
+// Each catom sees a colour; in each round it tells every neighbour what it believes without what it heard from that one.
+inline std::vector<Belief> hand_beliefs(const Geometry& g, const std::vector<int>& seen, int rounds, double doubt, double rough) {
+    const auto catoms = static_cast<u32>(seen.size());
+    const auto ports = static_cast<std::size_t>(g.ports);
+    const auto slot = [&](u32 catom, i32 port) { return catom * ports + static_cast<std::size_t>(port); };
+    std::vector<Belief> heard(catoms * ports), next(catoms * ports), belief(catoms);
+    const auto evidence = [&](u32 c) {
+        Belief b{};
+        for (std::size_t i = 0; i < 3; ++i) b[i] = static_cast<int>(i) == seen[c] ? 0.0 : -doubt;
+        return b;
+    };
+    const auto sum = [&](u32 c) {
+        Belief all = evidence(c);
+        for (i32 port = 0; port < g.ports; ++port)
+            if (catom_towards(g, g.catom_site[c], port) >= 0)
+                for (std::size_t i = 0; i < 3; ++i) all[i] += heard[slot(c, port)][i];
+        return all;
+    };
+    for (int round = 0; round < rounds; ++round) {
+        for (u32 c = 0; c < catoms; ++c) {
+            const Belief all = round == 0 ? evidence(c) : sum(c);
+            for (i32 port = 0; port < g.ports; ++port) {
+                const i32 other = catom_towards(g, g.catom_site[c], port);
+                if (other < 0) continue;
+                Belief without = all;
+                if (round > 0)
+                    for (std::size_t i = 0; i < 3; ++i) without[i] -= heard[slot(c, port)][i];
+                next[slot(static_cast<u32>(other), g.opposite[port])] = said(without, rough);
+            }
+        }
+        heard.swap(next);
+    }
+    for (u32 c = 0; c < catoms; ++c) belief[c] = normalized(sum(c));
+    return belief;
+}
+
+// ---- examples/meld/queens.meld: how many ways there are to place one queen a row so that none takes another.
 inline std::int64_t hand_queens(int n, int* columns, int row) {
     if (row == n) return 1;
     std::int64_t found = 0;

@@ -1,5 +1,5 @@
 # Benchmarks are built and run once on small worlds, so that they never rot; figures come from docs/benchmarks.md.
-foreach(bench gradient shape rows)
+foreach(bench gradient shape rows programs)
   add_executable(bench_${bench} ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_${bench}.cpp)
   target_link_libraries(bench_${bench} PRIVATE runtime_driver)
 endforeach()
@@ -8,6 +8,8 @@ add_test(NAME bench_shape_small COMMAND bench_shape ${CMAKE_SOURCE_DIR}/examples
 add_test(NAME bench_latency_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
+
+add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
 
 add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp)
 target_link_libraries(bench_physics PRIVATE physics)
