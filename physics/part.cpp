@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "physics/block_engine.h"
 #include "physics/engine.h"
@@ -97,6 +98,23 @@ std::vector<int> Part::holders(BlockCoordinates c) const {
     return parts;
 }
 
+Part::Standing Part::standing(BlockCoordinates c) const {
+    const int owner = owner_(c);
+    bool near_us = owner == self_;
+    for (int i = 0; !near_us && i < 27; ++i) near_us = owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}) == self_;
+    return {c, owner, near_us, holders(c)};
+}
+
+double Part::block_m() const { return engine_.next_shape().block_m(); }
+
+int Part::owner_of(BodyId body) const {
+    const std::uint32_t slot = world_.bodies.slot(body);
+    const auto blocks = engine_.grid_.blocks();
+    const auto after = std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t s, const Block& block) { return s < block.first; });
+    MELD_CHECK(after != blocks.begin(), "body {} is in no block", body);
+    return owner_(physics::unpack(std::prev(after)->key));
+}
+
 Part::Messages Part::pack_bodies(Workers& workers) {
     Bodies& bodies = world_.bodies;
     engine_.count_still_ticks();
@@ -108,15 +126,16 @@ Part::Messages Part::pack_bodies(Workers& workers) {
     const double block_m = engine_.next_shape().block_m();
     std::vector<std::uint32_t> kept;
     std::map<int, std::vector<std::uint32_t>> leaving;
+    std::optional<Standing> at;
+    departed_.clear();
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         Nature& nature = bodies.nature[slot];
         if (nature.flags & (kGhost | kRemoved)) continue;
-        const BlockCoordinates block = block_of(bodies.place[slot], block_m);
-        for (const int part : holders(block)) leaving[part].push_back(slot);
-        bool near_us = owner_(block) == self_;
-        for (int i = 0; !near_us && i < 27; ++i)
-            near_us = owner_({block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1}) == self_;
-        if (near_us) kept.push_back(slot);
+        // Bodies of a block follow each other.
+        if (const BlockCoordinates block = block_of(bodies.place[slot], block_m); !at || !(at->block == block)) at = standing(block);
+        for (const int part : at->holders) leaving[part].push_back(slot);
+        if (at->owner != self_) departed_.emplace_back(nature.id, at->owner);
+        if (at->near_us) kept.push_back(slot);
     }
     Messages messages;
     for (const auto& [part, slots] : leaving) {
@@ -134,8 +153,8 @@ Part::Messages Part::pack_bodies(Workers& workers) {
         }
         for (const CarriedContact& contact : engine_.contacts_.carried_of(ids)) put(bytes, contact);
     }
-    for (const std::uint32_t slot : kept)
-        if (owner_(block_of(bodies.place[slot], block_m)) != self_) bodies.nature[slot].flags |= kGhost;
+    std::sort(departed_.begin(), departed_.end());
+    for (const auto& [id, owner] : departed_) bodies.nature[bodies.slot(id)].flags |= kGhost;
     bodies.permute(kept, workers);
     engine_.forget_blocks();
     return messages;
@@ -257,6 +276,7 @@ void Part::unpack(const Stage& stage, const Bytes& bytes) {
 
 StepReport Part::finish() {
     world_.last_step_s = times_.dt_s;
+    scene_.forget_contacts();
     StepReport report = engine_.report();
     report.bodies = scene_.body_count();
     report.tick = ++world_.tick;

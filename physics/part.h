@@ -23,6 +23,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "physics/block_grid.h"
@@ -47,6 +48,8 @@ class Part {
     bool must_rebuild(double dt_s, int substeps) const;
     // Bodies that others need, with the memory of their contacts; ghosts go, bodies in blocks of others become theirs.
     Messages pack_bodies(Workers& workers);
+    // Of the bodies that pack_bodies found in blocks of others, and whose they are now; sorted.
+    const std::vector<std::pair<BodyId, int>>& departed() const { return departed_; }
     Result<void> unpack_bodies(const Bytes& bytes);
     void unpacked();
 
@@ -57,12 +60,25 @@ class Part {
     void unpack(const Stage& stage, const Bytes& bytes);
     StepReport finish();
 
+    // Whose a body is that is ours or next to ours, since the last rebuild.
+    int owner_of(BodyId body) const;
+    // The side of a block in the coming rebuild.
+    double block_m() const;
+
     // Our blocks next to others' blocks.
     std::vector<BlockCoordinates> border_blocks() const;
 
   private:
     // Parts other than ours that hold a block.
     std::vector<int> holders(BlockCoordinates block) const;
+    // For a block that a body of ours is in: who owns and who holds it.
+    struct Standing {
+        BlockCoordinates block;
+        int owner;
+        bool near_us;
+        std::vector<int> holders;
+    };
+    Standing standing(BlockCoordinates block) const;
     // After a rebuild: by colour and destination, the slots that our blocks of the colour touch and the destination holds.
     void plan_exchange();
 
@@ -74,6 +90,7 @@ class Part {
     StepTimes times_{1, 1};
     std::array<std::map<int, std::vector<std::uint32_t>>, kColours> touched_;
     std::map<int, std::vector<std::uint32_t>> border_;
+    std::vector<std::pair<BodyId, int>> departed_;
 };
 
 }  // namespace meld::physics

@@ -224,6 +224,8 @@ class Scene {
     // Residual of the contact equations at the present velocities (see docs/physics.md); for studies.
     double residual();
 
+    // For code that steps by stages (part.h): the contacts that were asked for are no longer those that are.
+    void forget_contacts() { contacts_known_ = false; }
     // The engine underneath, for code within physics and its tests.
     World& world() { return *world_; }
     Engine& engine() { return *engine_; }

@@ -112,7 +112,7 @@ double Scene::kinetic_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kFixed | kRemoved)) continue;
+        if (bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) continue;
         const Vec3 v = vector_of(bodies.motion[slot].velocity), u = vector_of(bodies.motion[slot].rim);
         sum += static_cast<double>(bodies.nature[slot].mass) / 2 *
                (dot(v, v) + static_cast<double>(bodies.nature[slot].inertia_factor) * dot(u, u));
@@ -124,7 +124,7 @@ double Scene::potential_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0)
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
             sum -= static_cast<double>(bodies.nature[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
     return sum;
 }
@@ -133,7 +133,7 @@ Vec3 Scene::momentum() const {
     const Bodies& bodies = world_->bodies;
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved)) == 0)
+        if ((bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
             sum = sum + static_cast<double>(bodies.nature[slot].mass) * vector_of(bodies.motion[slot].velocity);
     return sum;
 }
@@ -142,7 +142,7 @@ Vec3 Scene::angular_momentum() const {
     const Bodies& bodies = world_->bodies;
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kFixed | kRemoved)) continue;
+        if (bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) continue;
         const double mass = static_cast<double>(bodies.nature[slot].mass), radius = bodies.place[slot].radius;
         sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.motion[slot].velocity)) +
               mass * radius * static_cast<double>(bodies.nature[slot].inertia_factor) * vector_of(bodies.motion[slot].rim);

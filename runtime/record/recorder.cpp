@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
@@ -68,11 +69,11 @@ void Recorder::colour(sim::PartState& part) {
     for (const eval::Action& a : part.actions()) {
         const bool numbered = set_color_number_ && a.predicate == *set_color_number_;
         const bool mixed = (set_color_ && a.predicate == *set_color_) || (set_color_and_opacity_ && a.predicate == *set_color_and_opacity_);
-        if (numbered) colours_[part.ensemble.id(a.catom)] = numbered_colour(a.arguments[0].integer);
+        if (numbered) colours_[part.ensemble.id(a.catom)] = {numbered_colour(a.arguments[0].integer), part.abi.now};
         if (!mixed) continue;
         std::uint32_t rgb = 0;
         for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(a.arguments[i].integer, 0, 255));
-        colours_[part.ensemble.id(a.catom)] = rgb;
+        colours_[part.ensemble.id(a.catom)] = {rgb, part.abi.now};
     }
 }
 
@@ -96,7 +97,6 @@ namespace {
 struct Row {
     u64 id;
     world::Vec3 position;
-    std::uint32_t rgb;
 };
 
 constexpr std::uint32_t kGrey = 0xb0b0b0;
@@ -150,23 +150,37 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
     }
 }
 
-// This part's catoms, each with its position, colour and values.
-std::vector<std::byte> Recorder::pack(sim::PartState& part) const {
+// The colours that part 0 has not heard of, and this part's catoms, each with its position and values. A catom may have been
+// coloured on another part than that which has it now.
+std::vector<std::byte> Recorder::pack(sim::PartState& part) {
     std::vector<std::byte> out;
+    const bool tells = part.comm.part() != 0;
+    put(out, static_cast<std::uint32_t>(tells ? colours_.size() : 0));
+    if (tells)
+        for (const auto& [id, painted] : std::exchange(colours_, {})) {
+            put(out, id);
+            put(out, painted);
+        }
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
-        const auto colour = colours_.find(part.ensemble.id(c));
-        put(out, Row{part.ensemble.id(c), part.ensemble.position(c), colour == colours_.end() ? kGrey : colour->second});
+        put(out, Row{part.ensemble.id(c), part.ensemble.position(c)});
         for (const Recorded& r : recorded_) put_value(part, r, c, out);
     }
     return out;
 }
 
 // The rows of all parts into columns, in the order of ids.
-void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) const {
+void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
     std::vector<std::pair<u64, const std::byte*>> rows;
-    for (const auto& bytes : all)
-        for (const std::byte* at = bytes.data(); at != bytes.data() + bytes.size();) {
+    for (const auto& bytes : all) {
+        const std::byte* at = bytes.data();
+        for (auto left = take_value<std::uint32_t>(at); left > 0; --left) {
+            const auto id = take_value<u64>(at);
+            const auto painted = take_value<Painted>(at);
+            const auto [known, fresh] = colours_.try_emplace(id, painted);
+            if (!fresh && painted.tick > known->second.tick) known->second = painted;
+        }
+        while (at != bytes.data() + bytes.size()) {
             rows.emplace_back(0, at);
             rows.back().first = take_value<Row>(at).id;
             for (const Recorded& r : recorded_) {
@@ -174,6 +188,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
                 else at += (r.as == As::Vector ? 3 : 1) * sizeof(double);
             }
         }
+    }
     std::sort(rows.begin(), rows.end());
     step.numbers.resize(recorded_.size());
     step.texts.resize(recorded_.size());
@@ -182,7 +197,9 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         const auto row = take_value<Row>(at);
         step.ids.push_back(id);
         step.positions.push_back(row.position);
-        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(row.rgb >> shift));
+        const auto colour = colours_.find(id);
+        const std::uint32_t rgb = colour == colours_.end() ? kGrey : colour->second.rgb;
+        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(rgb >> shift));
         for (std::size_t i = 0; i < recorded_.size(); ++i) {
             if (recorded_[i].as == As::Text) step.texts[i].push_back(take_text(at));
             else

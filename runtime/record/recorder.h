@@ -33,8 +33,8 @@ class Recorder : public sim::SimModule {
     struct Step;
     Result<void> write(sim::PartState& part);
     void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const;
-    std::vector<std::byte> pack(sim::PartState& part) const;
-    void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) const;
+    std::vector<std::byte> pack(sim::PartState& part);
+    void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     Result<void> write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all);
     void colour(sim::PartState& part);
 
@@ -45,7 +45,12 @@ class Recorder : public sim::SimModule {
     std::vector<Recorded> recorded_;
     // setColor with three colours, with an opacity behind them, and setColor2 with a number.
     std::optional<u32> set_color_, set_color_and_opacity_, set_color_number_;
-    std::unordered_map<u64, std::uint32_t> colours_;  // By id, 0xRRGGBB; catoms that were never coloured are grey.
+    // By id, 0xRRGGBB; catoms that were never coloured are grey. Part 0 keeps them, the others those it has not heard of.
+    struct Painted {
+        std::uint32_t rgb;
+        std::int64_t tick;
+    };
+    std::unordered_map<u64, Painted> colours_;
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;
     std::uint64_t steps_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/sim/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -30,11 +31,13 @@ physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& 
 
 // Actions come in the order of the catoms' numbers, so the last is the one that may be there already.
 BodyActions::Pushed& BodyActions::pushed(physics::BodyId body) {
-    if (pushed_.empty() || pushed_.back().body != body) pushed_.push_back({body, {}, {}, {}});
+    if (pushed_.empty() || pushed_.back().body != body) pushed_.push_back({.body = body});
     return pushed_.back();
 }
 
 Result<void> BodyActions::take(PartState& part, PhysicsScene& physics) {
+    if (part.totals.actions == 0) return {};
+    switched_.clear();
     for (const eval::Action& action : part.actions()) {
         const u32 p = action.predicate;
         const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
@@ -48,31 +51,52 @@ Result<void> BodyActions::take(PartState& part, PhysicsScene& physics) {
             push.torque_nm = push.torque_nm + vector_of(part, action);
         } else if (roll_.is(p)) {
             pushed(body).spin_rad_s = vector_of(part, action);
+            pushed(body).rolls = true;
         }
     }
+    if (!part.alone()) share(part);
+    for (const Switched& s : switched_)
+        if (physics.scene->has(s.body))
+            if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
     return {};
 }
 
+void BodyActions::share(PartState& part) {
+    std::vector<std::byte> bytes;
+    put(bytes, static_cast<std::uint32_t>(pushed_.size()));
+    for (const Pushed& p : pushed_) put(bytes, p);
+    for (const Switched& s : switched_) put(bytes, s);
+    pushed_.clear();
+    switched_.clear();
+    for (const auto& from : part.comm.allgather_any(bytes)) {
+        const std::byte* at = from.data();
+        for (auto left = take_value<std::uint32_t>(at); left > 0; --left) pushed_.push_back(take_value<Pushed>(at));
+        while (at != from.data() + from.size()) switched_.push_back(take_value<Switched>(at));
+    }
+}
+
 // magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
-bool BodyActions::switch_feature(PartState& part, PhysicsScene& physics, const eval::Action& action) {
+bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, const eval::Action& action) {
     const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
     if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
     const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
     if (latches != (action.predicate == latch_) || value < -1 || value > 1) return false;
     const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
     const std::uint32_t bit = std::uint32_t{1} << feature;
-    physics::SwitchedFeatures now = physics.scene->features(body);
+    if (switched_.empty() || switched_.back().body != body) switched_.push_back({body, physics.scene->features(body)});
+    physics::SwitchedFeatures& now = switched_.back().features;
     now.on = value != 0 ? now.on | bit : now.on & ~bit;
     now.reversed = value < 0 ? now.reversed | bit : now.reversed & ~bit;
-    return physics.scene->set_features(body, now.on, now.reversed).has_value();
+    return true;
 }
 
 Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
     for (const Pushed& p : pushed_) {
+        if (!scene.has(p.body)) continue;
         physics::Vec3 torque = p.torque_nm;
-        if (p.spin_rad_s) {
+        if (p.rolls) {
             // What brings it to its spin within the step, if the motor is strong enough for that.
-            const physics::Vec3 missing = *p.spin_rad_s - scene.state(p.body).spin_rad_s;
+            const physics::Vec3 missing = p.spin_rad_s - scene.state(p.body).spin_rad_s;
             physics::Vec3 motor = (scene.moment_of_inertia(p.body) / step_s) * missing;
             const double strength = length(motor), most = world_->physics.roll_torque;
             if (strength > most) motor = (most / strength) * motor;
@@ -85,7 +109,8 @@ Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
 
 Result<void> BodyActions::release(physics::Scene& scene) {
     for (const Pushed& p : pushed_)
-        if (auto done = scene.set_push(p.body, {}, {}); !done) return done;
+        if (scene.has(p.body))
+            if (auto done = scene.set_push(p.body, {}, {}); !done) return done;
     pushed_.clear();
     return {};
 }

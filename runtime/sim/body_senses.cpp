@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
-#include "runtime/base/assert.h"
+#include "runtime/sim/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -94,7 +95,36 @@ void BodySenses::place(PartState& part, const physics::Scene& scene, Catom first
     }
 }
 
-void BodySenses::sense(PartState& part, PhysicsScene& physics) {
+void BodySenses::sum_normal_forces(PartState& part, physics::Scene& scene, const DividedBodies* divided) {
+    struct Press {
+        physics::BodyId body;
+        bool by_obstacle;
+        std::uint32_t by;
+        double force_n;
+        auto operator<=>(const Press&) const = default;
+    };
+    std::vector<Press> all;
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    const auto press = [&](const Press& p) {
+        const int owner = divided != nullptr ? divided->owner_of(p.body) : part.comm.part();
+        if (owner == part.comm.part()) all.push_back(p);
+        else put(out[static_cast<std::size_t>(owner)], p);
+    };
+    for (const physics::ContactReport& c : scene.contacts()) {
+        if (!(c.normal_force_n > 0)) continue;
+        press({c.touch.body, c.touch.other_is_obstacle, c.touch.other, c.normal_force_n});
+        if (!c.touch.other_is_obstacle) press({c.touch.other, false, c.touch.body, c.normal_force_n});
+    }
+    if (divided != nullptr)
+        for (const comm::Packet& packet : exchange_bytes(part, out))
+            for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) all.push_back(take_value<Press>(at));
+    // In an order of its own, so that sums have the same bits however the bodies are divided.
+    std::sort(all.begin(), all.end());
+    normal_force_n_.clear();
+    for (const Press& p : all) normal_force_n_[p.body] += p.force_n;
+}
+
+void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
     const auto count = static_cast<Catom>(part.ensemble.index_count());
     std::vector<std::vector<Moved>> moved((count + kCatomsOfJob - 1) / kCatomsOfJob);
     part.workers.run(moved.size(), [&](int, std::size_t job) {
@@ -104,6 +134,8 @@ void BodySenses::sense(PartState& part, PhysicsScene& physics) {
     for (const auto& list : moved)
         for (const Moved& m : list) part.mark(m.catom, kDirtyPlace);
     if (sensors_.empty() && !touches_at_) return;
+    const bool presses = std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; });
+    if (presses) sum_normal_forces(part, *physics.scene, divided);
     for (Catom c = 0; c < count; ++c) {
         if (!part.owned(c)) continue;
         for (const Sensor& sensor : sensors_) tell(part, *physics.scene, sensor, c);
@@ -111,7 +143,7 @@ void BodySenses::sense(PartState& part, PhysicsScene& physics) {
     }
 }
 
-std::vector<double> BodySenses::measure(physics::Scene& scene, Quantity quantity, physics::BodyId body) {
+std::vector<double> BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const {
     const auto numbers = [](physics::Vec3 v) { return std::vector<double>{v.x, v.y, v.z}; };
     switch (quantity) {
         case Quantity::Orientation: {
@@ -120,7 +152,10 @@ std::vector<double> BodySenses::measure(physics::Scene& scene, Quantity quantity
         }
         case Quantity::Velocity: return numbers(scene.state(body).velocity_m_s);
         case Quantity::Acceleration: return numbers(scene.acceleration(body));
-        case Quantity::Pressure: return {scene.pressure(body)};
+        case Quantity::Pressure: {
+            const auto force = normal_force_n_.find(body);
+            return {force == normal_force_n_.end() ? 0 : force->second / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body))};
+        }
         case Quantity::Energy: return {scene.energy_drawn_j(body)};
     }
     return {};
@@ -140,7 +175,7 @@ bool BodySenses::differs(const Sensor& sensor, const std::vector<double>& told, 
     return sum > sensor.threshold * sensor.threshold;
 }
 
-void BodySenses::tell(PartState& part, physics::Scene& scene, const Sensor& sensor, Catom catom) {
+void BodySenses::tell(PartState& part, const physics::Scene& scene, const Sensor& sensor, Catom catom) {
     std::vector<double> told;
     tuple::each_fact(part.module, part.columns, part.abi.geometry, sensor.predicate, catom, [&](const Value* v) {
         for (std::size_t i = 0; i < (sensor.vector ? 3 : part.module.predicates[sensor.predicate].arity); ++i)

@@ -3,8 +3,10 @@
 
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
+#include "runtime/sim/divided_bodies.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/sim/physics_scene.h"
 
@@ -18,7 +20,7 @@ class BodySenses {
     void note_obstacles(PartState& part, std::span<const physics::TouchEvent> events);
     // After the last step of a tick: places, and all else that is read. Cost: all catoms of the part, on all workers, and
     // for those that have changed a few comparisons.
-    void sense(PartState& part, PhysicsScene& physics);
+    void sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided);
 
   private:
     enum class Quantity { Orientation, Velocity, Acceleration, Pressure, Energy };
@@ -35,14 +37,17 @@ class BodySenses {
     void find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
     // Places of some catoms; those that are to be told something are added.
     void place(PartState& part, const physics::Scene& scene, Catom first, Catom last, std::vector<Moved>& moved);
-    void tell(PartState& part, physics::Scene& scene, const Sensor& sensor, Catom catom);
+    void tell(PartState& part, const physics::Scene& scene, const Sensor& sensor, Catom catom);
     void tell_contacts(PartState& part, PhysicsScene& physics, Catom catom);
-    static std::vector<double> measure(physics::Scene& scene, Quantity quantity, physics::BodyId body);
+    std::vector<double> measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const;
+    // Of this part's bodies; what presses at the rim of the part is known to the part next to it.
+    void sum_normal_forces(PartState& part, physics::Scene& scene, const DividedBodies* divided);
     static bool differs(const Sensor& sensor, const std::vector<double>& told, const std::vector<double>& now);
 
     const world::World* world_ = nullptr;
     bool reads_place_ = false;
     std::vector<Sensor> sensors_;
+    std::unordered_map<physics::BodyId, double> normal_force_n_;
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
 };
 

@@ -2,30 +2,40 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "runtime/base/units.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/sim/catom_migration.h"
 
 namespace meld::sim {
 
 Result<void> FreeMotion::start(PartState& part) {
-    if (!part.alone()) return fail("[motion] kind = \"ode\" runs on one process", "Leave out --parts; --threads uses all cores");
     if (part.next_id > physics::kMostBodies)
         return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id, physics::kMostBodies), "Make the body smaller", ExitCode::LimitHit);
+    if (!part.alone() && world_.physics.engine != "blocks")
+        return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine), "Write [motion] engine = \"blocks\", or leave out -n");
     auto made = make_physics_scene(world_);
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
-    BodyMaker bodies(world_, physics_);
-    for (Catom c = 0; c < part.ensemble.index_count(); ++c) {
-        if (!part.owned(c)) continue;
-        if (auto added = bodies.add(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c)); !added)
-            return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(added.error()).problem), added.error().suggestion);
-    }
-    part.start_cells = {};
+    if (auto done = agree_on_error(part, make_bodies(part)); !done) return done;
     actions_.start(part, world_);
     if (auto started = senses_.start(part, world_); !started) return started;
+    if (!part.alone()) divided_.emplace(part, *physics_.scene);
     bodies_ = awake_ = part.ensemble.owned_count();
     part.moving = true;
+    return {};
+}
+
+Result<void> FreeMotion::make_bodies(PartState& part) {
+    BodyMaker bodies(world_, physics_);
+    for (Catom c = 0; c < part.ensemble.index_count(); ++c)
+        if (part.owned(c)) bodies.note(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
+    part.start_cells = {};
+    std::vector<std::byte> bytes;
+    for (const Surface& surface : bodies.surfaces()) put(bytes, surface);
+    std::set<Surface> surfaces;
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) surfaces.insert(take_value<Surface>(at));
+    if (auto done = bodies.make(surfaces); !done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     return {};
 }
 
@@ -35,30 +45,64 @@ Result<void> FreeMotion::step(PartState& part) {
         if (auto done = step_once(part); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
     part.refresh();
-    senses_.sense(part, physics_);
+    senses_.sense(part, physics_, divided_ ? &*divided_ : nullptr);
+    bodies_ = part.ensemble.owned_count();
     part.moving = awake_ > 0;
     return {};
 }
 
 Result<void> FreeMotion::step_once(PartState& part) {
+    const auto report = move(part);
     // The recording ends with the last tick that went well, whose places the ensemble still has.
-    const auto gave_up = [&](const Error& error) {
-        const Error told = about_catoms(error);
+    if (!report) {
+        const Error told = about_catoms(report.error());
         return fail(fmt::format("in tick {}, {}", part.abi.now, told.problem), told.suggestion, told.code);
-    };
-    if (auto done = actions_.push(*physics_.scene, world_.physics.step); !done) return gave_up(done.error());
-    const auto report = physics_.scene->step(world_.physics.step, world_.physics.substeps, part.workers);
-    if (!report) return gave_up(report.error());
+    }
     awake_ = report->awake_bodies;
-    links_.update(part, physics_.scene->events());
+    links_.update(part, physics_.scene->events(), divided_ ? &*divided_ : nullptr);
     senses_.note_obstacles(part, physics_.scene->events());
     return {};
 }
 
-void FreeMotion::finish(PartState&) { energy_j_ = physics_.scene ? physics_.scene->kinetic_energy_j() : 0; }
+Result<physics::StepReport> FreeMotion::move(PartState& part) {
+    const double step_s = world_.physics.step;
+    const int substeps = world_.physics.substeps;
+    if (actions_.any_pushes())
+        if (auto pushed = agree_on_error(part, actions_.push(*physics_.scene, step_s)); !pushed) return tl::unexpected<Error>(pushed.error());
+    if (!divided_) return physics_.scene->step(step_s, substeps, part.workers);
+    const auto changed_hands = divided_->redistribute(part, step_s, substeps);
+    if (!changed_hands) return tl::unexpected<Error>(changed_hands.error());
+    if (*changed_hands) {
+        migrate_catoms(part, *divided_, links_);
+        if (moved_) crossed_ += divided_->departed().size();
+    }
+    moved_ = true;
+    return divided_->step(part, step_s, substeps);
+}
+
+void FreeMotion::finish(PartState& part) {
+    if (!physics_.scene) return;
+    std::vector<std::byte> mine;
+    put(mine, bodies_);
+    put(mine, awake_);
+    put(mine, crossed_);
+    put(mine, physics_.scene->kinetic_energy_j());
+    bodies_ = awake_ = crossed_ = 0;
+    energy_j_ = 0;
+    for (const auto& from : gather_bytes(part, mine)) {
+        const std::byte* at = from.data();
+        bodies_ += take_value<std::uint64_t>(at);
+        awake_ += take_value<std::uint64_t>(at);
+        crossed_ += take_value<std::uint64_t>(at);
+        energy_j_ += take_value<double>(at);
+    }
+}
 
 std::string FreeMotion::status() const { return fmt::format("{} of {} bodies awake", format_count(static_cast<double>(awake_)), format_count(static_cast<double>(bodies_))); }
 
-std::string FreeMotion::outcome() const { return fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_); }
+std::string FreeMotion::outcome() const {
+    const std::string crossed = crossed_ == 0 ? "" : fmt::format("; {} times a catom has come to another process", crossed_);
+    return fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy{}", bodies_, awake_, energy_j_, crossed);
+}
 
 }  // namespace meld::sim

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "runtime/sim/body_actions.h"
 #include "runtime/sim/body_senses.h"
 #include "runtime/sim/contact_links.h"
+#include "runtime/sim/divided_bodies.h"
 #include "runtime/sim/extension.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/sim/physics_scene.h"
@@ -25,16 +27,20 @@ class FreeMotion : public SimModule {
     std::string outcome() const override;
 
   private:
+    Result<void> make_bodies(PartState& part);
     Result<void> step_once(PartState& part);
+    Result<physics::StepReport> move(PartState& part);
 
     const world::World& world_;
     PhysicsScene physics_;
     BodyActions actions_;
     BodySenses senses_;
     ContactLinks links_;
+    std::optional<DividedBodies> divided_;
     std::uint64_t bodies_ = 0, awake_ = 0;
+    std::uint64_t crossed_ = 0;  // Catoms that have come to another part, without those that did before anything moved.
+    bool moved_ = false;
     double energy_j_ = 0;
-    std::uint64_t refused_ = 0;  // Actions that only a lattice carries out.
 };
 
 }  // namespace meld::sim

@@ -96,9 +96,35 @@ void PartState::mark_around(Cell cell, u64 bits) {
 }
 
 void PartState::mark_neighbours(Catom catom, u64 bits) {
-    for (i32 port = 0; port < abi.geometry.ports; ++port)
-        if (const i32 other = catom_towards(abi.geometry, abi.geometry.catom_site[catom], port); other >= 0) mark(static_cast<Catom>(other), bits);
+    if (ensemble.is_free()) {
+        for (int port = 0; port < kMaxPorts; ++port)
+            if (const std::optional<Catom> other = ensemble.linked(catom, port)) mark(*other, bits);
+    } else {
+        mark_around(ensemble.cell(catom), bits);
+    }
 }
+
+Catom PartState::add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner) {
+    const Catom catom = ensemble.add_at(id, position, state);
+    const std::size_t count = ensemble.index_count();
+    columns.resize(count);
+    evaluator.agenda().resize(count);
+    sensed_positions.resize(count);
+    owners.resize(count);
+    sensed_positions[catom] = position;
+    owners[catom] = owner;
+    return catom;
+}
+
+void PartState::remove_freely(Catom catom) {
+    columns.clear(catom, 0);
+    evaluator.agenda().forget(catom);
+    evaluator.tombstones().forget(catom);
+    evaluator.timers().forget(abi.now, catom);
+    ensemble.remove(catom);
+}
+
+int PartState::owner_of(Catom catom) const { return ensemble.is_free() ? owners[catom] : halo->owner(ensemble.cell(catom)); }
 
 void PartState::push_exports(Catom catom) {
     for (u32 c = 0; c < module.column_count; ++c)

@@ -76,6 +76,11 @@ class PartState {
     void mark_neighbours(Catom catom, u64 bits);
     // The actions of the last tick for this predicate.
     std::vector<eval::Action>& actions() { return evaluator.actions(); }
+    // The same where catoms move freely. A ghost has an owner, and goes when nothing of this part touches it any more.
+    Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
+    void remove_freely(Catom catom);
+    // The part whose catom this is.
+    int owner_of(Catom catom) const;
     // Brings Part's pointers up to date after any of the above.
     void refresh();
 
@@ -103,6 +108,7 @@ class PartState {
     std::uint64_t next_id = 0;
     // Where catoms move freely: what they were told of their places, and, until motion has started, the cells they start in.
     std::vector<world::Vec3> sensed_positions;
+    std::vector<std::int32_t> owners;  // Of catoms that move freely, by index.
     std::vector<Cell> start_cells;
     // Something moves by itself, so the run goes on though no program has anything to do.
     bool moving = false;
@@ -122,6 +128,12 @@ class PartState {
     // Changed: the other side has the column as it was before this tick, and rows may be sent alone.
     enum class Pushed { Changed, Whole };
     void note_export(int thread, Catom catom, u16 column, Pushed what);
+    // Calls visit(part) once for each other part that reads what this catom exports.
+    template <class Visit>
+    void listeners(Catom catom, const Visit& visit) const;
+    // How parts name a catom to each other: by its cell, or where there are none by its number.
+    void put_name(std::vector<std::byte>& out, Catom catom) const;
+    Catom take_name(const std::byte*& from, int sender) const;
     void write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const;
     void exchange();
     // What a packet says; the facts in it are added to the arrivals, their arguments and lists to the other two.

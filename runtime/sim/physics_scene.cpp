@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -136,17 +137,9 @@ Result<PhysicsScene> make_physics_scene(const World& world) {
     return out;
 }
 
-Result<std::uint8_t> BodyMaker::material(double friction, double restitution) {
-    for (const Surface& s : surfaces_)
-        if (s.friction == friction && s.restitution == restitution) return s.material;
-    const auto made = scene_.scene->add_material({.friction = static_cast<float>(friction), .restitution = static_cast<float>(restitution)});
-    if (made) surfaces_.push_back({friction, restitution, *made});
-    return made;
-}
-
-Result<void> BodyMaker::add(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
+void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
     const PhysicsOptions& p = world_.physics;
-    double friction = p.friction, restitution = p.restitution;
+    Surface surface{p.friction, p.restitution};
     physics::BodySpec spec;
     spec.id = static_cast<physics::BodyId>(id);
     spec.position_m = to_metres(world_, position);
@@ -160,14 +153,28 @@ Result<void> BodyMaker::add(std::uint64_t id, world::Cell cell, const world::Vec
         spec.fixed = group.fixed.value_or(spec.fixed);
         if (group.velocity) spec.velocity_m_s = vector_of(*group.velocity);
         if (group.spin) spec.spin_rad_s = vector_of(*group.spin);
-        friction = group.friction.value_or(friction);
-        restitution = group.restitution.value_or(restitution);
+        surface.friction = group.friction.value_or(surface.friction);
+        surface.restitution = group.restitution.value_or(surface.restitution);
     }
-    const auto surface = material(friction, restitution);
-    if (!surface) return tl::unexpected<Error>(surface.error());
-    spec.material = *surface;
-    if (auto added = scene_.scene->add_body(spec); !added) return added;
-    return scene_.features.empty() ? Result<void>{} : scene_.scene->set_feature_table(spec.id, scene_.feature_table);
+    surfaces_.insert(surface);
+    noted_.push_back({spec, surface});
+}
+
+Result<void> BodyMaker::make(const std::set<Surface>& surfaces) {
+    std::map<Surface, std::uint8_t> materials;
+    for (const Surface& s : surfaces) {
+        const auto made = scene_.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
+        if (!made) return tl::unexpected<Error>(made.error());
+        materials[s] = *made;
+    }
+    for (Noted& body : noted_) {
+        body.spec.material = materials[body.surface];
+        if (auto added = scene_.scene->add_body(body.spec); !added) return added;
+        if (scene_.features.empty()) continue;
+        if (auto equipped = scene_.scene->set_feature_table(body.spec.id, scene_.feature_table); !equipped) return equipped;
+    }
+    noted_ = {};
+    return {};
 }
 
 }  // namespace meld::sim

@@ -1,7 +1,9 @@
 // From what a world says of its bodies to a scene of the physics.
 #pragma once
 
+#include <compare>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "physics/physics.h"
@@ -17,23 +19,32 @@ struct PhysicsScene {
 };
 Result<PhysicsScene> make_physics_scene(const world::World& world);
 
-// Gives catoms their bodies.
+// What a catom is made of.
+struct Surface {
+    double friction = 0, restitution = 0;
+    auto operator<=>(const Surface&) const = default;
+};
+
+// Gives catoms their bodies: first all are noted, then the materials of all parts' bodies are added alike everywhere, then the
+// bodies themselves.
 class BodyMaker {
   public:
     BodyMaker(const world::World& world, PhysicsScene& scene) : world_(world), scene_(scene) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
-    Result<void> add(std::uint64_t id, world::Cell cell, const world::Vec3& position);
+    void note(std::uint64_t id, world::Cell cell, const world::Vec3& position);
+    const std::set<Surface>& surfaces() const { return surfaces_; }
+    // `surfaces`: those of all parts.
+    Result<void> make(const std::set<Surface>& surfaces);
 
   private:
-    struct Surface {
-        double friction, restitution;
-        std::uint8_t material;
+    struct Noted {
+        physics::BodySpec spec;
+        Surface surface;
     };
-    Result<std::uint8_t> material(double friction, double restitution);
-
     const world::World& world_;
     PhysicsScene& scene_;
-    std::vector<Surface> surfaces_;
+    std::set<Surface> surfaces_;
+    std::vector<Noted> noted_;
 };
 
 // An error of the physics in the words of worlds and programs: bodies are catoms, and its settings have their names in the

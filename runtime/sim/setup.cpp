@@ -124,6 +124,7 @@ void PartState::populate_freely(const Counts& counts) {
         ensemble.add_at(id, position, kCatomOwned);
         start_cells.push_back(cell);
         sensed_positions.push_back(position);
+        owners.push_back(comm.part());
     };
     for (const auto& [key, count] : counts) {
         const std::uint64_t first = next_id;

@@ -69,13 +69,45 @@ void PartState::deliver(const std::vector<Arrival>& arrivals) {
 void PartState::note_export(int thread, Catom catom, u16 column, Pushed what) {
     if (alone()) return;
     auto& lists = outgoing_[static_cast<std::size_t>(thread)];
-    halo->subscribers(abi.geometry.catom_site[catom], [&](int other) { lists[static_cast<std::size_t>(other)].push_back({catom, column, what}); });
+    listeners(catom, [&](int other) { lists[static_cast<std::size_t>(other)].push_back({catom, column, what}); });
+}
+
+template <class Visit>
+void PartState::listeners(Catom catom, const Visit& visit) const {
+    if (!ensemble.is_free()) return halo->subscribers(abi.geometry.catom_site[catom], visit);
+    // The owners of its neighbours, each once; there are few.
+    int told[kMaxPorts];
+    int count = 0;
+    for (int port = 0; port < kMaxPorts; ++port) {
+        const std::optional<Catom> other = ensemble.linked(catom, port);
+        if (!other || owned(*other) || std::find(told, told + count, owners[*other]) != told + count) continue;
+        told[count++] = owners[*other];
+        visit(owners[*other]);
+    }
+}
+
+void PartState::put_name(std::vector<std::byte>& out, Catom catom) const {
+    if (ensemble.is_free()) put(out, ensemble.id(catom));
+    else put(out, ensemble.cell(catom));
+}
+
+Catom PartState::take_name(const std::byte*& from, int sender) const {
+    if (ensemble.is_free()) {
+        const auto id = take_value<u64>(from);
+        const std::optional<Catom> catom = ensemble.find(id);
+        MELD_CHECK(catom.has_value(), "part {} told of catom {}, which this one does not know", sender, id);
+        return *catom;
+    }
+    const auto cell = take_value<Cell>(from);
+    const std::optional<Catom> catom = ensemble.at(cell);
+    MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", sender, cell.x, cell.y, cell.z);
+    return *catom;
 }
 
 void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const {
     const bool rows = what == Pushed::Changed && columns.changes().follows(column);
     put(out, rows ? Record::Rows : Record::Export);
-    put(out, ensemble.cell(catom));
+    put_name(out, catom);
     put(out, column);
     if (!rows) return columns.pack_column(column, catom, out);
     const RowChanges& changes = *columns.changes().of(column, catom);
@@ -99,9 +131,9 @@ void PartState::exchange() {
             arrivals.push_back({m.to, m.predicate, m.arguments});
             continue;
         }
-        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(halo->owner(ensemble.cell(m.to)))];
+        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(owner_of(m.to))];
         put(out, Record::Message);
-        put(out, ensemble.cell(m.to));
+        put_name(out, m.to);
         put(out, m.predicate);
         const PredicateInfo& p = module.predicates[m.predicate];
         for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), m.arguments[i], out);
@@ -125,26 +157,24 @@ void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arriva
     const std::byte* end = at + packet.bytes.size();
     while (at != end) {
         const auto record = take_value<Record>(at);
-        const auto cell = take_value<Cell>(at);
-        const std::optional<Catom> catom = ensemble.at(cell);
+        const Catom catom = take_name(at, packet.part);
         const auto number = take_value<u16>(at);
-        MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", packet.part, cell.x, cell.y, cell.z);
         if (record == Record::Export) {
-            at = columns.unpack_column(number, *catom, at, 0);
-            mark_neighbours(*catom, module.columns[number].reader_dirty);
+            at = columns.unpack_column(number, catom, at, 0);
+            mark_neighbours(catom, module.columns[number].reader_dirty);
         } else if (record == Record::Rows) {
             const auto removed = take_value<u32>(at), added = take_value<u32>(at);
             RowChanges* changes = columns.changes().make(number, removed, added, 0);
             const std::size_t bytes = std::size_t{module.columns[number].row_bytes} * (std::size_t{removed} + added);
             std::memcpy(changes + 1, at, bytes);
             at += bytes;
-            columns.change_rows(number, *catom, changes, 0);
-            mark_neighbours(*catom, module.columns[number].reader_dirty);
+            columns.change_rows(number, catom, changes, 0);
+            mark_neighbours(catom, module.columns[number].reader_dirty);
         } else {
             const PredicateInfo& p = module.predicates[number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
             for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), at, lists);
-            arrivals.push_back({*catom, number, values.data()});
+            arrivals.push_back({catom, number, values.data()});
         }
     }
 }

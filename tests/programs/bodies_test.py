@@ -19,7 +19,8 @@ class Bodies:
     def __init__(self, meldsim, folder):
         self.meldsim = meldsim
         self.folder = pathlib.Path(folder)
-        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"))
+        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+                                OMPI_MCA_rmaps_base_oversubscribe="1")
 
     def command(self, program, world, ticks, *options):
         (self.folder / "p.meld").write_text(program)
@@ -161,6 +162,15 @@ def refuses(bodies):
     recorded = Recorded(bodies.folder / "out.vtkhdf")
     same(list(recorded.times), list(range(121)), "the recorded ticks")
     same(bool((recorded.positions[-1] == recorded.positions[-2]).all()), True, "whether the failed tick has moved anything")
+    # A part that fails alone, here that of one catom of two far from each other, ends all in the same way.
+    far = two.format(90) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [998, 0, 0]\n'
+    told = [bodies.command(PLACE + "force(A, 900, 0, 0) :- id(A, 1), tick(A, 5).\n", far, 20, "-n", processes) for processes in ("1", "2", "3")]
+    same([done.returncode for done in told], [4, 4, 4], "how runs on 1, 2 and 3 processes end")
+    for done in told:
+        same(done.stderr.strip().splitlines()[-1], told[0].stderr.strip().splitlines()[-1], "what they say")
+    same("in tick 6, step 6: catom @1 moves at 1e+03 m/s" in told[0].stderr, True, told[0].stderr)
+    done = bodies.command(PLACE, two.format(9) + 'engine = "hash"\n', 3, "-n", "2")
+    same((done.returncode, 'the engine "hash" runs on one process' in done.stderr), (2, True), "the engine of one process on two")
     done = bodies.command("type v(node, int).\nv(A, X) :- cell(A, X, _, _).\n", ONE, 1)
     same((done.returncode, "the program reads cell with 4 arguments" in done.stderr), (2, True), "a program that reads cells")
 

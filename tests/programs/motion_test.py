@@ -11,10 +11,12 @@ import tempfile
 
 import moving
 from recorded import Recorded
-from runner import Runner
+from runner import SAME, Runner
 
 TELLING = "\ntype touches-catom(node, node).\ntouches-catom(A, B) :- neighbor(A, B).\n"
-SIZES = [(1, 1), (1, 2), (1, 4)]
+SIZES = [(1, 1), (1, 4), (2, 1), (2, 2), (4, 1)]
+# A catom that comes to another process is evaluated once more.
+SAME_ON_THE_WAY = tuple(key for key in SAME if key not in ("evaluations", "derivations"))
 
 
 def check_neighbours(rows, places):
@@ -33,10 +35,11 @@ def main():
         runner = Runner(meldsim, examples / f"{name}.meld", folder, TELLING)
         world = examples / f"{name}.toml"
         options = getattr(moving, name).options if hasattr(getattr(moving, name), "options") else ()
-        outcome = runner.run_sizes(world, options, SIZES)
+        outcome = runner.run_sizes(world, options, SIZES, SAME_ON_THE_WAY)
         recording = pathlib.Path(folder) / "out.vtkhdf"
-        runner.run(runner.telling, world, 1, 1, (*options, "--record", recording))
+        _, _, summary = runner.run(runner.telling, world, 2, 1, (*options, "--record", recording))
         recorded = Recorded(recording)
+        recorded.outcomes = summary["outcomes"]
         check_neighbours(outcome.facts["touches-catom"], recorded.positions[-1])
         try:
             getattr(moving, name)(outcome, recorded)

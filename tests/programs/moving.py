@@ -46,3 +46,19 @@ def swarm(outcome, recorded):
     reach = numpy.max(numpy.linalg.norm(last - last[beacon], axis=1)) + 0.5
     full = count * 0.25 / reach**2
     expect(0.55 < full < 0.91, f"the crowd fills {full:.2f} of its disc")
+
+
+def crowd(outcome, recorded):
+    count = len(recorded.positions[0])
+    for name in ("dist", "best", "visited", "speed", "jolt", "pressed", "turned", "spent", "touched", "lies", "refused"):
+        expect(outcome.facts[name], f"nothing is known of {name}")
+    expect(len(outcome.facts["turned"]) == count, "not all know how they are turned")
+    first, last = (step[:-3] for step in (recorded.positions[0], recorded.positions[-1]))
+    expect(numpy.median(numpy.linalg.norm(last - first, axis=1)) > 5, "the crowd has not gone far")
+    # On two processes, as this was recorded, it goes through the middle.
+    (said,) = [line for line in recorded.outcomes if "bodies" in line]
+    crossings = int(said.split("; ")[1].split(" ")[0])
+    expect(crossings > 50, f"only {crossings} times a catom has come to another process")
+
+
+crowd.options = ("--ticks", "150")

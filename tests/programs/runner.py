@@ -30,10 +30,10 @@ class Outcome:
 
 
 def split(arguments):
-    """At the commas that stand in no list."""
+    """At the commas that stand in no list and no vector."""
     words, depth = [""], 0
     for letter in arguments:
-        depth += (letter == "[") - (letter == "]")
+        depth += (letter in "[(") - (letter in ")]")
         if letter == "," and depth == 0:
             words.append("")
         else:
@@ -46,6 +46,8 @@ def literal(word):
         return [literal(inner) for inner in split(word[1:-1])] if word != "[]" else []
     if word.startswith("@"):
         return int(word[1:])
+    if word.startswith("vec3("):
+        return tuple(float(part) for part in word[5:-1].split(","))
     return int(word) if re.fullmatch(r"-?\d+", word) else float(word)
 
 
@@ -77,8 +79,9 @@ class Runner:
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
         return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
 
-    def run_sizes(self, world, options=(), sizes=None):
-        """The outcome in this world (a path), which must be the same for all numbers of processes and threads."""
+    def run_sizes(self, world, options=(), sizes=None, same=SAME):
+        """The outcome in this world (a path), which must be the same for all numbers of processes and threads; `same`: also of
+        the summary."""
         sizes = sizes or (HALVES[self.worlds % 2] if self.worlds else SIZES)
         self.worlds += 1
         text, digests, summary = self.run(self.telling, world, *sizes[0], options)
@@ -89,7 +92,7 @@ class Runner:
                 sys.exit(f"{divided} derive other facts:\n{first_difference(text, other)}")
             if their_digests != digests:
                 sys.exit(f"{divided} go another way:\n{first_difference(digests, their_digests)}")
-            for key in SAME:
+            for key in same:
                 if told[key] != summary[key]:
                     sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
         # What the program derives does not change because its cells are told.

@@ -21,5 +21,8 @@ foreach(program swarm)
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   set_tests_properties(motion_${program} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
+add_test(NAME motion_crowd
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/bodies crowd)
+set_tests_properties(motion_crowd PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_bodies PROPERTIES TIMEOUT 120)
