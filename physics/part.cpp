@@ -170,8 +170,8 @@ Result<void> Part::unpack_bodies(const Bytes& bytes) {
             return fail(fmt::format("body {} came from another part and is here already", body.nature.id), "Give each body to one part");
         const bool ours = owner_(block_of(body.place, block_m)) == self_;
         body.nature.flags = static_cast<std::uint8_t>((body.nature.flags & kFixed) | (ours ? 0 : kGhost));
-        if (world_.has_features()) bodies.need_features();
         bodies.add(body.place, body.turn, body.motion, body.nature);
+        if (world_.has_features()) bodies.need_features();
         const std::uint32_t slot = bodies.slot(body.nature.id);
         const Push& push = body.push;
         if (std::any_of(push.force, push.force + 3, [](float f) { return f != 0; }) ||

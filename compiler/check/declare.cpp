@@ -2,6 +2,7 @@
 // Assumes expand_type_names(); leaves every declared name in the tables, with Type::Error where its type was refused.
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "compiler/check/check.h"
 #include "compiler/check/types.h"
@@ -25,6 +26,11 @@ WorldSource world_source(const Predicate& p) {
         {{"target", 2}, WorldSource::TargetPort}};
     const auto found = sources.find({p.name, p.arguments.size()});
     return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
+}
+
+bool of_bodies(const std::string& name) {
+    static const std::set<std::string> words = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy", "magnet", "latch", "force", "torque", "roll"};
+    return words.contains(name);
 }
 
 class Declarer {
@@ -147,7 +153,9 @@ class Declarer {
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
         const bool same = same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
         // What the world is asked for has common names: a program may mean something of its own by `at(node, int, int, int)`.
-        if (!same && !p.sensed && p.kind != PredicateKind::Action && world_source(before) != WorldSource::None) {
+        // So have bodies: who means theirs says `sensed` or `action`.
+        const bool other_words = (!same && world_source(before) != WorldSource::None) || of_bodies(p.name);
+        if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
             before = std::move(p);
             return;
         }

@@ -48,6 +48,25 @@ def swarm(outcome, recorded):
     expect(0.55 < full < 0.91, f"the crowd fills {full:.2f} of its disc")
 
 
+def rolling(outcome, recorded):
+    """Once around: by 12 steps, always in touch, and without slipping by more than 2 % of the way, for a sphere that rolls round
+    another of its size turns twice on the way round."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    expect(sorted(outcome.facts["step"]) == [(0, 12), (1, 12)], "it has not counted twelve steps")
+    path = numpy.array([step[1] - step[0] for step in recorded.positions])
+    expect(numpy.all(numpy.abs(numpy.linalg.norm(path, axis=1) - 1) < 0.002), "it has left the other or gone into it")
+    expect(numpy.all(numpy.abs(path[:, 2]) < 1e-6), "it has left the plane of the magnets")
+    angle = numpy.degrees(numpy.unwrap(numpy.arctan2(path[:, 1], path[:, 0])))
+    expect(350 < angle[-1] < 362, f"it has come round by {angle[-1]:.1f} degrees")
+    expect(numpy.min(numpy.diff(angle)) > -0.5, "it has rolled back on the way")
+    # The rotation is followed by the sign of its quaternion, from the recorded first part of it; at first nothing is known.
+    halves = numpy.array([step[1] for step in recorded.values("turned")[1:]])
+    expect(numpy.count_nonzero(numpy.diff(numpy.sign(halves))) == 2, "it has not turned twice")
+    ((_, w, z),) = [row for row in outcome.facts["turned"] if row[0] == 1]
+    turned = 720 + numpy.degrees(2 * numpy.arctan2(z, w) if w > 0 else 2 * numpy.arctan2(-z, -w))
+    expect(abs(turned - 2 * angle[-1]) < 0.02 * 720, f"it has turned by {turned:.1f} degrees")
+
+
 def crowd(outcome, recorded):
     count = len(recorded.positions[0])
     for name in ("dist", "best", "visited", "speed", "jolt", "pressed", "turned", "spent", "touched", "lies", "refused"):

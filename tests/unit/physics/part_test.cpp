@@ -121,5 +121,25 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
     }
 }
 
+// A part may begin with nothing and get its first body, with what it had switched on.
+TEST(Parts, HandABodyToOneThatHasNone) {
+    auto first = make_scene(settings_for_parts()), second = make_scene(settings_for_parts());
+    for (Scene* scene : {first.get(), second.get()}) need(scene->add_feature_table({{.direction = {0, 0, 1}, .power_w = 1}}));
+    need(first->add_body({.id = 4, .position_m = {1, 1, 1}}));
+    need(first->set_feature_table(4, 1));
+    need(first->set_features(4, 1, 1));
+    const auto owner = [](BlockCoordinates) { return 1; };
+    Part from(*first, owner, 0), to(*second, owner, 1);
+    Workers workers(1);
+    auto sent = from.pack_bodies(workers);
+    EXPECT_EQ(from.departed(), (std::vector<std::pair<BodyId, int>>{{4, 1}}));
+    need(to.unpack_bodies(sent.at(1)));
+    to.unpacked();
+    ASSERT_TRUE(second->has(4));
+    EXPECT_EQ(second->features(4).on, 1u);
+    EXPECT_EQ(second->features(4).reversed, 1u);
+    EXPECT_FALSE(first->has(4));
+}
+
 }  // namespace
 }  // namespace meld::physics
