@@ -152,9 +152,10 @@ class Declarer {
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
         const bool same = same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
-        // What the world is asked for has common names: a program may mean something of its own by `at(node, int, int, int)`.
-        // So have bodies: who means theirs says `sensed` or `action`.
-        const bool other_words = (!same && world_source(before) != WorldSource::None) || of_bodies(p.name);
+        // What the runtime knows has common names: a program may mean something of its own by `at(node, int, int, int)` or by
+        // `linear watch(node)`. But an action without its word is more likely forgetfulness. Who means what bodies have says
+        // `sensed` or `action`.
+        const bool other_words = (!same && (!same_types || p.linear())) || of_bodies(p.name);
         if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
             before = std::move(p);
             return;

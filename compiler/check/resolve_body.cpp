@@ -300,15 +300,6 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
 }
 
 void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) {
-    // Of other versions of the language; nothing here would carry them out.
-    static const std::map<std::string, std::string> later = {
-        {"moveAround", "write `slide` or `turn`, which name the ports instead of the catoms"},
-        {"setLabel", "write `print`, or record a predicate with the text"}, {"drawLine", "record a predicate with the ends of the line"},
-        {"watch", "write `print` in the rule that is to be watched"}};
-    if (const auto found = later.find(name.text); found != later.end()) {
-        report_.add(Kind::NotSupportedYet, name.span, fmt::format("`{}` is not carried out by this version", name.text)).help = found->second;
-        return;
-    }
     // The program's own names come before those that it never wrote.
     std::vector<std::string> own, of_the_runtime;
     for (const auto& [key, id] : names_.predicates) (program_.predicates[id].prelude ? of_the_runtime : own).push_back(key.first);

@@ -51,8 +51,23 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
         else if (counted) h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
         else h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
     }
+    if (p.prelude && p.name == "watch" && h.atom.arguments.size() == 2) check_watched(h.atom.arguments[1]);
     if (item.delay) h.delay = delay(*item.delay);
     out.push_back(std::move(h));
+}
+
+// The run would find out too, but late.
+void Resolver::check_watched(const Term& name) {
+    if (name.op != Op::String) return;
+    std::vector<std::string> known;
+    for (const Predicate& p : program_.predicates) {
+        if (p.kind == PredicateKind::Action || p.world != WorldSource::None) continue;
+        if (p.name == name.text) return;
+        if (!p.prelude) known.push_back(p.name);
+    }
+    const std::string near = diagnostics::nearest_name(name.text, known);
+    report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}` whose facts can be watched", name.text)).help =
+        near.empty() ? "name a predicate of the program; what is read from the world is not stored" : fmt::format("did you mean `{}`?", near);
 }
 
 Term Resolver::delay(const syntax::Delay& tree) {

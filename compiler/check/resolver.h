@@ -63,6 +63,7 @@ class Resolver {
     std::vector<Head> heads(const std::vector<syntax::HeadItem>& items);
     void head(const syntax::HeadItem& item, std::vector<Head>& out);
     void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    void check_watched(const Term& name);
     void rule_aggregate(const syntax::RuleAggregate& tree, Span span, std::vector<Head>& out);
     void exists(const syntax::Exists& tree, Span span, std::vector<Head>& out);
     Term delay(const syntax::Delay& tree);

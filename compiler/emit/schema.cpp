@@ -64,7 +64,7 @@ void emit_predicate_table(const plan::Plan& plan, Writer& w) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
         const bool stored = s.column.valid();
-        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary,
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary || !s.used,
                p.repeats, p.arguments.size() - 1, p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
                stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
                s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id));

@@ -90,6 +90,7 @@ class Layout {
         const Predicate& p = program_.predicates[id];
         const Facts& f = of(id);
         Stored& s = plan_.stored[id.index()];
+        s.used = f.used;
         if (!f.used) return;
         if (p.world != WorldSource::None) {
             s.storage = Storage::World;

@@ -32,6 +32,7 @@ struct Field {               // One argument after the catom.
 
 struct Stored {
     Storage storage = Storage::Unused;
+    bool used = false;  // Some rule mentions it, or it is the program's own. An action that only linear rules ask for is not stored.
     ColumnId column;
     std::vector<Field> fields;
     bool exported = false;     // Read at neighbours.

@@ -72,7 +72,7 @@ struct PredicateInfo {
     const char* name;
     PredicateKind kind;
     Storage storage;
-    bool auxiliary;       // Made by the compiler: not shown to users.
+    bool auxiliary;       // Made by the compiler, or of the prelude and not used: not shown to users.
     bool repeats;         // An action carried out in every tick in which it holds.
     u16 arity;            // Without the catom.
     const FieldInfo* fields;

@@ -21,6 +21,7 @@
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/printer.h"
 #include "runtime/sim/simulation.h"
+#include "runtime/sim/watcher.h"
 
 namespace meld::driver {
 
@@ -143,6 +144,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     // What catoms print goes to standard output, unless results are written there.
     const bool results_there = options.json || options.facts_out == "-" || options.digest == "-";
     simulation.add(std::make_unique<sim::Printer>(results_there ? stderr : stdout));
+    simulation.add(std::make_unique<sim::Watcher>(results_there ? stderr : stdout));
     if (!options.digest.empty()) simulation.add(std::make_unique<DigestWriter>(options.digest));
     if (auto done = simulation.start(sim::Registry::standard()); !done) return tl::unexpected<Error>(done.error());
 

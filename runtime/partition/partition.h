@@ -30,7 +30,7 @@ class Partition {
 // Which other parts read a cell: those that own a brick within `reach` cells of it.
 class Halo {
   public:
-    // reach: 1 where catoms stand still, 2 where they move (a mover must see around its next cell).
+    // reach: 1 where catoms stand still, 2 where they move (a mover must see around its next cell), 3 where they go around others.
     Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach);
 
     // Calls visit(part) once for every other part that must hear of this site. Cost: nothing for a brick inside. Any

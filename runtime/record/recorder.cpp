@@ -35,9 +35,11 @@ Result<void> Recorder::start(sim::PartState& part) {
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
     }
-    set_color_ = tuple::find_predicate(part.module, "setColor", 3);
-    set_color_and_opacity_ = tuple::find_predicate(part.module, "setColor", 4);
-    set_color_number_ = tuple::find_predicate(part.module, "setColor2", 1);
+    marks_.start(part.module);
+    info_.lines = marks_.lines();
+    for (const Recorded& r : recorded_)
+        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()))
+            return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate", "Derive a predicate of another name from it");
     std::vector<std::byte> outcome;
     Error error;
     if (part.comm.part() == 0) {
@@ -53,32 +55,8 @@ Result<void> Recorder::start(sim::PartState& part) {
     return write(part);
 }
 
-namespace {
-
-// Red, orange, yellow, green, aqua, blue, white, purple, pink: the colours of setColor2, over and over.
-std::uint32_t numbered_colour(i64 number) {
-    static constexpr std::uint32_t colours[] = {0xff0000, 0xff8000, 0xffff00, 0x00c000, 0x00ffff, 0x0000ff, 0xffffff, 0x8000ff, 0xff60c0};
-    constexpr i64 count = std::size(colours);
-    return colours[static_cast<std::size_t>((number % count + count) % count)];
-}
-
-}  // namespace
-
-// The colours asked for in this tick.
-void Recorder::colour(sim::PartState& part) {
-    for (const eval::Action& a : part.actions()) {
-        const bool numbered = set_color_number_ && a.predicate == *set_color_number_;
-        const bool mixed = (set_color_ && a.predicate == *set_color_) || (set_color_and_opacity_ && a.predicate == *set_color_and_opacity_);
-        if (numbered) colours_[part.ensemble.id(a.catom)] = {numbered_colour(a.arguments[0].integer), part.abi.now};
-        if (!mixed) continue;
-        std::uint32_t rgb = 0;
-        for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(a.arguments[i].integer, 0, 255));
-        colours_[part.ensemble.id(a.catom)] = {rgb, part.abi.now};
-    }
-}
-
 Result<void> Recorder::after(sim::PartState& part) {
-    colour(part);
+    marks_.collect(part);
     if (part.abi.now % every_ != 0) return {};
     return write(part);
 }
@@ -99,8 +77,6 @@ struct Row {
     world::Vec3 position;
 };
 
-constexpr std::uint32_t kGrey = 0xb0b0b0;
-
 std::string take_text(const std::byte*& from) {
     const auto size = take_value<std::uint32_t>(from);
     std::string text(reinterpret_cast<const char*>(from), size);
@@ -115,6 +91,7 @@ struct Recorder::Step {
     std::vector<u64> ids;
     std::vector<world::Vec3> positions;
     std::vector<std::uint8_t> colours;
+    std::vector<std::string> labels;
     std::vector<std::vector<u64>> numbers;         // By recorded predicate, as words.
     std::vector<std::vector<std::string>> texts;
 };
@@ -150,17 +127,12 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
     }
 }
 
-// The colours that part 0 has not heard of, and this part's catoms, each with its position and values. A catom may have been
-// coloured on another part than that which has it now.
+// What this part's catoms have drawn; then its catoms, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::PartState& part) {
-    std::vector<std::byte> out;
-    const bool tells = part.comm.part() != 0;
-    put(out, static_cast<std::uint32_t>(tells ? colours_.size() : 0));
-    if (tells)
-        for (const auto& [id, painted] : std::exchange(colours_, {})) {
-            put(out, id);
-            put(out, painted);
-        }
+    std::vector<std::byte> marks, out;
+    marks_.send(marks);
+    put(out, marks.size());
+    out.insert(out.end(), marks.begin(), marks.end());
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
         put(out, Row{part.ensemble.id(c), part.ensemble.position(c)});
@@ -172,15 +144,12 @@ std::vector<std::byte> Recorder::pack(sim::PartState& part) {
 // The rows of all parts into columns, in the order of ids.
 void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
     std::vector<std::pair<u64, const std::byte*>> rows;
+    marks_.begin_step();
     for (const auto& bytes : all) {
         const std::byte* at = bytes.data();
-        for (auto left = take_value<std::uint32_t>(at); left > 0; --left) {
-            const auto id = take_value<u64>(at);
-            const auto painted = take_value<Painted>(at);
-            const auto [known, fresh] = colours_.try_emplace(id, painted);
-            if (!fresh && painted.tick > known->second.tick) known->second = painted;
-        }
-        while (at != bytes.data() + bytes.size()) {
+        const auto size = take_value<std::size_t>(at);
+        marks_.receive(at, at + size);
+        for (at += size; at != bytes.data() + bytes.size();) {
             rows.emplace_back(0, at);
             rows.back().first = take_value<Row>(at).id;
             for (const Recorded& r : recorded_) {
@@ -197,9 +166,8 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         const auto row = take_value<Row>(at);
         step.ids.push_back(id);
         step.positions.push_back(row.position);
-        const auto colour = colours_.find(id);
-        const std::uint32_t rgb = colour == colours_.end() ? kGrey : colour->second.rgb;
-        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(rgb >> shift));
+        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
+        if (marks_.labels()) step.labels.push_back(marks_.label(id));
         for (std::size_t i = 0; i < recorded_.size(); ++i) {
             if (recorded_[i].as == As::Text) step.texts[i].push_back(take_text(at));
             else
@@ -208,16 +176,31 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     }
 }
 
+// Lines between catoms that are both there, by their places.
+std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
+    std::vector<RecordedLine> lines;
+    const auto place = [&](u64 id) {
+        const auto found = std::lower_bound(ids.begin(), ids.end(), id);
+        return found == ids.end() || *found != id ? -1 : found - ids.begin();
+    };
+    for (const auto& [from, to] : marks_.drawn()) {
+        const RecordedLine line = {place(from), place(to)};
+        if (line[0] >= 0 && line[1] >= 0) lines.push_back(line);
+    }
+    return lines;
+}
+
 Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all) {
     Step step;
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
+    if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     for (std::size_t i = 0; i < recorded_.size(); ++i) {
         const Recorded& r = recorded_[i];
         if (r.as == As::Text) arrays.push_back({r.name, RecordedArray::Text, step.texts[i].data(), 1});
         else arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(), r.as == As::Vector ? 3 : 1});
     }
-    return file_->step(static_cast<double>(part.abi.now), step.positions, step.ids, arrays);
+    return file_->step(static_cast<double>(part.abi.now), step.positions, step.ids, arrays, lines_between(step.ids));
 }
 
 // Part 0 gets everything and writes it.

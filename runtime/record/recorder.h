@@ -1,12 +1,12 @@
-// The recorder: a SimModule that writes positions, colours and chosen predicates to a VTKHDF file every few ticks.
+// The recorder: a SimModule that writes positions, what catoms draw and chosen predicates to a VTKHDF file every few ticks.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
+#include "runtime/record/marks.h"
 #include "runtime/record/recording.h"
 #include "runtime/sim/extension.h"
 #include "runtime/sim/part_state.h"
@@ -35,22 +35,15 @@ class Recorder : public sim::SimModule {
     void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const;
     std::vector<std::byte> pack(sim::PartState& part);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
+    std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
     Result<void> write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all);
-    void colour(sim::PartState& part);
 
     std::string path_;
     int every_;
     std::vector<std::string> wanted_;
     RecordingInfo info_;
     std::vector<Recorded> recorded_;
-    // setColor with three colours, with an opacity behind them, and setColor2 with a number.
-    std::optional<u32> set_color_, set_color_and_opacity_, set_color_number_;
-    // By id, 0xRRGGBB; catoms that were never coloured are grey. Part 0 keeps them, the others those it has not heard of.
-    struct Painted {
-        std::uint32_t rgb;
-        std::int64_t tick;
-    };
-    std::unordered_map<u64, Painted> colours_;
+    Marks marks_;
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;
     std::uint64_t steps_ = 0;

@@ -1,8 +1,8 @@
 // The layout of a recording: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format, "Temporal Data".
 //
 // A step is a row of offsets into columns that only grow. Each step's rows begin on a chunk boundary of their column, so that
-// writing a step never touches what an earlier one has written. A "part" in the sense of the format says how many points and
-// vertices there are; steps with as many catoms share one, with its connectivity 0, 1, 2, ...
+// writing a step never touches what an earlier one has written. A "part" in the sense of the format says how many points,
+// vertices and lines there are; steps with as many catoms and the same lines share one, with its connectivity 0, 1, 2, ...
 #include "runtime/record/recording.h"
 
 #include <unistd.h>
@@ -17,6 +17,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -30,7 +31,8 @@ namespace meld::record {
 namespace {
 
 constexpr std::int64_t kFormatVersion = 1;
-// The order in which the format lists the kinds of cells; catoms are vertices, the other three stay empty.
+constexpr const char* kLinesSidecar = ".lines.xdmf";
+// The order in which the format lists the kinds of cells; catoms are vertices, and the last two stay empty.
 constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygons", "Strips"};
 
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
@@ -43,6 +45,8 @@ constexpr std::uint64_t kStepsPerChunk = 1024;
 constexpr std::uint64_t kTablesBytes = 32 << 10;
 constexpr std::uint64_t kTableBytesARow = 1;  // 40 bytes for a chunk, and a chunk has many rows.
 constexpr std::uint64_t kReserveBytes = 512 << 10;
+// Two ends and where they stand, where nothing gets smaller.
+constexpr std::uint64_t kLineBytes = 3 * sizeof(std::int64_t);
 
 ElementType element_type(RecordedArray::Type type) {
     switch (type) {
@@ -67,10 +71,18 @@ struct SeriesColumn {
     std::uint64_t blank_rows = 0;
 };
 
+// Where the cells of a part are, vertices and lines.
 struct Part {
     std::int64_t index = 0;
-    std::int64_t cell_offset = 0;
-    std::int64_t connectivity_offset = 0;
+    std::array<std::int64_t, 4> cell_offsets = {};
+    std::array<std::int64_t, 4> connectivity_offsets = {};
+};
+// How many catoms, and which lines.
+struct PartKey {
+    std::uint64_t rows = 0, lines = 0;
+    XXH128_hash_t hash = {};
+    auto order() const { return std::tuple(rows, lines, hash.low64, hash.high64); }
+    bool operator<(const PartKey& other) const { return order() < other.order(); }
 };
 
 std::filesystem::path directory_of(const std::string& path) {
@@ -95,20 +107,27 @@ struct Recording::State {
     std::map<std::string, SeriesColumn> arrays;
     std::map<std::string, TextTable> texts;
 
-    std::map<std::uint64_t, Part> part_of_rows;
+    std::optional<XdmfSidecar> line_sidecar;
+
+    std::map<PartKey, Part> parts;
+    std::map<std::uint64_t, std::int64_t> connectivity_of_rows;  // Of so many vertices.
     std::int64_t next_cell_offset = 0;
+    std::int64_t next_line_offset = 1;  // See write_lines.
 
     void make_layout(const RecordingInfo& info);
     void make_point_columns(std::uint64_t rows);
     SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
-    const Part& part_with(std::uint64_t rows);
+    const Part& part_with(std::uint64_t rows, std::span<const RecordedLine> lines);
+    void write_vertices(std::uint64_t rows, Part& part);
+    void write_lines(std::span<const RecordedLine> lines, Part& part);
     void write_series(SeriesColumn& column, std::uint64_t rows, const void* data);
     void leave_blank(SeriesColumn& column, std::uint64_t rows);
     void write_points(std::span<const std::array<double, 3>> positions);
     void write_array(const RecordedArray& array, std::uint64_t rows);
-    void write_row_of_step(double time, std::uint64_t rows);
+    void write_row_of_step(double time, const Part& part);
     std::vector<XdmfSlab> write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
     XdmfSlab slab_of_points() const;
+    XdmfSlab slab_of_lines(const Part& part) const;
     void commit_step();
     template <class Value>
     void append_to_steps(ColumnIndex column, const Value* value) {
@@ -232,32 +251,52 @@ void Recording::State::write_series(SeriesColumn& column, std::uint64_t rows, co
     column.written = true;
 }
 
+const Part& Recording::State::part_with(std::uint64_t rows, std::span<const RecordedLine> lines) {
+    const PartKey key = {rows, lines.size(), XXH3_128bits(lines.data(), lines.size_bytes())};
+    if (const auto known = parts.find(key); known != parts.end()) return known->second;
+    const auto index = static_cast<std::uint64_t>(parts.size());
+    Part part = {.index = static_cast<std::int64_t>(index)};
+    write_vertices(rows, part);
+    write_lines(lines, part);
+    const auto points_here = static_cast<std::int64_t>(rows), lines_here = static_cast<std::int64_t>(lines.size());
+    const std::array<std::int64_t, 4> cells = {points_here, lines_here, 0, 0}, ids = {points_here, 2 * lines_here, 0, 0};
+    const std::int64_t none = 0;
+    file->write_rows(number_of_points, index, 1, &points_here);
+    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
+        file->write_rows(number_of_cells[kind], index, 1, &cells[kind]);
+        file->write_rows(number_of_connectivity_ids[kind], index, 1, &ids[kind]);
+        if (kind > 1) file->write_rows(offsets[kind], index, 1, &none);
+    }
+    return parts.emplace(key, part).first->second;
+}
+
 // Readers of VTK up to 9.3 find the Offsets of a part at its cell offset plus its index; later ones at its cell offset plus the
 // number of parts it takes to reach that offset. Counting an empty part as one cell, with a row of Offsets to spare, makes both
 // come out at the same row.
-const Part& Recording::State::part_with(std::uint64_t rows) {
-    if (const auto known = part_of_rows.find(rows); known != part_of_rows.end()) return known->second;
-    const auto index = static_cast<std::uint64_t>(part_of_rows.size());
-    const Part part = {.index = static_cast<std::int64_t>(index),
-                       .cell_offset = next_cell_offset,
-                       .connectivity_offset = static_cast<std::int64_t>(file->rows(connectivity[0]))};
-
+void Recording::State::write_vertices(std::uint64_t rows, Part& part) {
     std::vector<std::int64_t> ids(rows + 1);
     std::iota(ids.begin(), ids.end(), 0);
-    file->write_rows(connectivity[0], file->rows(connectivity[0]), rows, ids.data());
+    const auto [known, is_new] = connectivity_of_rows.emplace(rows, static_cast<std::int64_t>(file->rows(connectivity[0])));
+    if (is_new) file->write_rows(connectivity[0], file->rows(connectivity[0]), rows, ids.data());
+    part.connectivity_offsets[0] = known->second;
+    part.cell_offsets[0] = next_cell_offset;
     if (rows == 0) ids.push_back(0);
     file->write_rows(offsets[0], file->rows(offsets[0]), ids.size(), ids.data());
     next_cell_offset += static_cast<std::int64_t>(std::max<std::uint64_t>(rows, 1));
+}
 
-    const auto count = static_cast<std::int64_t>(rows);
-    const std::int64_t none = 0;
-    file->write_rows(number_of_points, index, 1, &count);
-    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
-        file->write_rows(number_of_cells[kind], index, 1, kind == 0 ? &count : &none);
-        file->write_rows(number_of_connectivity_ids[kind], index, 1, kind == 0 ? &count : &none);
-        if (kind > 0) file->write_rows(offsets[kind], index, 1, &none);
-    }
-    return part_of_rows.emplace(rows, part).first->second;
+// Most parts may be without lines. So all cell offsets are one too large, after a row that is nobody's: no number of earlier
+// parts reaches them, and both kinds of readers come to the part's index.
+void Recording::State::write_lines(std::span<const RecordedLine> lines, Part& part) {
+    const std::int64_t nobodys = 0;
+    if (file->rows(offsets[1]) == 0) file->write_rows(offsets[1], 0, 1, &nobodys);
+    std::vector<std::int64_t> ends;
+    for (std::size_t i = 0; i <= lines.size(); ++i) ends.push_back(static_cast<std::int64_t>(2 * i));
+    part.connectivity_offsets[1] = static_cast<std::int64_t>(file->rows(connectivity[1]));
+    part.cell_offsets[1] = next_line_offset;
+    file->write_rows(connectivity[1], file->rows(connectivity[1]), 2 * lines.size(), lines.data());
+    file->write_rows(offsets[1], file->rows(offsets[1]), ends.size(), ends.data());
+    next_line_offset += static_cast<std::int64_t>(lines.size());
 }
 
 void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
@@ -279,18 +318,15 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
     write_series(known->second, rows, array.data);
 }
 
-void Recording::State::write_row_of_step(double time, std::uint64_t rows) {
-    const Part& part = part_with(rows);
+void Recording::State::write_row_of_step(double time, const Part& part) {
     const std::int64_t one = 1;
     const auto point_offset = static_cast<std::int64_t>(points->last_offset);
-    const std::array<std::int64_t, 4> cell_offset = {part.cell_offset, 0, 0, 0};
-    const std::array<std::int64_t, 4> connectivity_offset = {part.connectivity_offset, 0, 0, 0};
     append_to_steps(values, &time);
     append_to_steps(part_offsets, &part.index);
     append_to_steps(number_of_parts, &one);
     append_to_steps(point_offsets, &point_offset);
-    append_to_steps(cell_offsets, cell_offset.data());
-    append_to_steps(connectivity_offsets, connectivity_offset.data());
+    append_to_steps(cell_offsets, part.cell_offsets.data());
+    append_to_steps(connectivity_offsets, part.connectivity_offsets.data());
 }
 
 // Every array gets an offset in every step, also those that this step lacks.
@@ -310,6 +346,10 @@ std::vector<XdmfSlab> Recording::State::write_array_offsets(std::span<const Reco
 
 XdmfSlab Recording::State::slab_of_points() const {
     return {"points", "/VTKHDF/Points", ElementType::Float32, 3, points->last_offset, file->rows(points->values)};
+}
+
+XdmfSlab Recording::State::slab_of_lines(const Part& part) const {
+    return {"lines", "/VTKHDF/Lines/Connectivity", ElementType::Int64, 1, static_cast<std::uint64_t>(part.connectivity_offsets[1]), file->rows(connectivity[1])};
 }
 
 // The step counts only when everything it refers to is in the file.
@@ -347,17 +387,26 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     state->make_layout(info);
     state->file->flush();
     if (state->file->failed()) return cannot_begin(std::string(state->file->failure()));
-    auto sidecar = XdmfSidecar::create(begun_sidecar, std::filesystem::path(path).filename().string());
-    if (!sidecar) return cannot_begin(std::strerror(errno));
-    std::filesystem::rename(begun_sidecar, path + ".xdmf", error);
-    if (!error) std::filesystem::rename(begun, path, error);
+    const auto begin_sidecar = [&](std::optional<XdmfSidecar>& sidecar, const std::string& name) {
+        auto made = XdmfSidecar::create(begun_sidecar, std::filesystem::path(path).filename().string());
+        if (!made) return std::string(std::strerror(errno));
+        sidecar = std::move(*made);
+        std::filesystem::rename(begun_sidecar, path + name, error);
+        return error ? error.message() : std::string();
+    };
+    for (const bool lines : {false, true}) {
+        if (lines && !info.lines) continue;
+        const std::string why = begin_sidecar(lines ? state->line_sidecar : state->sidecar, lines ? kLinesSidecar : ".xdmf");
+        if (!why.empty()) return cannot_begin(why);
+    }
+    std::filesystem::rename(begun, path, error);
     if (error) return cannot_begin(error.message());
-    state->sidecar = std::move(*sidecar);
+    if (!info.lines) std::filesystem::remove(path + kLinesSidecar, error);
     return Recording(std::move(state));
 }
 
 Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
-                             std::span<const RecordedArray> arrays) {
+                             std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines) {
     MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());
     MELD_EXPECT(std::ranges::is_sorted(ids));
     State& state = *state_;
@@ -369,7 +418,7 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     std::vector<std::vector<std::int64_t>> numbers;
     state.number_texts(all, rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
-    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all))) {
+    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all) + lines.size() * kLineBytes)) {
         for (auto& [name, table] : state.texts) table.forget();
         return state.cannot_write(*reason);
     }
@@ -378,7 +427,8 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     state.write_texts();
     state.write_points(positions);
     for (const RecordedArray& array : all) state.write_array(array, rows);
-    state.write_row_of_step(time, rows);
+    const Part& part = state.part_with(rows, lines);
+    state.write_row_of_step(time, part);
     const std::vector<XdmfSlab> slabs = state.write_array_offsets(all, rows);
     state.commit_step();
     if (state.file->failed()) {
@@ -386,6 +436,7 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
         return tl::unexpected(*state.failure);
     }
     auto listed = state.sidecar->add_step(time, rows, state.slab_of_points(), slabs);
+    if (listed && state.line_sidecar) listed = state.line_sidecar->add_lines(time, rows, state.slab_of_points(), state.slab_of_lines(part), lines.size());
     if (!listed) state.failure = listed.error();
     return listed;
 }

@@ -21,7 +21,11 @@ struct RecordingInfo {
     std::vector<std::string> arguments;
     std::string lattice;
     double radius = 0;  // In metres.
+    bool lines = false; // Steps may have lines.
 };
+
+// A line between two catoms of a step, by their places in it.
+using RecordedLine = std::array<std::int64_t, 2>;
 
 // One value (or vector of `components` values) for each catom of a step, in the order of its ids. Two names are taken: "id"
 // and none that contains '/' or '.', which HDF5 gives a meaning.
@@ -52,7 +56,7 @@ class Recording {
     // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
     // after which every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
-                      std::span<const RecordedArray> arrays);
+                      std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {});
 
     // Ends the file. Also done at destruction, but then nobody learns of an error.
     Result<void> close();

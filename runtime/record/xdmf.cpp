@@ -59,6 +59,18 @@ std::string slab_item(const XdmfSlab& slab, std::uint64_t rows, const std::strin
                        sizes(rows), sizes(slab.rows_in_file), number_type(slab.type), escaped(data_file), escaped(slab.path));
 }
 
+// A step up to its attributes.
+std::string grid(double time, const std::string& topology, const std::string& points) {
+    return fmt::format(R"(   <Grid Name="step" GridType="Uniform">
+    <Time Value="{}"/>
+    {}
+    <Geometry GeometryType="XYZ">
+     {}
+    </Geometry>
+)",
+                       time, topology, points);
+}
+
 tl::unexpected<Error> cannot_write(const std::string& path) {
     return fail(fmt::format("The sidecar '{}' cannot be written ({})", path, std::strerror(errno)), "", ExitCode::LimitHit);
 }
@@ -80,19 +92,25 @@ Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::stri
 Result<void> XdmfSidecar::add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays) {
     // A grid without points is an error to some readers; the step is left out.
     if (rows == 0) return {};
-    std::string text = fmt::format(R"(   <Grid Name="step" GridType="Uniform">
-    <Time Value="{}"/>
-    <Topology TopologyType="Polyvertex" NumberOfElements="{}"/>
-    <Geometry GeometryType="XYZ">
-     {}
-    </Geometry>
-)",
-                                   time, rows, slab_item(points, rows, data_file_));
+    std::string text = grid(time, fmt::format(R"(<Topology TopologyType="Polyvertex" NumberOfElements="{}"/>)", rows), slab_item(points, rows, data_file_));
     for (const XdmfSlab& slab : arrays) {
         const std::string_view kind = slab.components == 1 ? "Scalar" : slab.components == 3 ? "Vector" : "Matrix";
         text += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n     {}\n    </Attribute>\n",
                             escaped(slab.name), kind, slab_item(slab, rows, data_file_));
     }
+    return append(std::move(text));
+}
+
+Result<void> XdmfSidecar::add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines) {
+    if (lines == 0) return {};
+    const std::string topology = fmt::format(R"(<Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="{}">
+     {}
+    </Topology>)",
+                                             lines, slab_item(ends, 2 * lines, data_file_));
+    return append(grid(time, topology, slab_item(points, rows, data_file_)));
+}
+
+Result<void> XdmfSidecar::append(std::string text) {
     text += "   </Grid>\n";
     // The new step takes the place of the end, in one write, so the file never lacks it for long.
     const long end_of_steps = end_of_steps_ + static_cast<long>(text.size());

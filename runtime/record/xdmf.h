@@ -29,8 +29,11 @@ class XdmfSidecar {
 
     // Adds a step of `rows` points; the file is well-formed after each one.
     Result<void> add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays);
+    // The same of `lines` lines between the points: `ends` are the two places of each.
+    Result<void> add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines);
 
   private:
+    Result<void> append(std::string text);
     struct Close {
         void operator()(std::FILE* file) const { std::fclose(file); }
     };

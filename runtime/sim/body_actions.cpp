@@ -10,7 +10,7 @@ namespace meld::sim {
 
 void BodyActions::start(const PartState& part, const world::World& world) {
     world_ = &world;
-    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_predicate(part.module, name, arity); };
+    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
     magnet_ = find("magnet", 2);
     latch_ = find("latch", 2);
     force_ = {find("force", 3), find("force", 1)};

@@ -19,7 +19,7 @@ namespace {
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
 std::optional<u32> stored(const PartState& part, const char* name, std::size_t arity) {
-    const std::optional<u32> p = tuple::find_predicate(part.module, name, arity);
+    const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
     if (!p || part.module.predicates[*p].base == kNone16) return std::nullopt;
     const u16 base = part.module.predicates[*p].base;
     return part.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
@@ -49,7 +49,7 @@ Result<void> BodySenses::start(PartState& part, const world::World& world) {
     world_ = &world;
     const world::SenseOptions& s = world.physics.sense;
     const auto reads = [&](const char* name, std::size_t arity) {
-        const std::optional<u32> p = tuple::find_predicate(part.module, name, arity);
+        const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
         return p && part.module.predicates[*p].storage == Storage::World && part.module.predicates[*p].read;
     };
     const std::pair<const char*, std::size_t> of_lattices[] = {{"cell", 3}, {"vacant", 1}, {"target", 1}};

@@ -14,13 +14,16 @@ namespace meld::sim {
 LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
 
 Result<void> LatticeMotion::start(PartState& part) {
-    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_predicate(part.module, name, arity); };
-    const auto given = [&](const char* name, std::size_t arity) -> std::optional<u32> {
-        const std::optional<u32> p = find(name, arity);
-        if (!p || part.module.predicates[*p].base == kNone16 || part.module.predicates[part.module.predicates[*p].base].column == kNone16) return std::nullopt;
+    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
+    // One of the same name that is the program's own is of another kind or type.
+    const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
+        const std::optional<u32> p = tuple::find_predicate(part.module, name, 1);
+        if (!p || part.module.predicates[*p].kind != kind || part.module.predicates[*p].fields[0].type != type) return std::nullopt;
+        if (part.module.predicates[*p].base == kNone16 || part.module.predicates[part.module.predicates[*p].base].column == kNone16) return std::nullopt;
         return part.module.predicates[*p].base;
     };
-    known_ = {find("create", 1), find("destroy", 1), find("give", 1), find("moveTo", 3), find("slide", 2), find("turn", 2), given("holds", 1), given("failed", 1), given("created", 1)};
+    known_ = {find("create", 1), find("destroy", 1), find("give", 1), find("moveTo", 3), find("slide", 2), find("turn", 2), find("moveAround", 2), given("holds", PredicateKind::Sensed, ValueType::Int),
+              given("failed", PredicateKind::Linear, ValueType::Int), given("created", PredicateKind::Linear, ValueType::Node)};
     if (world_.held > world_.motion.capacity)
         return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity), "Raise [motion] capacity or lower held");
     held_.assign(part.ensemble.index_count(), world_.held);
@@ -57,12 +60,12 @@ void LatticeMotion::refuse(PartState& part, Catom catom, Kind kind) {
 Result<void> LatticeMotion::step(PartState& part) {
     if (part.totals.actions == 0) return {};
     part.refresh();
-    const std::vector<Proposal> mine = collect(part);
+    const Proposals mine = collect(part);
     const std::vector<bool> wins = decide(mine, share(part, mine));
     std::vector<Proposal> granted;
-    for (std::size_t i = 0; i < mine.size(); ++i) {
-        if (wins[i]) granted.push_back(mine[i]);
-        else refuse(part, mine[i].mover, mine[i].kind);
+    for (std::size_t i = 0; i < mine.list.size(); ++i) {
+        if (wins[i]) granted.push_back(mine.list[i]);
+        else refuse(part, mine.list[i].mover, mine.list[i].kind);
     }
     grant(part, granted);
     apply(part, exchange(part));
@@ -115,7 +118,8 @@ void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted)
                 break;
             case Kind::MoveTo:
             case Kind::Slide:
-            case Kind::Turn: relocate(part, p); break;
+            case Kind::Turn:
+            case Kind::MoveAround: relocate(part, p); break;
         }
     }
     part.next_id += births.size();

@@ -1,4 +1,4 @@
-// Motion on a lattice: create, destroy, give, moveTo, slide and turn as proposals, arbitrated so that the outcome depends
+// Motion on a lattice: create, destroy, give, moveTo, slide, turn and moveAround as proposals, arbitrated so that the outcome depends
 // neither on processes nor on threads (algorithms.md, "Lattices and moves").
 #pragma once
 
@@ -23,23 +23,26 @@ class LatticeMotion : public SimModule {
     std::string outcome() const override;
 
     // Also the codes that `failed` carries (stdlib/prelude.meld), and the priority: the smaller wins.
-    enum class Kind : std::uint8_t { Create = 1, Destroy, Give, MoveTo, Slide, Turn };
+    enum class Kind : std::uint8_t { Create = 1, Destroy, Give, MoveTo, Slide, Turn, MoveAround };
     // A wish of one catom. Everything it would touch is a claim on a cell; it is granted if on each of them it is the
     // smallest by (kind, id, direction).
     struct Proposal {
         Kind kind = Kind::Create;
-        std::uint8_t claim_count = 0;
+        std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
         std::int32_t direction = 0;
         std::uint64_t id = 0;        // Of the mover.
         Catom mover = 0;             // Its index on its own part.
         Cell from = {}, to = {};     // Its cell; the cell of the new place, the new catom, or the receiver.
-        CellKey claims[10] = {};
         auto order() const { return std::tuple(kind, id, direction); }
+    };
+    struct Proposals {
+        std::vector<Proposal> list;
+        std::vector<CellKey> claims;
     };
 
   private:
     struct Known {                   // Predicates of the program, or none.
-        std::optional<u32> create, destroy, give, move_to, slide, turn, holds, failed, created;
+        std::optional<u32> create, destroy, give, move_to, slide, turn, move_around, holds, failed, created;
     };
     // What the granted proposals mean for a cell, told to every part that knows it.
     struct Change {
@@ -53,15 +56,16 @@ class LatticeMotion : public SimModule {
     };
 
     // proposals.cpp
-    std::vector<Proposal> collect(PartState& part);
-    bool propose(PartState& part, const eval::Action& action, Proposal& out) const;
-    bool propose_move(PartState& part, const eval::Action& action, Kind kind, Proposal& out) const;
+    Proposals collect(PartState& part);
+    bool propose(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_move(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_around(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     bool full(const PartState& part, Cell cell) const { return part.ensemble.at(cell).has_value(); }
     bool stays_connected(const PartState& part, Cell without, Cell with) const;
-    std::vector<Proposal> share(PartState& part, const std::vector<Proposal>& mine) const;
-    static std::vector<bool> decide(const std::vector<Proposal>& mine, const std::vector<Proposal>& all);
+    Proposals share(PartState& part, const Proposals& mine) const;
+    static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
 
-    std::vector<Proposal> veto_teleports(PartState& part, std::vector<Proposal> all) const;
+    void veto_teleports(PartState& part, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
     void refuse(PartState& part, Catom catom, Kind kind);

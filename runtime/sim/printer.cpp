@@ -38,8 +38,8 @@ void unpack(const std::vector<std::byte>& bytes, std::vector<Line>& lines) {
 }  // namespace
 
 Result<void> Printer::start(PartState& part) {
-    print_ = tuple::find_predicate(part.module, "print", 1);
-    write_ = tuple::find_predicate(part.module, "write-string", 1);
+    print_ = tuple::find_action(part.module, "print", 1);
+    write_ = tuple::find_action(part.module, "write-string", 1);
     return {};
 }
 

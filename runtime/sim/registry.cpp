@@ -21,7 +21,7 @@ namespace {
 class NoMotion : public SimModule {
   public:
     Result<void> after(PartState& part) override {
-        static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn"};
+        static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn", "moveAround"};
         for (const eval::Action& a : part.actions()) refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
         return {};
     }

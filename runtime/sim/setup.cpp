@@ -59,7 +59,8 @@ Cell nearest_cell(const world::Vec3& position) {
 Result<void> PartState::populate() {
     const Counts counts = count_together(world, lattice, comm);
     partition.emplace(counts, comm.parts());
-    const int reach = world.motion.kind == "none" ? 1 : 2;
+    // A catom that goes around another looks once around that one.
+    const int reach = world.motion.kind == "none" ? 1 : tuple::find_action(module, "moveAround", 2) ? 3 : 2;
     halo.emplace(ensemble, *partition, comm.part(), reach);
 
     if (world.is_free()) populate_freely(counts);

@@ -109,6 +109,18 @@ std::optional<u32> find_predicate(const ModuleInfo& module, std::string_view nam
     return std::nullopt;
 }
 
+namespace {
+
+std::optional<u32> find_of_kind(PredicateKind kind, const ModuleInfo& module, std::string_view name, std::size_t arity) {
+    const std::optional<u32> found = find_predicate(module, name, arity);
+    return found && module.predicates[*found].kind == kind ? found : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<u32> find_action(const ModuleInfo& module, std::string_view name, std::size_t arity) { return find_of_kind(PredicateKind::Action, module, name, arity); }
+std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, std::size_t arity) { return find_of_kind(PredicateKind::Sensed, module, name, arity); }
+
 void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
                const std::function<void(const Value*)>& visit) {
     const PredicateInfo& p = module.predicates[predicate];

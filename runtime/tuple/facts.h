@@ -15,6 +15,9 @@ namespace meld::tuple {
 
 // The predicate with this name and number of arguments after the catom.
 std::optional<u32> find_predicate(const ModuleInfo& module, std::string_view name, std::size_t arity);
+// The same if it is an action or sensed: a program may give the name of one that the runtime knows to something else.
+std::optional<u32> find_action(const ModuleInfo& module, std::string_view name, std::size_t arity);
+std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, std::size_t arity);
 
 // Calls visit(arguments) for each stored fact of a predicate at a catom, in the order of its group. PerLink facts name
 // their neighbour by id. World predicates hold nothing here.

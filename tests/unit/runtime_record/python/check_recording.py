@@ -58,15 +58,20 @@ def labels(file, step, known):
     return [known[number] for number in array(file["VTKHDF"], step, "label")]
 
 
-def check_vertices(root, step):
-    """Each catom is a vertex, in the arithmetic of the readers of VTK 9.3 and of 9.4."""
+ANGLE, FAN = [0, 1, 1, 2], [29, 0, 29, 1, 29, 2]
+
+
+def check_cells(root, step, lines):
+    """Each catom is a vertex, and lines are between them, in the arithmetic of the readers of VTK 9.3 and of 9.4."""
     steps = root["Steps"]
     part = steps["PartOffsets"][step]
     count = root["NumberOfPoints"][part]
     for kind, name in enumerate(KINDS):
         cells = root[name]["NumberOfCells"][part]
-        assert cells == (count if kind == 0 else 0)
-        assert root[name]["NumberOfConnectivityIds"][part] == cells
+        ends = [np.arange(count), np.array(lines, int), [], []][kind]
+        size = 2 if kind == 1 else 1
+        assert cells == len(ends) // size
+        assert root[name]["NumberOfConnectivityIds"][part] == len(ends)
         cell_offset = steps["CellOffsets"][step, kind]
         passed, before = 0, 0
         for earlier in root[name]["NumberOfCells"][:part]:
@@ -76,9 +81,9 @@ def check_vertices(root, step):
             passed += earlier
         for begin in {cell_offset + part, cell_offset + before}:
             offsets = root[name]["Offsets"][begin : begin + cells + 1]
-            assert (offsets == np.arange(cells + 1)).all(), (step, name, begin, offsets)
+            assert (offsets == size * np.arange(cells + 1)).all() and len(offsets) == cells + 1, (step, name, begin, offsets)
         begin = steps["ConnectivityIdOffsets"][step, kind]
-        assert (root[name]["Connectivity"][begin : begin + cells] == np.arange(cells)).all()
+        assert (root[name]["Connectivity"][begin : begin + len(ends)] == ends).all()
 
 
 def check_with_vtk(path, expected):
@@ -91,13 +96,13 @@ def check_with_vtk(path, expected):
     reader.SetFileName(path)
     reader.UpdateInformation()
     assert reader.GetNumberOfSteps() == len(expected), reader.GetNumberOfSteps()
-    for step, (time, ensemble, names, _) in enumerate(expected):
+    for step, (time, ensemble, names, _, lines) in enumerate(expected):
         reader.SetStep(step)
         reader.Update()
         data = reader.GetOutput()
         assert data.GetNumberOfPoints() == len(ensemble.id), (step, data.GetNumberOfPoints())
         assert data.GetNumberOfVerts() == len(ensemble.id)
-        assert data.GetNumberOfCells() == len(ensemble.id)
+        assert data.GetNumberOfLines() == len(lines) // 2
         if len(ensemble.id) == 0:
             continue
         assert (vtk_to_numpy(data.GetPoints().GetData()) == ensemble.points).all()
@@ -107,11 +112,28 @@ def check_with_vtk(path, expected):
     print("read with VTK's own reader as well")
 
 
+def check_line_sidecar(path, file, expected):
+    """Steps without lines are left out."""
+    grids = xml.parse(path + ".lines.xdmf").getroot().findall("./Domain/Grid/Grid")
+    shown = [(time, ensemble, lines) for time, ensemble, _, _, lines in expected if lines]
+    assert len(grids) == len(shown)
+    for grid, (time, ensemble, lines) in zip(grids, shown):
+        assert float(grid.find("Time").get("Value")) == time
+        topology = grid.find("Topology")
+        assert (topology.get("TopologyType"), topology.get("NodesPerElement")) == ("Polyline", "2")
+        assert int(topology.get("NumberOfElements")) == len(lines) // 2
+        selection, source = topology.findall("DataItem/DataItem")
+        begin, stride, count = map(int, selection.text.split())
+        assert stride == 1
+        assert list(file[source.text.split(":")[1]][begin : begin + count]) == lines
+        assert grid.find("Geometry/DataItem").get("Dimensions") == f"{len(ensemble.id)} 3"
+
+
 def check_sidecar(path, file, expected):
     grids = xml.parse(path + ".xdmf").getroot().findall("./Domain/Grid/Grid")
     shown = [entry for entry in expected if len(entry[1].id) > 0]
     assert len(grids) == len(shown)
-    for grid, (time, ensemble, names, _) in zip(grids, shown):
+    for grid, (time, ensemble, names, _, _) in zip(grids, shown):
         assert float(grid.find("Time").get("Value")) == time
         assert int(grid.find("Topology").get("NumberOfElements")) == len(ensemble.id)
         items = {"points": grid.find("Geometry/DataItem")}
@@ -132,19 +154,19 @@ def check_sidecar(path, file, expected):
 def check_layout(writer, folder):
     path = os.path.join(folder, "a run.vtkhdf")
     subprocess.run([writer, "layout", path], check=True)
-    assert sorted(os.listdir(folder)) == ["a run.vtkhdf", "a run.vtkhdf.xdmf"]
+    assert sorted(os.listdir(folder)) == ["a run.vtkhdf", "a run.vtkhdf.lines.xdmf", "a run.vtkhdf.xdmf"]
     first, moved, fewer, nobody, big = (Expected(*e) for e in [(100, 0), (100, 1), (30, 2), (0, 0), (200000, 3)])
     mixed = Expected(100, 1)
     mixed.dist = first.dist
     three = ["dist", "awake", "force"]
     expected = [
-        (0.0, first, three[:2], ["force"]),
-        (0.5, first, three[:2], ["force"]),
-        (1.0, mixed, three[:2], ["force"]),
-        (1.5, fewer, three, []),
-        (2.0, nobody, three, []),
-        (2.5, big, three, []),
-        (3.0, first, ["dist"], ["awake", "force"]),
+        (0.0, first, three[:2], ["force"], []),
+        (0.5, first, three[:2], ["force"], ANGLE),
+        (1.0, mixed, three[:2], ["force"], ANGLE),
+        (1.5, fewer, three, [], FAN),
+        (2.0, nobody, three, [], []),
+        (2.5, big, three, [], ANGLE),
+        (3.0, first, ["dist"], ["awake", "force"], []),
     ]
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
@@ -156,7 +178,7 @@ def check_layout(writer, folder):
         assert steps.attrs["NSteps"] == len(expected)
         assert list(steps["Values"]) == [entry[0] for entry in expected]
         assert steps["CellOffsets"].shape == steps["ConnectivityIdOffsets"].shape == (len(expected), 4)
-        for step, (_, ensemble, names, missing) in enumerate(expected):
+        for step, (_, ensemble, names, missing, lines) in enumerate(expected):
             assert (rows(root, step, "Points", "PointOffsets") == ensemble.points).all()
             assert (array(root, step, "id") == ensemble.id).all()
             for name in names:
@@ -164,11 +186,11 @@ def check_layout(writer, folder):
             for name in missing:
                 blank = array(root, step, name)
                 assert np.isnan(blank).all() if blank.dtype.kind == "f" else (blank == 0).all()
-            check_vertices(root, step)
+            check_cells(root, step, lines)
 
         known = texts(file, "label")
         assert len(set(known)) == len(known)
-        for step, (_, ensemble, _, _) in enumerate(expected):
+        for step, (_, ensemble, _, _, _) in enumerate(expected):
             label = moved.label if ensemble is mixed else ensemble.label
             assert labels(file, step, known) == label, step
 
@@ -192,6 +214,7 @@ def check_layout(writer, folder):
         assert run["world"][()].decode() == 'lattice = "fcc"'
         assert [text.decode() for text in run["arguments"]] == ["run", "a file.meld"]
         check_sidecar(path, file, expected)
+        check_line_sidecar(path, file, expected)
     check_with_vtk(path, expected)
 
 

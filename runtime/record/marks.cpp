@@ -1,0 +1,127 @@
+#include "runtime/record/marks.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+#include <tuple>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/bytes.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::record {
+
+using sim::put;
+using sim::take_value;
+
+namespace {
+
+constexpr std::uint32_t kGrey = 0xb0b0b0;
+const std::string kNoLabel;
+
+// Red, orange, yellow, green, aqua, blue, white, purple, pink: the colours of setColor2, over and over.
+std::uint32_t numbered_colour(i64 number) {
+    static constexpr std::uint32_t colours[] = {0xff0000, 0xff8000, 0xffff00, 0x00c000, 0x00ffff, 0x0000ff, 0xffffff, 0x8000ff, 0xff60c0};
+    constexpr i64 count = std::size(colours);
+    return colours[static_cast<std::size_t>((number % count + count) % count)];
+}
+
+std::uint32_t mixed_colour(const Value* arguments) {
+    std::uint32_t rgb = 0;
+    for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(arguments[i].integer, 0, 255));
+    return rgb;
+}
+
+// The bytes of a string value.
+std::string text_of(Value v) {
+    return v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count);
+}
+
+}  // namespace
+
+void Marks::start(const ModuleInfo& module) {
+    set_color_ = tuple::find_action(module, "setColor", 3);
+    set_color_and_opacity_ = tuple::find_action(module, "setColor", 4);
+    set_color_number_ = tuple::find_action(module, "setColor2", 1);
+    set_label_ = tuple::find_action(module, "setLabel", 1);
+    draw_line_ = tuple::find_action(module, "drawLine", 1);
+}
+
+void Marks::collect(sim::PartState& part) {
+    // What passes is of the last tick before a step.
+    std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
+    const i64 now = part.abi.now;
+    for (const eval::Action& a : part.actions()) {
+        const u64 id = part.ensemble.id(a.catom);
+        if (set_color_number_ == a.predicate) new_colours_[id] = {now, numbered_colour(a.arguments[0].integer)};
+        if (set_color_ == a.predicate || set_color_and_opacity_ == a.predicate) new_colours_[id] = {now, mixed_colour(a.arguments)};
+        if (set_label_ == a.predicate) new_labels_[id] = {now, text_of(a.arguments[0])};
+        if (draw_line_ == a.predicate) new_lines_.push_back({now, id, a.arguments[0].catom, part.module.predicates[a.predicate].repeats});
+    }
+}
+
+void Marks::send(std::vector<std::byte>& out) {
+    put(out, new_colours_.size());
+    for (const auto& [id, colour] : new_colours_) {
+        put(out, id);
+        put(out, colour);
+    }
+    put(out, new_labels_.size());
+    for (const auto& [id, label] : new_labels_) {
+        put(out, id);
+        put(out, label.tick);
+        put(out, label.text.size());
+        const auto* bytes = reinterpret_cast<const std::byte*>(label.text.data());
+        out.insert(out.end(), bytes, bytes + label.text.size());
+    }
+    put(out, new_lines_.size());
+    for (const Line& line : new_lines_) put(out, line);
+    new_colours_.clear();
+    new_labels_.clear();
+    new_lines_.clear();
+}
+
+void Marks::begin_step() { received_.clear(); }
+
+void Marks::receive(const std::byte* from, const std::byte* end) {
+    for (auto left = take_value<std::size_t>(from); left > 0; --left) {
+        Colour& known = colours_[take_value<u64>(from)];
+        const auto colour = take_value<Colour>(from);
+        if (colour.tick >= known.tick) known = colour;
+    }
+    for (auto left = take_value<std::size_t>(from); left > 0; --left) {
+        Label& known = labels_[take_value<u64>(from)];
+        const auto tick = take_value<i64>(from);
+        const auto size = take_value<std::size_t>(from);
+        if (tick >= known.tick) known = {tick, std::string(reinterpret_cast<const char*>(from), size)};
+        from += size;
+    }
+    for (auto left = take_value<std::size_t>(from); left > 0; --left) received_.push_back(take_value<Line>(from));
+    MELD_EXPECT(from == end);
+}
+
+std::uint32_t Marks::colour(u64 id) const {
+    const auto found = colours_.find(id);
+    return found == colours_.end() ? kGrey : found->second.rgb;
+}
+
+const std::string& Marks::label(u64 id) const {
+    const auto found = labels_.find(id);
+    return found == labels_.end() ? kNoLabel : found->second.text;
+}
+
+std::vector<std::pair<u64, u64>> Marks::drawn() {
+    // Of one tick, what takes lines away comes before what draws them.
+    std::sort(received_.begin(), received_.end(),
+              [](const Line& a, const Line& b) { return std::tuple(a.tick, a.from, a.from != a.to, a.to) < std::tuple(b.tick, b.from, b.from != b.to, b.to); });
+    std::set<std::pair<u64, u64>> passing;
+    for (const Line& line : received_) {
+        if (line.from != line.to) (line.passing ? passing : lines_).emplace(line.from, line.to);
+        else lines_.erase(lines_.lower_bound({line.from, 0}), lines_.upper_bound({line.from, ~u64{0}}));
+    }
+    received_.clear();
+    passing.insert(lines_.begin(), lines_.end());
+    return {passing.begin(), passing.end()};
+}
+
+}  // namespace meld::record

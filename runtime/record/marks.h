@@ -1,0 +1,64 @@
+// What catoms have put into the picture of a run: colours, labels and lines. Private to runtime/record.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "runtime/sim/part_state.h"
+
+namespace meld::record {
+
+// Each part collects what its catoms ask for; the part that writes gets it before each step, and keeps it all. So a catom
+// keeps its colour when it moves to another part.
+class Marks {
+  public:
+    void start(const ModuleInfo& module);
+    bool labels() const { return set_label_.has_value(); }
+    bool lines() const { return draw_line_.has_value(); }
+
+    // After a tick, on every part: what was asked for in it.
+    void collect(sim::PartState& part);
+    // Moves what has been collected since the last call into `out`; receive() reads it on the writing part, of all parts in
+    // any order, and begin_step() before the first.
+    void send(std::vector<std::byte>& out);
+    void begin_step();
+    void receive(const std::byte* from, const std::byte* end);
+
+    // On the writing part, of a catom by its id; grey and empty where it has none.
+    std::uint32_t colour(u64 id) const;
+    const std::string& label(u64 id) const;
+    // Pairs of ids, in order. Call it when all parts have been received.
+    std::vector<std::pair<u64, u64>> drawn();
+
+  private:
+    // Of several in one step the one of the latest tick counts.
+    struct Colour {
+        i64 tick = -1;
+        std::uint32_t rgb = 0;
+    };
+    struct Label {
+        i64 tick = -1;
+        std::string text;
+    };
+    // From a catom to another; to itself it takes its lines away. A passing one is in this step alone.
+    struct Line {
+        i64 tick = 0;
+        u64 from = 0, to = 0;
+        bool passing = false;
+    };
+
+    // setColor with three colours, with an opacity behind them, and setColor2 with a number.
+    std::optional<u32> set_color_, set_color_and_opacity_, set_color_number_, set_label_, draw_line_;
+    std::unordered_map<u64, Colour> new_colours_, colours_;
+    std::unordered_map<u64, Label> new_labels_, labels_;
+    std::vector<Line> new_lines_, received_;
+    std::set<std::pair<u64, u64>> lines_;
+};
+
+}  // namespace meld::record
