@@ -6,6 +6,7 @@ namespace meld::check {
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
     Program program;
     separate_modules(tree, prelude_files, report);
+    expand_stable(tree, report);
     expand_type_names(tree, report);
     check_imports(tree, report);
     declare(tree, prelude_files, program, report);

@@ -16,6 +16,8 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
 // Modules: names of a module become `module-name`, imported names the names of what they import. Rules that ask for names which
 // their module does not show are reported and left out.
 void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
+// `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for so long.
+void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 // Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
 void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report);
 // Imports that repeat a declaration must repeat it rightly.

@@ -54,6 +54,8 @@ class Declarer {
         p.span = d.name.span;
         p.prelude = d.span.file < prelude_files_;
         p.repeats = d.repeats;
+        // No program can write such a name: expand_stable() did.
+        p.auxiliary = p.name.find('@') != std::string::npos;
         modifiers(d, p);
         for (std::size_t i = 0; i < d.arguments.size(); ++i) argument(d, i, p);
         check_shape(d, p);
@@ -269,11 +271,39 @@ class Declarer {
     std::map<std::string, Span> functions_;
 };
 
+// `undelivered-token`, in a module `m-undelivered-token`: where facts of the linear `token` come back that cannot be delivered. It has
+// the catom that sent one, the catom it was for, and what it said.
+void find_returns(Program& program, diagnostics::Reporter& report) {
+    static const std::string word = "undelivered-";
+    for (Predicate& p : program.predicates) {
+        const std::size_t at = p.name.find(word);
+        if (at == std::string::npos || (at > 0 && p.name[at - 1] != '-')) continue;
+        const std::string name = p.name.substr(0, at) + p.name.substr(at + word.size());
+        const Predicate* sent = nullptr;
+        for (const PredicateId id : program.predicates.ids()) {
+            const Predicate& other = program.predicates[id];
+            if (other.name != name || !other.linear()) continue;
+            sent = &other;
+            std::vector<Type> wanted{Type::Node};
+            for (const Argument& a : other.arguments) wanted.push_back(a.type);
+            const bool same = p.linear() && std::equal(wanted.begin(), wanted.end(), p.arguments.begin(), p.arguments.end(), [](const Type& t, const Argument& a) { return t == a.type; });
+            if (same) p.returns = id;
+        }
+        p.sensed = p.sensed || p.returns.valid();
+        if (sent == nullptr || p.returns.valid() || p.refused) continue;
+        std::string form = "type linear " + p.name + "(node";
+        for (const Argument& a : sent->arguments) form += ", " + type_name(a.type);
+        report.add(Kind::SensedMismatch, p.span, fmt::format("facts of `{}` that cannot be delivered come back in another form", name)).help = "write `" + form + ").`";
+        p.refused = true;
+    }
+}
+
 }  // namespace
 
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report) {
     Declarer(tree, prelude_files, program, report).run();
     for (Predicate& p : program.predicates) p.world = world_source(p);
+    find_returns(program, report);
 }
 
 }  // namespace meld::check

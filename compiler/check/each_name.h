@@ -10,6 +10,13 @@
 
 namespace meld::check {
 
+// What is said to be stable in `stable(p(A, X), 5)`; none in other atoms.
+inline syntax::Call* stable_fact(syntax::Atom& a) {
+    if (a.name.text != "stable" || a.arguments.size() != 2) return nullptr;
+    auto* fact = std::get_if<syntax::Call>(&a.arguments[0]->node);
+    return fact != nullptr && fact->parentheses ? fact : nullptr;
+}
+
 // Visit has five functions, each of which may change the name it is given:
 //   predicate(syntax::Name&, std::optional<std::size_t> arity)    an atom, or a predicate named alone (no arity)
 //   constant(std::string& name, Span)                              a bare small-letter name in an expression
@@ -101,6 +108,13 @@ class EachName {
         for (syntax::ExprPtr& e : all) expr(e);
     }
     void atom(syntax::Atom& a) {
+        if (syntax::Call* fact = stable_fact(a)) {
+            exprs(fact->arguments);
+            syntax::Name name{fact->name, a.arguments[0]->span};
+            visit_.predicate(name, fact->arguments.size());
+            fact->name = name.text;
+            return expr(a.arguments[1]);
+        }
         exprs(a.arguments);
         visit_.predicate(a.name, a.arguments.size());
     }

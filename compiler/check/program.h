@@ -62,7 +62,7 @@ struct Predicate {
     bool route = false;               // The second argument is the catom it points to.
     bool repeats = false;             // type action ... while.
     bool prelude = false;             // Declared in stdlib/prelude.meld.
-    bool auxiliary = false;           // Made by the planner.
+    bool auxiliary = false;           // Made by the compiler.
     bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
@@ -71,6 +71,11 @@ struct Predicate {
     Id<Predicate> complete_link;
     bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
     WorldSource world = WorldSource::None;
+    Id<Predicate> returns;            // `undelivered-p`: the p whose facts come back here when their way is gone.
+    // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
+    // their goal, and how many arguments of ours behind theirs.
+    Id<Predicate> carries;
+    std::size_t passes = 0, behind = 0;
     Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }

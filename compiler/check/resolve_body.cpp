@@ -306,7 +306,8 @@ void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) 
     std::string near = diagnostics::nearest_name(name.text, own);
     if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
     report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
-        near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
+        name.text == "stable" ? "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks"
+        : near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
 }
 
 void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {

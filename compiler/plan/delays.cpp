@@ -61,6 +61,8 @@ class Delays {
         Predicate made = auxiliary(program_.predicates[p], program_.predicates[p].name + "@later");
         made.kind = PredicateKind::Linear;
         made.arguments.push_back({Type::Int, "Due"});
+        made.carries = p;
+        made.behind = 1;
         const PredicateId id = program_.predicates.add(made);
         MadeRule arrival(program_, id, made.name);
         arrival.rule.linear = arrival.rule.arrives = true;

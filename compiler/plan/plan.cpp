@@ -30,6 +30,7 @@ constexpr Pass kPasses[] = {
     {"dead", true, drop_dead_rules, nullptr},
     {"delay", false, delay_heads, nullptr},
     {"relay", false, relay_heads, nullptr},
+    {"undelivered", false, return_undelivered, nullptr},
     {"watch", false, watch_changes, nullptr},
     {"given", false, separate_base, nullptr},
     {"localize", false, localize, nullptr},

@@ -170,6 +170,8 @@ void drop_dead_rules(check::Program& program);
 void delay_heads(check::Program& program);
 // Rewrites facts for catoms more than one link away to auxiliaries that are handed on.
 void relay_heads(check::Program& program);
+// Lets facts whose way is gone come back, where the program declares that they do.
+void return_undelivered(check::Program& program);
 // Gives facts whose change is looked at a view that can be compared with what it was.
 void watch_changes(check::Program& program);
 // Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.

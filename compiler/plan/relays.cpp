@@ -95,6 +95,10 @@ class Relays {
         made.span = program_.predicates[p].span;
         made.kind = PredicateKind::Linear;
         made.auxiliary = true;
+        const Predicate& sent = program_.predicates[p];
+        made.carries = sent.carries.valid() ? sent.carries : p;
+        made.passes = left;
+        made.behind = sent.behind;
         made.arguments.assign(left, {Type::Node, ""});
         made.arguments.insert(made.arguments.end(), program_.predicates[p].arguments.begin(), program_.predicates[p].arguments.end());
         const PredicateId id = program_.predicates.add(made);
