@@ -172,6 +172,16 @@ def flood(case):
         raise AssertionError(f"{case.summary['linear_messages']} messages, not {sent}")
 
 
+def terminated(case):
+    """Everybody decided once the election and the wave were over, and the end is known again after more work."""
+    found = hops(case.links, [case.first])
+    case.expect("decided", [(catom, min(found), len(case.links[catom])) for catom in found])
+    case.expect("terminated-now", [(case.first,)])
+    case.expect("terminated-known", [(catom,) for catom in found])
+    # A second phase, where the one that worked again is in the tree.
+    case.expect("terminated-begun", [(case.first, 1 if case.last in found else 0)])
+
+
 def khop(case):
     reach = 3
     near = [(catom, centre, hop) for centre in case.links if centre % 3 == 0 for catom, hop in hops(case.links, [centre]).items() if hop <= reach]
@@ -200,6 +210,7 @@ LIBRARIES = {
     "colouring": (colouring, one_fact("out"), []),
     "mis_late": (mis_late, one_fact("out"), ["--ticks", "120"]),
     "colouring_late": (colouring_late, one_fact("out"), ["--ticks", "120"]),
+    "terminated": (terminated, lambda first, last: f'root = ["cell == {first}"]\nagain = ["cell == {last}"]', ["--ticks", "400"]),
     "flood": (flood, one_fact("go"), []),
     "khop": (khop, lambda first, last: "", ["--set", "khop-reach=3"]),
 }
