@@ -10,6 +10,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     expand_type_names(tree, report);
     check_imports(tree, report);
     declare(tree, prelude_files, program, report);
+    declare_aggregates(tree, program, report);
     resolve_values(tree, program, report);
     resolve_rules(files, tree, program, report);
     refuse_random_views(program, report);

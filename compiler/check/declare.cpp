@@ -13,9 +13,6 @@ using diagnostics::Kind;
 
 namespace {
 
-const std::map<std::string, Aggregate> kAggregates = {{"min", Aggregate::Min}, {"max", Aggregate::Max},     {"sum", Aggregate::Sum},
-                                                      {"count", Aggregate::Count}, {"first", Aggregate::First}, {"any", Aggregate::First}};
-
 // The world predicates by name and number of arguments.
 WorldSource world_source(const Predicate& p) {
     static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {
@@ -57,7 +54,7 @@ class Declarer {
         // No program can write such a name: expand_stable() did.
         p.auxiliary = p.name.find('@') != std::string::npos;
         modifiers(d, p);
-        for (std::size_t i = 0; i < d.arguments.size(); ++i) argument(d, i, p);
+        for (const syntax::Argument& a : d.arguments) p.arguments.push_back({to_type(a.type, types_, tree_, report_), a.name ? a.name->text : ""});
         check_shape(d, p);
         p.refused = report_.error_count() > errors;
         add(d, std::move(p));
@@ -92,39 +89,6 @@ class Declarer {
         if (p.repeats && p.kind != PredicateKind::Action)
             report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is none", p.name)).help =
                 fmt::format("write `type action {}(...) while.`", p.name);
-    }
-
-    void argument(const syntax::Declaration& d, std::size_t i, Predicate& p) {
-        const syntax::Argument& a = d.arguments[i];
-        Argument out;
-        out.name = a.name ? a.name->text : "";
-        out.type = to_type(a.type, types_, tree_, report_);
-        p.arguments.push_back(out);
-        if (a.aggregate.empty()) return;
-        const auto aggregate = kAggregates.find(a.aggregate);
-        if (aggregate == kAggregates.end() || a.neighbour_complete) {
-            report_.add(Kind::NotSupportedYet, a.aggregate_span, fmt::format("the aggregate `{}` is not compiled by this version", a.aggregate)).help =
-                "aggregates here are min, max, sum, count, first and any";
-            return;
-        }
-        if (p.aggregate != Aggregate::None) {
-            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("`{}` has two aggregates", p.name)).help = "split it into two predicates with one each";
-            return;
-        }
-        p.aggregate = aggregate->second;
-        p.aggregate_at = i;
-        if (i == 0) report_.add(Kind::BadAggregate, a.aggregate_span, "the catom itself cannot be aggregated");
-        const bool numeric = out.type == Type::Int || out.type == Type::Float || out.type == Type::Error;
-        if (p.aggregate == Aggregate::Sum && !numeric)
-            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("a sum of {} values has no meaning", type_name(out.type))).help = "sum an int or a float";
-        if (p.aggregate == Aggregate::Count && out.type != Type::Int && out.type != Type::Error)
-            report_.add(Kind::BadAggregate, a.aggregate_span, "a count is an int").help = "write `count int`";
-        if (p.kind == PredicateKind::Linear || p.kind == PredicateKind::Action)
-            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"));
-        const bool last = i + 1 == d.arguments.size();
-        if (!last && (p.aggregate == Aggregate::Sum || p.aggregate == Aggregate::Count))
-            report_.add(Kind::BadAggregate, a.aggregate_span, fmt::format("no argument can ride along with a {}: no single fact wins", a.aggregate)).help =
-                "put the arguments of the group before the aggregate";
     }
 
     void check_shape(const syntax::Declaration& d, const Predicate& p) {
@@ -246,9 +210,8 @@ class Declarer {
         program_.functions.add(std::move(f));
     }
 
-    // ---- the rest of the language is refused by name, so that nothing is silently dropped
+    // ---- the rest
 
-    void not_yet(Span span, const std::string& what) { report_.add(Kind::NotSupportedYet, span, what + " are not compiled by this version"); }
     // Done by the passes before.
     void declare(const syntax::Alias&) {}
     void declare(const syntax::NodeKind&) {}

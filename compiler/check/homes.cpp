@@ -93,6 +93,8 @@ class Homes {
     void view() {
         const Head& head = rule_.heads[0];
         rule_.home = head.atom.arguments[0].variable;
+        const bool waits = program_.predicates[head.atom.predicate].complete_link.valid();
+        if (waits) name_neighbours();
         Graph graph;
         links(rule_.body, graph);
         const std::set<VariableId> seen = reached(graph, rule_.home);
@@ -116,6 +118,21 @@ class Homes {
         }
         check_body(rule_.body, {});
         warn_of_far_route(head, graph, seen);
+        if (!waits) return;
+        if (const auto near = graph.find(rule_.home); near != graph.end()) rule_.contributors.assign(near->second.begin(), near->second.end());
+        std::erase(rule_.contributors, rule_.home);
+    }
+
+    // An aggregate that waits must know whom it has heard from, also where the rule says neighbor(A, _).
+    void name_neighbours() {
+        for (Clause& c : rule_.body) {
+            const bool link = c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].route && c.atom.arguments.size() > 1;
+            if (!link || c.atom.arguments[1].op != Op::Anonymous) continue;
+            Term& there = c.atom.arguments[1];
+            there.op = Op::Variable;
+            there.type = Type::Node;
+            there.variable = rule_.variables.add({"_", there.span, Type::Node});
+        }
     }
 
     // Facts travel over links that touch: a route over two of them can be kept, but nothing is heard along it.
@@ -195,6 +212,27 @@ class Homes {
     std::set<VariableId> made_;  // By `exists`.
 };
 
+// An aggregate waits for neighbours, and none of its rules follows a link to one.
+void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& report) {
+    for (const PredicateId id : program.predicates.ids()) {
+        const Predicate& p = program.predicates[id];
+        if (!p.complete_link.valid() || p.refused) continue;
+        bool made = false, heard = false;
+        for (const Rule& rule : program.rules) {
+            each_head(rule.heads, [&](const Head& h) { made = made || (h.kind == Head::Kind::Fact && h.atom.predicate == id); });
+            heard = heard || rule.refused || (!rule.linear && rule.heads[0].atom.predicate == id && !rule.contributors.empty());
+        }
+        if (!made || heard) continue;
+        auto& d = report.add(Kind::BadAggregate, p.span, fmt::format("`{}` waits for its neighbours, and no rule for it follows a link to one", p.name));
+        for (const Rule& rule : program.rules)
+            each_head(rule.heads, [&](const Head& h) {
+                if (h.kind == Head::Kind::Fact && h.atom.predicate == id) d.labels.push_back({h.atom.span, "this comes from the catom itself"});
+            });
+        const Predicate& link = program.predicates[p.complete_link];
+        d.help = fmt::format("read the neighbour in a view: `{}(A, ...) :- {}({}), ...`", p.name, link.name, p.complete_outgoing ? "A, B" : "B, A");
+    }
+}
+
 }  // namespace
 
 void find_homes(Program& program, diagnostics::Reporter& report) {
@@ -203,6 +241,7 @@ void find_homes(Program& program, diagnostics::Reporter& report) {
         Homes(program, rule, report).run();
         rule.refused = report.error_count() > errors;
     }
+    refuse_silent_neighbours(program, report);
 }
 
 }  // namespace meld::check

@@ -57,6 +57,9 @@ std::string aggregate_name(Aggregate aggregate) {
     }
     return "";
 }
+std::string aggregate_name(const Program& program, const Predicate& p) {
+    return p.aggregate == Aggregate::Custom && p.fold.valid() ? program.functions[p.fold].name : aggregate_name(p.aggregate);
+}
 
 namespace {
 
@@ -170,7 +173,7 @@ std::string print_heads(const Program& program, const Rule& rule, const std::vec
     return text.empty() ? "1" : text;
 }
 
-std::string print_declaration(const Predicate& p) {
+std::string print_declaration(const Program& program, const Predicate& p) {
     std::string text = "type ";
     if (p.route) text += "route ";
     if (p.linear()) text += "linear ";
@@ -179,8 +182,9 @@ std::string print_declaration(const Predicate& p) {
     text += p.name + "(";
     for (std::size_t i = 0; i < p.arguments.size(); ++i) {
         text += i ? ", " : "";
-        if (p.aggregate != Aggregate::None && p.aggregate_at == i) text += aggregate_name(p.aggregate) + " ";
+        if (p.aggregate != Aggregate::None && p.aggregate_at == i) text += aggregate_name(program, p) + " ";
         text += type_name(p.arguments[i].type);
+        if (p.complete_link.valid() && p.aggregate_at == i) text += fmt::format(" [{} {}]", p.complete_outgoing ? "->" : "<-", program.predicates[p.complete_link].name);
         if (!p.arguments[i].name.empty()) text += " " + p.arguments[i].name;
     }
     return text + (p.repeats ? ") while." : ").");
@@ -259,7 +263,7 @@ std::string print(const Program& program, const Rule& rule) {
 std::string print(const Program& program) {
     std::string text;
     for (const Predicate& p : program.predicates)
-        if (!p.prelude) text += print_declaration(p) + "\n";
+        if (!p.prelude) text += print_declaration(program, p) + "\n";
     for (const Constant& c : program.constants)
         if (!c.prelude) text += print_constant(program, c);
     for (const FunctionId id : program.functions.ids()) {

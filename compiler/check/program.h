@@ -39,7 +39,7 @@ enum class PredicateKind { Persistent, Linear, Action, Sensed };
 // by delays: the tick since which the group has been supported without a break.
 enum class Aggregate { None, Min, Max, Sum, Count, First, SetUnion, Append, Collect, Custom, Since };
 std::string aggregate_name(Aggregate aggregate);
-// Whether every derivation counts, so that recursion through it is right along a tree only.
+// Whether it is made of all derivations, not one of them.
 inline bool folds(Aggregate a) { return a >= Aggregate::Sum && a != Aggregate::First && a != Aggregate::Since; }
 
 struct Function;
@@ -79,6 +79,8 @@ struct Predicate {
     Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }
+    // Whether every derivation counts, so that recursion through it is right along a tree only.
+    bool needs_all() const { return folds(aggregate) || complete_link.valid(); }
     // name/arity, as messages say it.
     std::string signature() const { return name + "/" + std::to_string(arguments.size()); }
 };
@@ -228,6 +230,8 @@ struct Rule {
     bool birth = false;               // Linear facts given once to every new catom (an axiom).
     Select select = Select::None;
     VariableId selected;
+    // Of a view that waits for neighbours: those whose contributions its facts are.
+    std::vector<VariableId> contributors;
     bool refused = false;             // A mistake in it has been reported; later passes leave it alone.
     std::vector<VariableId> used_once;
 };
@@ -240,7 +244,7 @@ struct Component {
     bool recursive = false;
     bool local = false;               // Some rule reads the component at its own catom.
     bool links = false;               // Some rule reads the component at another catom.
-    bool tree = false;                // Recursive through an aggregate that folds() over links.
+    bool tree = false;                // Recursive over links through an aggregate that needs_all().
 };
 
 struct Program {
@@ -253,6 +257,8 @@ struct Program {
     std::vector<Component> components;
 };
 
+// The aggregate of a predicate as its declaration names it; of a function of the program its name.
+std::string aggregate_name(const Program& program, const Predicate& p);
 // Meld-like text of the checked program with types, homes and components. For `meldc --emit=program`.
 std::string print(const Program& program);
 std::string print(const Program& program, const Rule& rule, const Term& term);

@@ -18,6 +18,8 @@ class Randomness {
     void run() {
         for (const Constant& c : program_.constants)
             if (c.computed.valid()) refuse(program_.functions[c.computed].body, fmt::format("the constant `{}`", c.name));
+        for (const Predicate& p : program_.predicates)
+            if (p.fold.valid()) refuse_fold(p.fold, p.span);
         for (Rule& rule : program_.rules) {
             if (rule.linear) continue;
             const std::size_t errors = report_.error_count();
@@ -26,7 +28,10 @@ class Randomness {
                 for (const Term& t : h.atom.arguments) refuse(t, "a view");
                 refuse(h.term, "a view");
                 check_body(h.body);
-                for (const Fold& f : h.folds) refuse(f.initial, "a view");
+                for (const Fold& f : h.folds) {
+                    refuse(f.initial, "a view");
+                    if (f.aggregate == Aggregate::Custom) refuse_fold(f.function, h.span);
+                }
             });
             rule.refused = rule.refused || report_.error_count() > errors;
         }
@@ -35,10 +40,14 @@ class Randomness {
   private:
     void check_body(const std::vector<Clause>& body) {
         for (const Clause& c : body) {
+            if (c.aggregate == Aggregate::Custom) refuse_fold(c.fold, c.span);
             for (const Term& t : c.atom.arguments) refuse(t, "a view");
             refuse(c.test, "a view");
             check_body(c.inner);
         }
+    }
+    void refuse_fold(FunctionId fold, Span span) {
+        refuse(Term{.op = Op::Call, .span = span, .function = fold}, "a view");
     }
     void refuse(const Term& term, const std::string& what) {
         each_subterm(term, [&](const Term& t) {

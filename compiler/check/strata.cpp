@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/check/check.h"
+#include "compiler/check/rounds.h"
 
 namespace meld::check {
 
@@ -13,12 +14,12 @@ using diagnostics::Kind;
 namespace {
 
 struct Edge {
-    PredicateId to;     // The head reads this.
-    RuleId rule;
+    PredicateId from, to;  // The head reads this.
     Span span;
     bool negated = false;
     bool aggregated = false;  // By an aggregate in a body.
     bool remote = false;
+    bool waits = false;       // For all neighbours over this link.
 };
 
 class Strata {
@@ -28,6 +29,10 @@ class Strata {
     void run() {
         edges_.resize(program_.predicates.count());
         for (const RuleId id : program_.rules.ids()) add_edges(id);
+        for (const PredicateId p : program_.predicates.ids()) {
+            const PredicateId link = program_.predicates[p].complete_link;
+            if (link.valid()) edges_[p.index()].push_back({.from = p, .to = link, .span = program_.predicates[p].span, .waits = true});
+        }
         find_components();
         for (Component& c : program_.components) classify(c);
     }
@@ -36,18 +41,18 @@ class Strata {
     void add_edges(RuleId id) {
         const Rule& rule = program_.rules[id];
         if (rule.linear || rule.refused) return;
-        add_edges(id, rule, rule.body, {});
+        add_edges(rule, rule.body, {});
     }
-    void add_edges(RuleId id, const Rule& rule, const std::vector<Clause>& body, Edge around) {
+    void add_edges(const Rule& rule, const std::vector<Clause>& body, Edge around) {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) {
-                const Edge edge{c.atom.predicate, id, c.atom.span, around.negated || c.kind == Clause::Kind::Delta, around.aggregated, c.atom.arguments[0].variable != rule.home};
+                const Edge edge{rule.heads[0].atom.predicate, c.atom.predicate, c.atom.span, around.negated || c.kind == Clause::Kind::Delta, around.aggregated, c.atom.arguments[0].variable != rule.home};
                 edges_[rule.heads[0].atom.predicate.index()].push_back(edge);
             }
             Edge inside = around;
             inside.negated = true;
             inside.aggregated = around.aggregated || c.kind == Clause::Kind::Aggregate;
-            add_edges(id, rule, c.inner, inside);
+            add_edges(rule, c.inner, inside);
         }
     }
 
@@ -105,13 +110,15 @@ class Strata {
             if (!program_.rules[id].linear && inside(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
         for (const PredicateId p : c.predicates) {
             const Predicate& head = program_.predicates[p];
-            const bool folding = folds(head.aggregate);
+            const bool all = head.needs_all();
             for (const Edge& e : edges_[p.index()]) {
                 if (!inside(e.to)) continue;
                 c.recursive = true;
                 (e.remote ? c.links : c.local) = true;
-                c.tree = c.tree || folding;
-                if (e.aggregated)
+                c.tree = c.tree || all;
+                if (e.waits)
+                    refuse(Kind::AggregateRecursion, fmt::format("`{}` waits for all of `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name), p, e, c);
+                else if (e.aggregated)
                     refuse(Kind::AggregateRecursion,
                            p == e.to ? fmt::format("`{}` aggregates itself: it would need all of its facts before the first", head.name)
                                      : fmt::format("`{}` aggregates `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
@@ -127,22 +134,32 @@ class Strata {
         if (c.recursive && !c.tree) warn_growth(c, inside);
     }
 
-    // A sum that feeds itself is fine only where every turn of the cycle crosses a link.
+    // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
     template <class Inside>
     void check_tree(const Component& c, const Inside& inside) {
-        for (const PredicateId p : c.predicates)
+        for (const PredicateId p : c.predicates) {
+            if (program_.predicates[p].aggregate == Aggregate::None) continue;
             for (const Edge& e : edges_[p.index()])
-                if (inside(e.to) && !e.remote && local_cycle(p, e.to, inside)) {
-                    refuse(Kind::AggregateRecursion, fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_.predicates[p].aggregate), program_.predicates[p].name), p, e, c);
+                if (inside(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, inside)) {
+                    refuse(Kind::AggregateRecursion, fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name), p, e, c);
                     return;
                 }
+        }
         const auto folding = std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) {
-            return folds(program_.predicates[q].aggregate);
+            return program_.predicates[q].needs_all();
         });
         const PredicateId p = *folding;
         if (led_by_routes(c, inside)) return;
+        switch (count_rounds(program_, c)) {
+            case Rounds::Bounded: return;
+            case Rounds::Endless:
+                report_.add(Kind::UnboundedArithmetic, program_.predicates[p].span, fmt::format("`{}` is computed in rounds, and no condition ends them", program_.predicates[p].name)).help =
+                    "bound the number of the round, as in R < rounds";
+                return;
+            case Rounds::None: break;
+        }
         report_.add(Kind::TreeRecursion, program_.predicates[p].span,
-                    fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree", aggregate_name(program_.predicates[p].aggregate), program_.predicates[p].name))
+                    fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree", aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
             .help = "lead it along a spanning tree, as examples/meld/census.meld does";
     }
     // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
@@ -178,7 +195,7 @@ class Strata {
             if (std::find(seen.begin(), seen.end(), at) != seen.end()) continue;
             seen.push_back(at);
             for (const Edge& e : edges_[at.index()])
-                if (inside(e.to) && !e.remote) todo.push_back(e.to);
+                if (inside(e.to) && !e.remote && !e.waits) todo.push_back(e.to);
         }
         return false;
     }
@@ -195,19 +212,20 @@ class Strata {
                     todo.push_back(e.to);
                 }
         auto& d = report_.add(kind, through.span, what);
-        d.labels.push_back({through.span, fmt::format("`{}` is derived from `{}` here", program_.predicates[head].name, program_.predicates[through.to].name)});
+        d.labels.push_back({through.span, fmt::format("`{}` {} `{}` here", program_.predicates[head].name, through.waits ? "waits for" : "is derived from", program_.predicates[through.to].name)});
         std::vector<const Edge*> back;
         for (PredicateId at = head; at != through.to;) {
             const auto step = came.find(at);
             if (step == came.end()) break;
             back.push_back(step->second);
-            at = program_.rules[step->second->rule].heads[0].atom.predicate;
+            at = step->second->from;
         }
         for (auto e = back.rbegin(); e != back.rend(); ++e) {
-            const std::string from = program_.predicates[program_.rules[(*e)->rule].heads[0].atom.predicate].name;
+            const std::string& from = program_.predicates[(*e)->from].name;
             d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
         }
-        d.help = kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
+        d.help = through.waits ? "decide the links without what waits for them"
+                 : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
                                                  : "aggregate into another predicate, which the rules of the cycle do not read";
     }
 

@@ -89,8 +89,10 @@ class Useless {
     // ---- predicates
 
     void count_uses() {
-        read_.assign(program_.predicates.count(), false);
-        made_ = given_ = read_;
+        made_.assign(program_.predicates.count(), false);
+        read_ = given_ = made_;
+        for (const Predicate& p : program_.predicates)
+            if (p.complete_link.valid()) read_[p.complete_link.index()] = true;
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) { read_[a.predicate.index()] = true; };
             each_atom(rule.body, read);

@@ -54,6 +54,7 @@ std::vector<std::pair<std::string, std::string>> module_headers() {
     return {{"meld/module_eval.h", kModuleEval},
             {"meld/module_deltas.h", kModuleDeltas},
             {"runtime/abi/module_eval.h", kModuleEval},
+            {"runtime/abi/module_rows.h", kModuleRows},
             {"runtime/abi/module_library.h", kModuleLibrary},
             {"runtime/abi/module_lists.h", kModuleLists},
             {"runtime/abi/module_values.h", kModuleValues},

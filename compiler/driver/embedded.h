@@ -11,6 +11,7 @@ extern const char kModuleAbi[];
 extern const char kModuleValues[];
 extern const char kModuleLists[];
 extern const char kModuleLibrary[];
+extern const char kModuleRows[];
 extern const char kModuleEval[];
 extern const char kModuleDeltas[];
 extern const char kExtern[];

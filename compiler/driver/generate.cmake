@@ -1,6 +1,6 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleEval kModuleDeltas kExtern)
+set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleRows kModuleEval kModuleDeltas kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
@@ -8,6 +8,7 @@ set(embedded_files
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_values.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_lists.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_library.h
+  ${CMAKE_SOURCE_DIR}/runtime/abi/module_rows.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_eval.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)

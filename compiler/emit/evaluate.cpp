@@ -13,30 +13,59 @@ namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
-void run_rules(const plan::Plan& plan, const ComponentPlan& c, PredicateId head, Writer& w) {
-    for (const RulePlan& r : c.rules)
-        if (plan.program.rules[r.rule].heads[0].atom.predicate == head) w.line("{}(s);", rule_function(plan.program, r.rule));
-}
 void run_all_rules(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
     for (const RulePlan& r : c.rules) w.line("{}(s);", rule_function(plan.program, r.rule));
 }
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
-// Not recursive, or sums along a tree: proposals are all there is. A tree component of several predicates repeats until
-// nothing changes; it has no cycle at one catom, so that is at most once a predicate.
-void settle_plainly(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
-    const bool repeat = c.predicates.size() > 1;
-    if (repeat) w.open("for (bool again = true; again;) {");
-    if (repeat) w.raw("again = false;");
-    for (const PredicateId p : c.predicates) {
-        run_rules(plan, c, p, w);
-        w.open(fmt::format("if (settle_plain(*s.e, {})) {{", view(plan, p)));
-        w.line("changed |= {};", own_bit(plan, p));
-        if (repeat) w.raw("again = true;");
+// A fold with a function of the program, and the neighbours that an aggregate waits for.
+void emit_reduction(const plan::Plan& plan, const ComponentPlan& c, PredicateId id, Writer& w) {
+    const Predicate& p = plan.program.predicates[id];
+    const std::string name = predicate_name(plan.program, id);
+    if (p.aggregate == Aggregate::Custom) {
+        const std::string value = field_name(p.aggregate_at);
+        const RuleId first = c.rules[0].rule;
+        const Scope scope{plan, plan.program.rules[first], first.index()};
+        const std::string folded = call_with(scope, p.fold, {"out." + value, "rows[i]." + value});
+        w.raw("");
+        w.open(fmt::format("static void fold_{0}(Self& s, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{", name));
+        w.line("for (u32 i = 1; i < n && s.e->trap == Trap::None; ++i) out.{} = {};", value,
+               p.arguments[p.aggregate_at].type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope.site(), folded) : folded);
         w.close();
     }
-    if (repeat) w.close();
+    if (!p.complete_link.valid()) return;
+    w.raw("");
+    w.line("// The ports of the neighbours that {} waits for.", p.name);
+    w.open(fmt::format("static u32 needed_{}(Self& s) {{", name));
+    w.raw("u32 ports = 0;");
+    if (plan.program.predicates[p.complete_link].world != WorldSource::None) {
+        w.raw("for (i32 port = 0; port < s.g->ports; ++port) ports |= u32{s.neighbour[port] >= 0} << port;");
+    } else {
+        const std::string link = predicate_name(plan.program, p.complete_link);
+        w.line("load_{}(s);", link);
+        w.line("for (u32 i = 0; i < s.{0}.count; ++i) ports |= {1};", link,
+               plan.of(p.complete_link).storage == Storage::PerLink ? fmt::format("u32{{s.neighbour[s.{0}.rows[i].a1] >= 0}} << s.{0}.rows[i].a1", link)
+                                                                    : fmt::format("port_bit(s, s.{}.rows[i].a1)", link));
+    }
+    w.raw("return ports;");
+    w.close();
+}
+// What settling is told of it.
+std::string reduction(const plan::Plan& plan, PredicateId id) {
+    const Predicate& p = plan.program.predicates[id];
+    const std::string name = predicate_name(plan.program, id);
+    std::string text;
+    if (p.aggregate == Aggregate::Custom) text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ fold_{0}(s, rows, n, out); }}", name);
+    else if (p.complete_link.valid()) text = fmt::format(", OwnFold<{}_t>{{}}", name);
+    return p.complete_link.valid() ? text + fmt::format(", needed_{}(s)", name) : text;
+}
+
+// Not recursive, or sums along a tree: proposals are all there is.
+void settle_plainly(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+    const PredicateId p = c.predicates[0];
+    run_all_rules(plan, c, w);
+    w.line("if (settle_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
 void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
@@ -135,7 +164,7 @@ void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::siz
     w.line("s.{}.proposed.reset();", name);
     w.raw("return false;");
     w.close();
-    w.line("if (settle_touched(*s.e, s.{}, touched)) changed |= {};", name, own_bit(plan, c.predicates[0]));
+    w.line("if (settle_touched(*s.e, s.{}, touched{})) changed |= {};", name, reduction(plan, c.predicates[0]), own_bit(plan, c.predicates[0]));
     w.raw("return true;");
     w.close();
 }
@@ -144,6 +173,7 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
     std::string names;
     for (const PredicateId p : c.predicates) names += " " + plan.program.predicates[p].name;
     const bool rows = c.deltas.inputs != 0;
+    for (const PredicateId p : c.predicates) emit_reduction(plan, c, p, w);
     if (rows) emit_rows_settling(plan, c, number, w);
     w.raw("");
     w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);

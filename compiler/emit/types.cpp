@@ -89,6 +89,46 @@ std::string hashed(const Type& type, const std::string& value) {
     return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
 
+const char* reduce(Aggregate aggregate) {
+    switch (aggregate) {
+        case Aggregate::None: return "Set";
+        case Aggregate::First: return "First";
+        case Aggregate::Since: return "Since";
+        case Aggregate::Sum:
+        case Aggregate::Count: return "Fold";
+        case Aggregate::SetUnion:
+        case Aggregate::Append:
+        case Aggregate::Custom: return "FoldInOrder";
+        default: return "Best";
+    }
+}
+
+// How all candidates of a group become one value. A function of the program is called elsewhere: it needs the whole catom.
+void emit_fold(const Predicate& p, Writer& w) {
+    if (!folds(p.aggregate) || p.aggregate == Aggregate::Custom) return;
+    const std::string into = "out." + field_name(p.aggregate_at), value = field_name(p.aggregate_at);
+    const Type& type = p.arguments[p.aggregate_at].type;
+    const auto lists = fmt::format("append_all(e, n, [&](u32 i) {{ return rows[i].{}; }}{})", value, type == Type::String ? ", 1" : "");
+    w.open(fmt::format("static void fold(Eval& e, const Row*{}, u32 n, Row& out) {{", p.aggregate == Aggregate::Count ? "" : " rows"));
+    switch (p.aggregate) {
+        case Aggregate::Count:
+            w.raw("(void)e;");
+            w.line("{} = n;", into);
+            break;
+        case Aggregate::Append: w.line("{} = {};", into, lists); break;
+        case Aggregate::SetUnion: w.line("{} = list_to_set(e, kFirstRule, kTypes, {}, {});", into, type_symbol(type.parts[0]), lists); break;
+        default: {
+            const std::string both = fmt::format("(e, kFirstRule, {}, rows[i].{})", into, value);
+            const std::string sum = type == Type::Float  ? fmt::format("checked_real(e, kFirstRule, {} + rows[i].{})", into, value)
+                                    : type == Type::Int  ? "checked_add" + both
+                                    : type == Type::Vec3 ? "library::vector_add" + both
+                                                         : "library::add_floats" + both;
+            w.line("for (u32 i = 1; i < n; ++i) {} = {};", into, sum);
+        }
+    }
+    w.close();
+}
+
 void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const Stored& s = plan.of(id);
@@ -114,14 +154,13 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
         members.push_back({at, fmt::format("{} {};", port ? "i64" : cpp_type(s.fields[i].type), field_name(i + 1))});
     }
     if (s.ranked) members.push_back({s.storage == Storage::Rows ? s.rank_offset : 1000, "u32 rank;"});
+    if (s.waits) members.push_back({s.storage == Storage::Rows ? s.from_offset : 1001, "u32 from;"});
     if (members.empty()) members.push_back({0, "u8 unit;"});
     emit_members(std::move(members), w);
     w.close("};");
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
-    const char* reduce = p.aggregate == Aggregate::Sum ? "Sum" : p.aggregate == Aggregate::Count ? "Count" : p.aggregate == Aggregate::First ? "First" : p.aggregate == Aggregate::Since ? "Since"
-                         : p.aggregate == Aggregate::None ? "Set" : "Best";
-    w.line("static constexpr Reduce kReduce = Reduce::{};", reduce);
-    w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {};", s.ranked, links, !fields.key.empty());
+    w.line("static constexpr Reduce kReduce = Reduce::{};", reduce(p.aggregate));
+    w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr u16 kPredicate = {};", id.index());
     w.line("static constexpr bool kFollowed = {};", s.column.valid() && plan.columns[s.column].follows_rows);
     w.line("static constexpr u32 kFirstRule = {};", first_rule);
@@ -142,16 +181,7 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     std::string hash = "0x9e37ull";
     for (const std::size_t f : fields.key) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", fields.key.empty() ? "" : " row", hash);
-    if (p.aggregate == Aggregate::Sum) {
-        const std::string v = field_name(fields.value[0]);
-        const bool real = p.arguments[p.aggregate_at].type == Type::Float;
-        w.line("static Row unit(const Row& row) {{ return row; }}");
-        w.line("static void fold(Eval& e, Row& into, const Row& row) {{ into.{0} = {1}; }}", v,
-               real ? fmt::format("checked_real(e, kFirstRule, into.{0} + row.{0})", v) : fmt::format("checked_add(e, kFirstRule, into.{0}, row.{0})", v));
-    } else if (p.aggregate == Aggregate::Count) {
-        w.line("static Row unit(Row row) {{ row.{} = 1; return row; }}", field_name(fields.value[0]));
-        w.line("static void fold(Eval&, Row& into, const Row&) {{ ++into.{}; }}", field_name(fields.value[0]));
-    }
+    emit_fold(p, w);
     w.close("};");
 }
 
@@ -195,6 +225,10 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("for (i32 port = 0; port < s.g->ports; ++port)");
     w.raw("    if (s.neighbour[port] >= 0 && s.g->catom_id[s.neighbour[port]] == id) return port;");
     w.raw("return -1;");
+    w.close();
+    w.open("inline u32 port_bit(const Self& s, u64 id) {");
+    w.raw("const i32 port = port_of(s, id);");
+    w.raw("return port < 0 ? 0 : u32{1} << port;");
     w.close();
 }
 

@@ -22,14 +22,14 @@ const check::Predicate* find(const Table<check::Predicate>& table, const Symbol&
 }
 
 // "sensed route linear fact": what the declaration says of the predicate, in words.
-std::string nature(const check::Predicate& predicate) {
+std::string nature(const check::Program& program, const check::Predicate& predicate) {
     std::string text = predicate.linear() ? "linear: a fact is consumed when it is matched" : "persistent: kept true while its support lasts";
     if (predicate.kind == check::PredicateKind::Action) text = predicate.repeats ? "action: carried out in every tick while it holds" : "action: carried out once, when it is derived";
     if (predicate.sensed) text = predicate.linear() ? "sensed: given by the runtime, consumed when it is matched" : "sensed: maintained by the runtime";
     if (predicate.route) text += "; route: its second argument is the catom it points to";
     if (predicate.aggregate == check::Aggregate::None || predicate.aggregate_at >= predicate.arguments.size()) return text;
     const std::string name = predicate.arguments[predicate.aggregate_at].name;
-    return text + fmt::format("; aggregate: {}{}{}", check::aggregate_name(predicate.aggregate), name.empty() ? "" : " of ", name);
+    return text + fmt::format("; aggregate: {}{}{}", check::aggregate_name(program, predicate), name.empty() ? "" : " of ", name);
 }
 
 std::string stored(const Analysis& analysis, const Symbol& symbol) {
@@ -95,7 +95,7 @@ std::string declared(const Analysis& analysis, const Symbol& symbol) {
 std::string predicate(const Analysis& analysis, const Symbol& symbol) {
     std::string text = declared(analysis, symbol);
     if (text.empty()) text = fmt::format("`{}` is not declared.\n\n", symbol.name);
-    if (const check::Predicate* known = find(analysis.program().predicates, symbol)) text += fmt::format("- {}\n", nature(*known));
+    if (const check::Predicate* known = find(analysis.program().predicates, symbol)) text += fmt::format("- {}\n", nature(analysis.program(), *known));
     text += stored(analysis, symbol) + component(analysis, symbol);
     return text + rules(analysis, symbol, Role::Derives, "Derived by") + rules(analysis, symbol, Role::Reads, "Read by");
 }

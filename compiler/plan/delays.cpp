@@ -84,7 +84,7 @@ class Delays {
         const PredicateId p = head.atom.predicate;
         Predicate made = auxiliary(program_.predicates[p], rule.name + ".since");
         for (std::size_t i = 0; i < made.arguments.size(); ++i) made.arguments[i].type = head.atom.arguments[i].type;
-        if (folds(program_.predicates[p].aggregate)) tell_apart(rule, made);
+        if (program_.predicates[p].needs_all()) tell_apart(rule, made);
         made.aggregate = Aggregate::Since;
         made.aggregate_at = made.arguments.size();
         made.arguments.push_back({Type::Int, "Since"});
@@ -97,9 +97,17 @@ class Delays {
         holds.rule.line = rule.line;
         holds.rule.body.push_back(due(made_term(Op::Add, Type::Int, {holds.body.atom.arguments.back(), std::move(delay)})));
         holds.head(program_, p, 0);
+        for (const VariableId v : rule.contributors) keep_contributor(rule, v, holds);
+        rule.contributors.clear();
         rule.text += "  // since when";
         program_.rules[id] = std::move(rule);
         holds.add_to(program_);
+    }
+
+    static void keep_contributor(const Rule& rule, VariableId v, MadeRule& holds) {
+        const std::vector<Term>& made = rule.heads[0].atom.arguments;
+        for (std::size_t i = 0; i < made.size(); ++i)
+            if (made[i].is_variable() && made[i].variable == v) holds.rule.contributors.push_back(holds.body.atom.arguments[i].variable);
     }
 
     // A sum and a count know every derivation, so each waits as a fact of its own.

@@ -25,7 +25,7 @@ bool all_plain(const Predicate& p) {
     return std::all_of(p.arguments.begin(), p.arguments.end(), [](const Argument& a) { return plain(a.type); });
 }
 
-// Sums of floats depend on the order of derivation, and lists made by aggregation do too.
+// Sums of floats depend on the order of derivation; a function of the program is given its values in order.
 bool any_order(const Predicate& p) {
     switch (p.aggregate) {
         case Aggregate::None:
@@ -33,6 +33,7 @@ bool any_order(const Predicate& p) {
         case Aggregate::Max:
         case Aggregate::Count:
         case Aggregate::First: return true;
+        case Aggregate::Custom: return true;
         case Aggregate::Sum: return p.arguments[p.aggregate_at].type == Type::Int;
         default: return false;
     }
@@ -59,7 +60,6 @@ class Steady {
         return std::all_of(terms.begin(), terms.end(), [&](const Term& t) { return (*this)(t); });
     }
 
-  private:
     // A function that calls itself is as steady as the rest of it.
     bool function(FunctionId id) {
         if (seen_[id.index()]) return true;
@@ -67,6 +67,7 @@ class Steady {
         return (*this)(program_.functions[id].body);
     }
 
+  private:
     const Program& program_;
     std::vector<bool> seen_;
 };
@@ -78,6 +79,7 @@ class Component {
     void run() {
         if (component_.recursion == Recursion::LocalSets) return rounds();
         if (!fits()) return;
+        whole_ = waiting_inputs(plan_, component_.predicates[0]);
         for (const RulePlan& r : component_.rules) study(r);
         for (bool again = true; again;) again = drop_joined();
         if (touches_.empty()) return;
@@ -111,7 +113,8 @@ class Component {
     bool fits() const {
         if (component_.predicates.size() != 1 || plan_.of(component_.predicates[0]).storage != Storage::Rows || head_.kind != PredicateKind::Persistent) return false;
         if (component_.recursion == Recursion::LocalSets || component_.recursion == Recursion::Mutual) return false;
-        if (group_arguments(head_) == 0 || !all_plain(head_) || !any_order(head_) || head_.complete_link.valid()) return false;
+        if (group_arguments(head_) == 0 || !all_plain(head_) || !any_order(head_)) return false;
+        if (head_.fold.valid() && !Steady(plan_.program).function(head_.fold)) return false;
         return std::all_of(component_.rules.begin(), component_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
@@ -119,7 +122,8 @@ class Component {
         });
     }
 
-    // Sets that recur at one catom are made in rounds; each but the first starts from the rows that the last one made.
+    // Sets that recur at one catom are made in rounds; each but the first starts from the rows that the last one made. What
+    // neighbours have of them does not change meanwhile.
     void rounds() {
         const auto in_component = [&](PredicateId p) { return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end(); };
         for (const PredicateId p : component_.predicates)
@@ -132,7 +136,7 @@ class Component {
         for (const RulePlan& r : component_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];
             for (std::size_t i = 0; i < rule.body.size(); ++i)
-                if (rule.body[i].kind == Clause::Kind::Atom && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
+                if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.home && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
         }
     }
 

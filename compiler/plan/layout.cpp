@@ -99,6 +99,7 @@ class Layout {
         if (p.kind == PredicateKind::Action && !f.derived) return;  // Only linear rules act: nothing is kept.
         s.exported = f.exported;
         s.ranked = f.ranked;
+        s.waits = p.complete_link.valid();
         const std::size_t arity = p.arguments.size() - 1;
         // How long something has held is of a neighbour, not of a port.
         const bool keyed_by_link = p.aggregate == Aggregate::None ? arity == 1 : p.aggregate_at == 2 && p.aggregate != Aggregate::Since;
@@ -163,6 +164,7 @@ class Layout {
         std::vector<Item> items;
         for (Field& f : s.fields) items.push_back({f.bytes, 1, &f.offset});
         if (s.ranked) items.push_back({4, 1, &s.rank_offset});
+        if (s.waits) items.push_back({4, 1, &s.from_offset});
         Column c;
         c.name = program_.predicates[id].name;
         c.rows = true;

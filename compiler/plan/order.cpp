@@ -476,6 +476,13 @@ RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component
 
 std::uint64_t inputs_of(const Plan& plan, const std::vector<Step>& steps) { return Inputs(plan).of(steps); }
 
+std::uint64_t waiting_inputs(const Plan& plan, PredicateId predicate) {
+    constexpr std::uint64_t links = 2;
+    const PredicateId link = plan.program.predicates[predicate].complete_link;
+    if (!link.valid()) return 0;
+    return plan.program.predicates[link].world != WorldSource::None ? links : links | plan.columns[plan.of(link).column].own_dirty;
+}
+
 namespace {
 
 bool is_ranked(const Plan& plan, const Component& c) { return plan.of(c.predicates[0]).ranked; }
@@ -489,12 +496,13 @@ void order_rules(Plan& plan) {
         out.predicates = c.predicates;
         out.links = c.links;
         const bool ranked = is_ranked(plan, c);
-        out.recursion = !c.recursive ? Recursion::None : c.tree ? Recursion::Tree : !ranked ? Recursion::LocalSets
+        out.recursion = !c.recursive ? Recursion::None : c.tree && !c.local ? Recursion::Tree : !ranked ? Recursion::LocalSets
                         : c.local || c.predicates.size() > 1 ? Recursion::Mutual : Recursion::Ranked;
         for (const RuleId id : c.rules) {
             out.rules.push_back(plan_rule(plan, id, ranked, c.predicates));
             out.inputs |= out.rules.back().inputs;
         }
+        for (const PredicateId p : c.predicates) out.inputs |= waiting_inputs(plan, p);
         constexpr std::uint64_t wake = 8;
         if (ranked && c.links) out.inputs |= wake;
         for (const PredicateId p : c.predicates) out.outputs |= plan.columns[plan.of(p).column].own_dirty;

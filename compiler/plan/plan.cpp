@@ -14,6 +14,7 @@ void find_components(Plan& plan) {
     plan.program.components.clear();
     diagnostics::Reporter already_reported;
     check::stratify(plan.program, already_reported);
+    split_trees(plan.program);
     lay_out(plan);
 }
 
@@ -32,6 +33,7 @@ constexpr Pass kPasses[] = {
     {"relay", false, relay_heads, nullptr},
     {"undelivered", false, return_undelivered, nullptr},
     {"watch", false, watch_changes, nullptr},
+    {"wait", false, wait_for_neighbours, nullptr},
     {"given", false, separate_base, nullptr},
     {"localize", false, localize, nullptr},
     {"merge", true, merge_auxiliaries, nullptr},

@@ -38,6 +38,8 @@ struct Stored {
     bool exported = false;     // Read at neighbours.
     bool ranked = false;       // Carries the rank of its fact.
     std::uint32_t rank_offset = 0;
+    bool waits = false;        // Its candidates carry the ports of the neighbours they come from.
+    std::uint32_t from_offset = 0;
     std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a word; PerLink: the mask of ports.
     std::uint32_t presence_mask = 0;
     PredicateId base;          // Where facts given from outside go: itself, an auxiliary, or none.
@@ -174,12 +176,16 @@ void relay_heads(check::Program& program);
 void return_undelivered(check::Program& program);
 // Gives facts whose change is looked at a view that can be compared with what it was.
 void watch_changes(check::Program& program);
+// Gives aggregates that wait for neighbours over links of the program's own a view of the neighbours they wait for.
+void wait_for_neighbours(check::Program& program);
 // Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
 void separate_base(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
 void localize(check::Program& program);
 // Lets rules whose far parts are alike share one auxiliary.
 void merge_auxiliaries(check::Program& program);
+// Orders components that recur along a tree: what a catom's rules read at the catom itself comes first.
+void split_trees(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.

@@ -99,24 +99,6 @@ struct Touched {
     }
 };
 
-// The candidates of one group to its value, where nothing is recursive. Returns whether there is one.
-template <class T>
-bool reduce_group(Eval& e, const typename T::Row* current, const typename T::Row* p, u32 n, typename T::Row& out) {
-    if (n == 0) return false;
-    if constexpr (T::kReduce == Reduce::Sum || T::kReduce == Reduce::Count) {
-        out = T::unit(p[0]);
-        for (u32 i = 1; i < n; ++i) T::fold(e, out, p[i]);
-    } else {
-        out = p[0];
-        for (u32 i = 1; i < n; ++i)
-            if (ChoiceOrder<T>{}(p[i], out)) out = p[i];
-        if constexpr (T::kReduce == Reduce::First)
-            for (u32 i = 0; i < n; ++i)
-                if (current != nullptr && T::same(*current, p[i])) out = *current;
-    }
-    return true;
-}
-
 // Decides the touched groups from their candidates and leaves all others. Returns whether anything changed.
 template <class T, class Decide>
 bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, const Decide& decide) {
@@ -156,12 +138,16 @@ bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, con
     return true;
 }
 
-template <class T>
-[[gnu::noinline]] bool settle_touched(Eval& e, Relation<T>& r, const Touched<T>& touched) {
+// fold, needed: as of reduce_group().
+template <class T, class Fold = OwnFold<T>>
+[[gnu::noinline]] bool settle_touched(Eval& e, Relation<T>& r, const Touched<T>& touched, const Fold& fold = {}, u32 needed = 0) {
     using Row = typename T::Row;
-    return settle_touched_with<T>(e, r, touched, [&](const Row* current, const Row* p, u32 n, Row& out) {
+    return settle_touched_with<T>(e, r, touched, [&](const Row* current, Row* p, u32 n, Row& out) {
         if constexpr (T::kRanked) return settle_group<T>(e, current, p, n, out);
-        else return reduce_group<T>(e, current, p, n, out);
+        else {
+            sort_candidates<T>(e, p, n);
+            return n > 0 && reduce_group<T>(e, current, p, n, fold, needed, out);
+        }
     });
 }
 

@@ -1,85 +1,12 @@
 // The evaluation steps that every emitted module shares, as templates over its row types. Emitted code includes this one
 // header; a rule becomes a plain loop that adds candidates, and these templates decide what holds.
 //
-// T describes a predicate: Row (plain data, with `rank` where kRanked), key(a, b) orders the group, better(a, b) the
-// aggregated value, same(a, b) compares all but the rank, before(a, b) is the last tie-break, hash(row) names the group.
+// What T is, is said in module_rows.h.
 #pragma once
 
-#include "runtime/abi/module_library.h"
+#include "runtime/abi/module_rows.h"
 
 namespace meld {
-
-// ---- rows in scratch memory
-
-template <class Row>
-struct RowList {
-    Row* rows;
-    u32 count, capacity;
-
-    void clear() { count = 0; }
-    void reset() {
-        rows = nullptr;
-        count = capacity = 0;
-    }
-    void add(Eval& e, const Row& row) {
-        if (count == capacity) grow(e);
-        rows[count++] = row;
-    }
-    [[gnu::noinline]] void grow(Eval& e) {
-        const u32 more = capacity == 0 ? 16 : capacity * 2;
-        Row* bigger = static_cast<Row*>(scratch(e, u64{more} * sizeof(Row)));
-        for (u32 i = 0; i < count; ++i) bigger[i] = rows[i];
-        rows = bigger;
-        capacity = more;
-    }
-};
-
-// Merge sort by runs of doubling length: stable, and its cost does not depend on the input. One copy serves all row types:
-// a module of twenty predicates compiles in half the time.
-[[gnu::noinline]] inline void sort_bytes(Eval& e, u8* rows, u32 count, u32 size, bool (*less)(const void*, const void*)) {
-    u32 sorted = 1;
-    while (sorted < count && !less(rows + u64{sorted} * size, rows + u64{sorted - 1} * size)) ++sorted;
-    if (sorted == count) return;
-    u8* from = rows;
-    u8* to = static_cast<u8*>(scratch(e, u64{count} * size));
-    for (u32 width = 1; width < count; width *= 2) {
-        for (u32 low = 0; low < count; low += 2 * width) {
-            const u32 middle = low + width < count ? low + width : count;
-            const u32 high = low + 2 * width < count ? low + 2 * width : count;
-            u32 a = low, b = middle;
-            for (u32 k = low; k < high; ++k) {
-                const bool left = a < middle && (b >= high || !less(from + u64{b} * size, from + u64{a} * size));
-                __builtin_memcpy(to + u64{k} * size, from + u64{left ? a++ : b++} * size, size);
-            }
-        }
-        u8* swap = from;
-        from = to;
-        to = swap;
-    }
-    if (from != rows) __builtin_memcpy(rows, from, u64{count} * size);
-}
-
-template <class Row, class Less>
-void sort_rows(Eval& e, Row* rows, u32 count, Less) {
-    if (count < 2) return;
-    sort_bytes(e, reinterpret_cast<u8*>(rows), count, sizeof(Row),
-               [](const void* a, const void* b) { return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b)); });
-}
-
-// How the candidates of a group become its value.
-enum class Reduce : u8 { Set, Best, First, Sum, Count, Since };
-
-// The row of a group among sorted rows, or count.
-template <class T>
-u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group) {
-    u32 low = 0, high = count;
-    while (low < high) {
-        const u32 middle = low + (high - low) / 2;
-        if (T::key(rows[middle], group) < 0) low = middle + 1;
-        else high = middle;
-    }
-    return low < count && T::key(rows[low], group) == 0 ? low : count;
-}
 
 // The predicate T at the catom under evaluation: what holds now, and what rules have proposed.
 template <class T>
@@ -116,19 +43,6 @@ struct Relation {
     }
 };
 
-// By group, then the better value, then the lower rank, then the lower values: the first row of a group is its choice.
-template <class T>
-struct ChoiceOrder {
-    bool operator()(const typename T::Row& a, const typename T::Row& b) const {
-        if (const int k = T::key(a, b)) return k < 0;
-        if (T::better(a, b)) return true;
-        if (T::better(b, a)) return false;
-        if constexpr (T::kRanked)
-            if (a.rank != b.rank) return a.rank < b.rank;
-        return T::before(a, b);
-    }
-};
-
 template <class T>
 bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
     if (n != m) return false;
@@ -146,37 +60,23 @@ void check_fact_limit(Eval& e, u32 count, u32 rule) {
 }
 
 // ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.
-// Cost: one sort of the proposals. Returns whether anything changed.
-template <class T>
-[[gnu::noinline]] bool settle_plain(Eval& e, Relation<T>& r) {
+// Cost: one sort of the proposals. fold, needed: as of reduce_group(). Returns whether anything changed.
+template <class T, class Fold = OwnFold<T>>
+[[gnu::noinline]] bool settle_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 needed = 0) {
     using Row = typename T::Row;
     Row* p = r.proposed.rows;
-    u32 n = r.proposed.count;
+    const u32 n = r.proposed.count;
+    sort_candidates<T>(e, p, n);
     u32 kept = 0;
-    if constexpr (T::kReduce == Reduce::Sum || T::kReduce == Reduce::Count) {
-        // Folded in the order of derivation within a group, which no partition changes.
-        sort_rows(e, p, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
-        for (u32 i = 0; i < n; ++i) {
-            if (kept > 0 && T::key(p[kept - 1], p[i]) == 0) T::fold(e, p[kept - 1], p[i]);
-            else p[kept++] = T::unit(p[i]);
-        }
-    } else {
-        sort_rows(e, p, n, ChoiceOrder<T>{});
-        for (u32 i = 0; i < n; ++i) {
-            if (kept == 0 || T::key(p[kept - 1], p[i]) != 0) {
-                p[kept++] = p[i];
-                if constexpr (T::kReduce == Reduce::Since) {
-                    const u32 held = r.find(p[i]);
-                    if (held < r.count) p[kept - 1] = r.rows[held];
-                }
-                continue;
-            }
-            if constexpr (T::kReduce == Reduce::First) {
-                // A value once chosen stays while something supports it.
-                const u32 held = r.find(p[i]);
-                if (held < r.count && T::same(r.rows[held], p[i])) p[kept - 1] = p[i];
-            }
-        }
+    for (u32 i = 0; i < n;) {
+        u32 end = i + 1;
+        while (end < n && T::key(p[end], p[i]) == 0) ++end;
+        const Row* held = nullptr;
+        if constexpr (T::kReduce == Reduce::First || T::kReduce == Reduce::Since)
+            if (const u32 at = r.find(p[i]); at < r.count) held = &r.rows[at];
+        Row out;
+        if (reduce_group<T>(e, held, p + i, end - i, fold, needed, out)) p[kept++] = out;
+        i = end;
     }
     check_fact_limit<T>(e, kept, T::kFirstRule);
     r.proposed.reset();

@@ -68,6 +68,22 @@ inline ListRef append(Eval& e, ListRef a, ListRef b) {
     __builtin_memcpy(items + n, b->items, u64{m} * sizeof(u64));
     return list_over(e, items, u64{n} + m);
 }
+// The lists list(0), ... list(n - 1), or strings, one behind the other.
+template <class ListOf>
+ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u64)) {
+    u64 count = 0;
+    for (u32 i = 0; i < n; ++i) count += count_of(list(i));
+    if (count > e.part->max_list) return list_over(e, nullptr, count);
+    u8* items = static_cast<u8*>(scratch(e, count * item_bytes));
+    u8* at = items;
+    for (u32 i = 0; i < n; ++i) {
+        const ListRef l = list(i);
+        if (l == nullptr) continue;
+        __builtin_memcpy(at, l->items, u64{l->count} * item_bytes);
+        at += u64{l->count} * item_bytes;
+    }
+    return list_over(e, reinterpret_cast<const u64*>(items), count);
+}
 // Patterns ask only after they have counted: what is not there reads as zero.
 inline u64 item(ListRef l, u32 i) { return i < count_of(l) ? l->items[i] : 0; }
 inline ListRef tail(Eval& e, ListRef l) { return count_of(l) < 2 ? nullptr : list_over(e, l->items + 1, l->count - 1); }

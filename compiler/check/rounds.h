@@ -1,0 +1,14 @@
+// Recursion that counts rounds: every turn of it makes a number greater, so it ends where that number is bounded.
+#pragma once
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+enum class Rounds { None, Bounded, Endless };
+
+// Whether the first int of each group of the component is the number of a round: no rule makes it less than in what it reads of
+// the component, and no cycle of rules leaves it as it is. Bounded: some rule compares it.
+Rounds count_rounds(const Program& program, const Component& component);
+
+}  // namespace meld::check

@@ -1,0 +1,90 @@
+// Trees: a component that recurs over links through a sum is no recursion at one catom, or only of sets. So its predicates
+// are taken apart into components of their own, in an order in which what is read at the same catom has been settled:
+//     up(A, sum) :- tree(B, A), ready(B, S).      ready(A, S) :- up(A, S).
+// settles up and then ready; what neighbours say is as of the last tick in any case.
+#include <algorithm>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+class Tree {
+  public:
+    Tree(const Program& program, const Component& whole) : program_(program), whole_(whole), reads_(whole.predicates.size()) {}
+
+    std::vector<Component> parts() {
+        for (const RuleId id : whole_.rules) {
+            const Rule& rule = program_.rules[id];
+            each_atom(rule.body, [&](const Atom& a, bool) {
+                if (a.arguments[0].variable == rule.home && inside(a.predicate)) reads_[number(rule.heads[0].atom.predicate)].push_back(number(a.predicate));
+            });
+        }
+        // What reaches each other is one part; a part comes when all it reads has come.
+        std::vector<Component> out;
+        std::vector<bool> done(reads_.size(), false);
+        while (out.empty() || std::find(done.begin(), done.end(), false) != done.end()) {
+            for (std::size_t p = 0; p < reads_.size(); ++p)
+                if (!done[p] && ready(p, done)) out.push_back(part(p, done));
+        }
+        return out;
+    }
+
+  private:
+    bool inside(PredicateId p) const { return std::find(whole_.predicates.begin(), whole_.predicates.end(), p) != whole_.predicates.end(); }
+    std::size_t number(PredicateId p) const {
+        return static_cast<std::size_t>(std::find(whole_.predicates.begin(), whole_.predicates.end(), p) - whole_.predicates.begin());
+    }
+    // All that is read at the catom on the way from here.
+    std::vector<std::size_t> reached(std::size_t from) const {
+        std::vector<std::size_t> out = reads_[from];
+        for (std::size_t i = 0; i < out.size(); ++i)
+            for (const std::size_t next : reads_[out[i]])
+                if (std::find(out.begin(), out.end(), next) == out.end()) out.push_back(next);
+        return out;
+    }
+    bool reaches(std::size_t from, std::size_t to) const {
+        const std::vector<std::size_t> all = reached(from);
+        return std::find(all.begin(), all.end(), to) != all.end();
+    }
+    bool ready(std::size_t p, const std::vector<bool>& done) const {
+        const std::vector<std::size_t> all = reached(p);
+        return std::all_of(all.begin(), all.end(), [&](std::size_t q) { return done[q] || reaches(q, p); });
+    }
+    Component part(std::size_t p, std::vector<bool>& done) const {
+        Component c;
+        c.recursive = c.links = c.tree = true;
+        c.local = reaches(p, p);
+        for (std::size_t q = 0; q < reads_.size(); ++q) {
+            if (q != p && !(reaches(p, q) && reaches(q, p))) continue;
+            done[q] = true;
+            c.predicates.push_back(whole_.predicates[q]);
+        }
+        for (const RuleId id : whole_.rules)
+            if (std::find(c.predicates.begin(), c.predicates.end(), program_.rules[id].heads[0].atom.predicate) != c.predicates.end()) c.rules.push_back(id);
+        return c;
+    }
+
+    const Program& program_;
+    const Component& whole_;
+    std::vector<std::vector<std::size_t>> reads_;  // By predicate of the component: those it reads at the same catom.
+};
+
+}  // namespace
+
+void split_trees(Program& program) {
+    std::vector<Component> all;
+    for (const Component& c : program.components) {
+        if (!c.tree) {
+            all.push_back(c);
+            continue;
+        }
+        for (Component& part : Tree(program, c).parts()) all.push_back(std::move(part));
+    }
+    program.components = std::move(all);
+}
+
+}  // namespace meld::plan
