@@ -11,7 +11,7 @@ import tempfile
 
 import moving
 from recorded import Recorded
-from runner import SAME, Runner
+from runner import SAME, Outcome, Runner
 
 TELLING = "\ntype touches-catom(node, node).\ntouches-catom(A, B) :- neighbor(A, B).\n"
 SIZES = [(1, 1), (1, 4), (2, 1), (2, 2), (4, 1)]
@@ -37,12 +37,24 @@ def main():
         options = getattr(moving, name).options if hasattr(getattr(moving, name), "options") else ()
         outcome = runner.run_sizes(world, options, SIZES, SAME_ON_THE_WAY)
         recording = pathlib.Path(folder) / "out.vtkhdf"
-        _, _, summary = runner.run(runner.telling, world, 2, 1, (*options, "--record", recording))
-        recorded = Recorded(recording)
-        recorded.outcomes = summary["outcomes"]
-        check_neighbours(outcome.facts["touches-catom"], recorded.positions[-1])
+
+        def in_world(path, processes):
+            text, _, summary = runner.run(runner.telling, path, processes, 1, (*options, "--record", recording))
+            recorded = Recorded(recording)
+            recorded.outcomes = summary["outcomes"]
+            found = Outcome(text, summary)
+            check_neighbours(found.facts["touches-catom"], recorded.positions[-1])
+            return found, recorded
+
+        def in_other_world(change):
+            """The same program where the world's text has been changed."""
+            path = pathlib.Path(folder) / "other.toml"
+            path.write_text(change(world.read_text()))
+            return in_world(path, 1)
+
         try:
-            getattr(moving, name)(outcome, recorded)
+            _, recorded = in_world(world, 2)
+            getattr(moving, name)(outcome, recorded, in_other_world)
         except AssertionError as error:
             sys.exit(f"{name}: {error}")
         print(f"{name}: {outcome.summary['catoms']} catoms, {outcome.summary['ticks']} ticks")

@@ -1,5 +1,5 @@
 """What the examples whose catoms are bodies must do, measured on where the recording has them: a function an example, from
-(outcome, recording)."""
+(outcome, recording, in_other_world)."""
 
 import collections
 
@@ -30,7 +30,7 @@ def expect(condition, what):
         raise AssertionError(what)
 
 
-def swarm(outcome, recorded):
+def swarm(outcome, recorded, in_other_world):
     first, last = recorded.positions[0], recorded.positions[-1]
     count = len(first)
     (beacon,), = outcome.facts["beacon"]
@@ -48,7 +48,7 @@ def swarm(outcome, recorded):
     expect(0.55 < full < 0.91, f"the crowd fills {full:.2f} of its disc")
 
 
-def rolling(outcome, recorded):
+def rolling(outcome, recorded, in_other_world):
     """Once around: by 12 steps, always in touch, and without slipping by more than 2 % of the way, for a sphere that rolls round
     another of its size turns twice on the way round."""
     expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
@@ -67,7 +67,29 @@ def rolling(outcome, recorded):
     expect(abs(turned - 2 * angle[-1]) < 0.02 * 720, f"it has turned by {turned:.1f} degrees")
 
 
-def crowd(outcome, recorded):
+def row(outcome, recorded, in_other_world):
+    """Nothing moves until all push in the same tick; then the row and the load go up together by Newton's law, the slope being
+    without friction. Ten would be too weak, and do not try."""
+    catoms, thrust, load, downhill = 16, 8.0, 20.0, 3.0
+    ((_, begin),) = outcome.facts["begin"]
+    pushing = numpy.array(recorded.values("pushes")).sum(axis=1)
+    expect(set(pushing[:begin]) == {0} and set(pushing[begin:]) == {catoms}, "they do not all push at once")
+    along = numpy.array(recorded.positions)[:, :, 0]
+    expect(numpy.max(numpy.abs(along[: begin + 1] - along[0])) < 0.01, "something moves before they push")
+    expect(numpy.all(numpy.abs(numpy.diff(along, axis=1) - 1) < 0.01), "the row has come apart")
+    seconds = (recorded.times[begin:] - begin) / 60
+    wanted = (catoms * thrust - (catoms + load) * downhill) / (catoms + load)
+    found = 2 * numpy.polyfit(seconds, along[begin:, -1], 2)[0]
+    expect(abs(found - wanted) < 0.02 * wanted, f"the load is pushed with {found:.4f} m/s^2, not {wanted:.4f}")
+    short, path = in_other_world(lambda text: text.replace("box(17, 1, 1), 8.4", "box(11, 1, 1), 5.4").replace("x == 16", "x == 10"))
+    expect(len(path.positions[0]) == 11 and short.facts["row"] and not short.facts["strong"], "ten think they are strong")
+    expect(numpy.max(numpy.abs(path.positions[-1] - path.positions[0])) < 0.01, "ten have moved it")
+
+
+row.options = ("--ticks", "200")
+
+
+def crowd(outcome, recorded, in_other_world):
     count = len(recorded.positions[0])
     for name in ("dist", "best", "visited", "speed", "jolt", "pressed", "turned", "spent", "touched", "lies", "refused"):
         expect(outcome.facts[name], f"nothing is known of {name}")
