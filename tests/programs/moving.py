@@ -89,6 +89,34 @@ def row(outcome, recorded, in_other_world):
 row.options = ("--ticks", "200")
 
 
+def bridge(outcome, recorded, in_other_world):
+    """Thirteen catoms in an arc of twelve links of equal weight: where the horizontal pull is H weights of a catom, link k rises by
+    (k - 5.5) / H, and the outermost pull with sqrt(H^2 + 5.5^2) weights. Latches a little stronger hold it where it is, and all
+    know that they span; weaker ones let it down, and nobody says so any more."""
+    count, pull, weight = 13, 6.0, 9.81
+    slopes = numpy.array([(k - 5.5) / pull for k in range(count - 1)])
+    links = numpy.stack([1 / numpy.hypot(1, slopes), slopes / numpy.hypot(1, slopes)], axis=1)
+    arc = numpy.concatenate([[[0, 0]], numpy.cumsum(links, axis=0)])
+    strongest = weight * numpy.hypot(pull, 5.5)
+
+    def hangs(found, path):
+        places = path.positions[-1][:, [0, 2]]
+        return numpy.max(numpy.abs(places - places[0] - arc)) < 0.02 and sorted(a for a, in found.facts["spans"]) == list(range(count))
+
+    def with_strength(newton):
+        return lambda text: text.replace("strength = 120", f"strength = {newton:.1f}")
+
+    expect(hangs(outcome, recorded), "the bridge does not hang in its arc")
+    expect(numpy.max(numpy.linalg.norm(recorded.positions[-1] - recorded.positions[-61], axis=1)) < 1e-3, "it still moves")
+    expect(hangs(*in_other_world(with_strength(1.15 * strongest))), "latches that are strong enough let it down")
+    fallen, path = in_other_world(with_strength(0.85 * strongest))
+    expect(not fallen.facts["spans"], "a bridge that has fallen is said to span")
+    expect(numpy.min(path.positions[-1][:, 2]) < 1, "latches that are too weak hold it")
+
+
+bridge.options = ("--ticks", "300")
+
+
 def crowd(outcome, recorded, in_other_world):
     count = len(recorded.positions[0])
     for name in ("dist", "best", "visited", "speed", "jolt", "pressed", "turned", "spent", "touched", "lies", "refused"):
