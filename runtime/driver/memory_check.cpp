@@ -23,6 +23,8 @@ std::uint64_t available_bytes() {
 
 // Id, site, state, dirty word, agenda and brick cell of a catom, with room for bricks that are not full.
 constexpr double kBookkeeping = 30;
+// A body with its contacts and the copy of its state (measured in blocks of 64,000 and 216,000 that touch), its places and links.
+constexpr double kBodyBytes = 550;
 // Rows that a predicate with rows storage is likely to have: one, in a block of 16 bytes or more.
 constexpr double kRowBytes = 32;
 
@@ -31,7 +33,7 @@ constexpr double kRowBytes = 32;
 Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int parts, int parts_here) {
     const Result<world::WorldSize> size = world::measure(world);
     if (!size) return tl::unexpected<Error>(size.error());
-    double bytes = kBookkeeping;
+    double bytes = kBookkeeping + (world.is_free() ? kBodyBytes : 0);
     for (u32 i = 0; i < module.column_count; ++i) bytes += module.columns[i].stride + (module.columns[i].rows ? kRowBytes : 0);
     const double here = size->cells_estimate * bytes * static_cast<double>(parts_here) / static_cast<double>(parts);
     const std::uint64_t limit = world.limits.memory_bytes > 0 ? world.limits.memory_bytes : available_bytes();

@@ -48,6 +48,7 @@ Result<void> FreeMotion::step(PartState& part) {
     senses_.sense(part, physics_, divided_ ? &*divided_ : nullptr);
     bodies_ = part.ensemble.owned_count();
     part.moving = awake_ > 0;
+    part.motion_bytes = physics_.scene->bytes();
     return {};
 }
 

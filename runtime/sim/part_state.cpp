@@ -149,6 +149,6 @@ void PartState::unpack_catom(Catom catom, const std::byte*& from) {
     evaluator.tombstones().restore(catom, std::move(losses));
 }
 
-std::size_t PartState::bytes() const { return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes(); }
+std::size_t PartState::bytes() const { return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes() + motion_bytes; }
 
 }  // namespace meld::sim

@@ -117,6 +117,30 @@ def bridge(outcome, recorded, in_other_world):
 bridge.options = ("--ticks", "300")
 
 
+def ring(outcome, recorded, in_other_world):
+    """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
+    angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""
+    count = 12
+    first, last = recorded.positions[0], recorded.positions[-1]
+    expect(numpy.max(numpy.abs(first[:, 1:])) == 0, "it does not begin as a line")
+    expect(sorted(a for a, in outcome.facts["joined"]) == list(range(count)), "not all know that they are joined")
+    order = numpy.argsort(first[:, 0])
+    corners = last[order][:, :2]
+    expect(numpy.max(numpy.abs(last[:, 2])) < 1e-3, "it has left its plane")
+    beside = {frozenset((int(order[k]), int(order[(k + 1) % count]))) for k in range(count)}
+    expect(pairs_within(last, 1.0201) == beside, "others touch than the neighbours in the ring")
+    radius = 0.5 / numpy.sin(numpy.pi / count)
+    distances = numpy.linalg.norm(corners - corners.mean(axis=0), axis=1)
+    expect(numpy.max(numpy.abs(distances - radius)) < 0.03 * radius, f"the corners are {distances} from the middle, not {radius:.3f}")
+    sides = numpy.roll(corners, -1, axis=0) - corners
+    ways = numpy.degrees(numpy.arctan2(sides[:, 1], sides[:, 0]))
+    bends = (numpy.roll(ways, -1) - ways + 180) % 360 - 180
+    expect(numpy.all(numpy.abs(bends - 360 / count) < 5), f"it bends by {bends}")
+
+
+ring.options = ("--ticks", "2000")
+
+
 def crowd(outcome, recorded, in_other_world):
     count = len(recorded.positions[0])
     for name in ("dist", "best", "visited", "speed", "jolt", "pressed", "turned", "spent", "touched", "lies", "refused"):
