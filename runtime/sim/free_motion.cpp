@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "runtime/base/units.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/catom_migration.h"
@@ -35,6 +38,7 @@ Result<void> FreeMotion::make_bodies(PartState& part) {
     std::set<Surface> surfaces;
     for (const auto& from : gather_bytes(part, bytes))
         for (const std::byte* at = from.data(); at != from.data() + from.size();) surfaces.insert(take_value<Surface>(at));
+    fixed_touches_ = touches_among(part, bodies.at_rest(), 2 * world_.radius * (1 + physics::Settings{}.touch_share));
     if (auto done = bodies.make(surfaces); !done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     return {};
 }
@@ -60,9 +64,21 @@ Result<void> FreeMotion::step_once(PartState& part) {
         return fail(fmt::format("in tick {}, {}", part.abi.now, told.problem), told.suggestion, told.code);
     }
     awake_ = report->awake_bodies;
-    links_.update(part, physics_.scene->events(), divided_ ? &*divided_ : nullptr);
+    links_.update(part, touches(part), divided_ ? &*divided_ : nullptr);
     senses_.note_obstacles(part, physics_.scene->events());
     return {};
+}
+
+std::vector<physics::TouchEvent> FreeMotion::touches(const PartState& part) {
+    const auto events = physics_.scene->events();
+    std::vector<physics::TouchEvent> all(events.begin(), events.end());
+    for (const physics::TouchEvent& e : std::exchange(fixed_touches_, {})) {
+        // All parts know all of them; the owner of the first tells.
+        const physics::Scene& scene = *physics_.scene;
+        if (scene.has(e.touch.body) && (!divided_ || divided_->owner_of(e.touch.body) == part.comm.part())) all.push_back(e);
+    }
+    std::sort(all.begin(), all.end());
+    return all;
 }
 
 Result<physics::StepReport> FreeMotion::move(PartState& part) {

@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "runtime/sim/body_actions.h"
 #include "runtime/sim/body_senses.h"
 #include "runtime/sim/contact_links.h"
 #include "runtime/sim/divided_bodies.h"
 #include "runtime/sim/extension.h"
+#include "runtime/sim/fixed_touches.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/sim/physics_scene.h"
 
@@ -29,6 +31,8 @@ class FreeMotion : public SimModule {
   private:
     Result<void> make_bodies(PartState& part);
     Result<void> step_once(PartState& part);
+    // What began and ended to touch in the step.
+    std::vector<physics::TouchEvent> touches(const PartState& part);
     Result<physics::StepReport> move(PartState& part);
 
     const world::World& world_;
@@ -37,6 +41,7 @@ class FreeMotion : public SimModule {
     BodySenses senses_;
     ContactLinks links_;
     std::optional<DividedBodies> divided_;
+    std::vector<physics::TouchEvent> fixed_touches_;  // Of this part, until they have become links.
     std::uint64_t bodies_ = 0, awake_ = 0;
     std::uint64_t crossed_ = 0;  // Catoms that have come to another part, without those that did before anything moved.
     bool moved_ = false;

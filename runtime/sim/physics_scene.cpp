@@ -160,6 +160,13 @@ void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& posi
     noted_.push_back({spec, surface});
 }
 
+std::vector<FixedBody> BodyMaker::at_rest() const {
+    std::vector<FixedBody> found;
+    for (const Noted& body : noted_)
+        if (body.spec.fixed && body.spec.velocity_m_s == physics::Vec3{}) found.push_back({body.spec.id, body.spec.position_m});
+    return found;
+}
+
 Result<void> BodyMaker::make(const std::set<Surface>& surfaces) {
     std::map<Surface, std::uint8_t> materials;
     for (const Surface& s : surfaces) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/physics.h"
+#include "runtime/sim/fixed_touches.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::sim {
@@ -33,6 +34,8 @@ class BodyMaker {
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
     void note(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
+    // Those noted that are fixed and stand still.
+    std::vector<FixedBody> at_rest() const;
     // `surfaces`: those of all parts.
     Result<void> make(const std::set<Surface>& surfaces);
 

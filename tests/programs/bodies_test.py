@@ -130,6 +130,19 @@ def senses(bodies):
     same((11 <= quiet <= 13, often), (True, 120), f"evaluations of a program that reads places ({quiet})")
 
 
+def fixed_ones_touch(bodies):
+    """Catoms that nothing moves are neighbours of each other too, on any number of processes."""
+    program = "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n"
+    places = [[x, 0, 0] for x in range(0, 40)] + [[0, 1, 0], [5.5, 0, 0.9], [60, 0, 0]]
+    world = f'[[body]]\npositions = {places}\n[motion]\nkind = "ode"\nsteps = 4\n[[motion.catoms]]\nwhere = "id != 41"\nfixed = true\n'
+    row = {(a, a + 1) for a in range(39)} | {(0, 40)}
+    for processes in ("1", "2", "3"):
+        for ticks, more in ((1, set()), (12, {(5, 41), (6, 41)})):
+            facts, _ = bodies.run(program, world, ticks, "-n", processes)
+            wanted = row | more
+            same(sorted(facts["beside"]), sorted(wanted | {(b, a) for a, b in wanted}), f"neighbours on {processes} processes after {ticks} ticks")
+
+
 def switches(bodies):
     """Energy: 2 W for the 20 ticks in which it is on, and 0.25 J for switching. What is not there is refused."""
     features = '[[motion.feature]]\ndirections = 6\npower = 2\nswitching = 0.25\n[[motion.feature]]\nkind = "latch"\ndirections = [[0, 0, 1]]\n'
@@ -178,7 +191,7 @@ def refuses(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, switches, refuses):
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

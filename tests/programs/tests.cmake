@@ -16,7 +16,7 @@ set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 add_test(NAME program_shape_change COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(program_shape_change PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Examples whose catoms are bodies.
-foreach(program swarm rolling row bridge ring)
+foreach(program swarm rolling row bridge ring climber)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   set_tests_properties(motion_${program} PROPERTIES TIMEOUT 300 PROCESSORS 2)
