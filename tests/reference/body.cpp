@@ -299,8 +299,11 @@ std::string Body::literal(Kind kind) {
 std::string Body::int_expression() {
     if (!has(Kind::Int)) return chance(random_, 70) ? literal(Kind::Int) : "node2int(" + variable(Kind::Node) + ")";
     const std::string x = variable(Kind::Int);
-    if (has(Kind::List) && chance(random_, 30)) return "llength(" + variable(Kind::List) + ")";
-    switch (below(random_, 14)) {
+    if (has(Kind::List) && chance(random_, 40)) return number_of_list(variable(Kind::List), x);
+    if (has(Kind::String) && chance(random_, 20)) return "strlen(" + variable(Kind::String) + ")";
+    if (has(Kind::Float) && chance(random_, 10)) return pick(random_, std::vector<std::string>{"floor(", "ceil(", "round("}) + variable(Kind::Float) + ")";
+    switch (below(random_, 15)) {
+        case 14: return fmt::format("{}({}, {})", chance(random_, 50) ? "folded" : "chosen", x, variable(Kind::Int));
         case 0: return fmt::format("({} + {}) % 7", x, variable(Kind::Int));
         case 1: return fmt::format("{} - {}", x, literal(Kind::Int));
         case 2: return fmt::format("{} * {} % 11", x, variable(Kind::Int));
@@ -314,6 +317,36 @@ std::string Body::int_expression() {
         case 10: return has(Kind::Float) ? fmt::format("truncate({})", variable(Kind::Float)) : x;
         case 11: return fmt::format("({} % 4) ^ 2", x);
         default: return x;
+    }
+}
+
+// What an expression says of a list; where it might have no value, it asks first.
+std::string Body::number_of_list(const std::string& list, const std::string& x) {
+    switch (below(random_, 7)) {
+        case 0: return fmt::format("lsum({}) % 9", list);
+        case 1: return fmt::format("lcount({}, {})", list, x);
+        case 2: return fmt::format("lindex({}, {})", list, x);
+        case 3: return fmt::format("if llength({0}) > 1 then lnth({0}, 1) else {1} end", list, x);
+        case 4: return fmt::format("if {0} <> [] then {1}({0}) else 0 end", list, pick(random_, std::vector<std::string>{"lhead", "llast", "lmin", "lmax"}));
+        default: return "llength(" + list + ")";
+    }
+}
+
+std::string Body::list_expression(const std::string& own, const std::string& x) {
+    const std::string other = chance(random_, 50) ? variable_or_literal(Kind::List) : fmt::format("[{}, 2]", x);
+    switch (below(random_, 16)) {
+        case 0: return fmt::format("[{} | {}]", x, own);
+        case 1: return fmt::format("{} ++ [{}]", own, x);
+        case 2: return fmt::format("[{}, {}]", x, variable_or_literal(Kind::Int));
+        case 3: return fmt::format("{} ++ {}", own, literal(Kind::List));
+        case 4: return fmt::format("{}({})", pick(random_, std::vector<std::string>{"lsort", "lreverse", "lunique", "ltail"}), own);
+        case 5: return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"lunion", "ldiff", "linter", "lappend"}), own, other);
+        case 6: return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"ladd", "lremove"}), own, x);
+        case 7: return fmt::format("{}({}, {})", chance(random_, 50) ? "ltake" : "ldrop", own, below(random_, 3));
+        case 8: return fmt::format("lsublist({}, {}, {})", own, below(random_, 2), 1 + below(random_, 3));
+        case 9: return fmt::format("set2list({}(list2set({}), list2set({})))", pick(random_, std::vector<std::string>{"sunion", "sinter", "sdiff"}), own, other);
+        case 10: return fmt::format("shortened({}, {})", x, own);
+        default: return own;
     }
 }
 
@@ -334,15 +367,16 @@ std::string Body::float_expression() {
 }
 
 std::string Body::compound_expression(Kind kind) {
-    const std::string own = has(kind) ? variable(kind) : literal(kind);
-    const auto number = [&] { return has(Kind::Int) ? variable(Kind::Int) : literal(Kind::Int); };
-    if (kind == Kind::Pair) return chance(random_, 40) ? own : ":(" + number() + ", " + variable(Kind::Node) + ")";
-    if (kind == Kind::String) return chance(random_, 60) ? own : chance(random_, 50) ? own + " ++ " + literal(kind) : fmt::format("if {} > 2 then {} else {} end", number(), own, literal(kind));
-    switch (below(random_, 6)) {
-        case 0: return fmt::format("[{} | {}]", number(), own);
-        case 1: return fmt::format("{} ++ [{}]", own, number());
-        case 2: return fmt::format("[{}, {}]", number(), number());
-        case 3: return fmt::format("{} ++ {}", own, literal(kind));
+    const std::string own = variable_or_literal(kind), x = variable_or_literal(Kind::Int);
+    if (kind == Kind::List) return list_expression(own, x);
+    if (kind == Kind::Pair) return chance(random_, 40) ? own : ":(" + x + ", " + variable(Kind::Node) + ")";
+    switch (below(random_, 9)) {
+        case 0: return own + " ++ " + literal(kind);
+        case 1: return fmt::format("if {} > 2 then {} else {} end", x, own, literal(kind));
+        case 2: return "int2str(" + x + ")";
+        case 3: return "node2str(" + variable(Kind::Node) + ")";
+        case 4: return fmt::format("substr({}, {}, {})", own, below(random_, 2), below(random_, 3));
+        case 5: return fmt::format("concat({}, {})", own, literal(kind));
         default: return own;
     }
 }
@@ -356,6 +390,7 @@ std::string Body::expression(Kind kind) {
         case Kind::Float: return float_expression();
         case Kind::Bool:
             if (has(Kind::Bool) && chance(random_, 50)) return variable(Kind::Bool);
+            if (has(Kind::List) && chance(random_, 40)) return fmt::format("lexists({}, {})", variable(Kind::List), variable_or_literal(Kind::Int));
             return has(Kind::Int) ? fmt::format("if {} > {} then true else false end", variable(Kind::Int), literal(Kind::Int)) : literal(Kind::Bool);
         case Kind::Node: return chance(random_, 92) ? variable(Kind::Node) : literal(Kind::Node);
     }

@@ -29,6 +29,13 @@ const T& pick(Random& random, const std::vector<T>& from) {
     return from[static_cast<std::size_t>(below(random, static_cast<std::int64_t>(from.size())))];
 }
 
+// Functions that every random program has, and its expressions may call.
+constexpr const char* kFunctions[] = {
+    "fun folded(int X, int Y) : int = let Z = X * 3 - Y in if Z > 9 then Z % 10 else Z end end.",
+    "fun chosen(int X, int Y) : int = if X > Y then folded(X, 1) % 6 else min(X, 2) end.",
+    "fun shortened(int X, list int L) : list int = ltake([X | L], 3).",
+};
+
 class Body {
   public:
     Body(Random& random, const std::vector<Known>& known) : random_(random), known_(known) {}
@@ -79,6 +86,8 @@ class Body {
     std::string int_expression();
     std::string float_expression();
     std::string compound_expression(Kind kind);
+    std::string list_expression(const std::string& own, const std::string& x);
+    std::string number_of_list(const std::string& list, const std::string& x);
     std::string variable_or_literal(Kind kind);
     std::string negated_atom();
     void world_fact(const std::string& at);

@@ -60,6 +60,7 @@ class Generator {
     explicit Generator(std::uint64_t seed) : seed_(seed), random_(seed * 7919 + 17) {}
 
     Generated make() {
+        for (const char* function : kFunctions) out_.draft.declarations.push_back({"function", function});
         for (std::int64_t n = 2 + below(random_, 3); n > 0; --n) accept(given_block(random_, known_, names()));
         if (chance(random_, 40)) constant();
         const bool linear = chance(random_, 45), errs = chance(random_, 8);
