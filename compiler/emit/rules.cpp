@@ -78,6 +78,8 @@ void RuleEmitter::choose() {
     const Type type = scope_.rule.variables[scope_.rule.selected].type;
     w_.raw("u64 matches = 0;");
     if (!random) w_.line("{} chosen{{}};", cpp_type(type));
+    // The same steps follow once more: what they name belongs to this pass alone.
+    w_.open("{");
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     if (!random) {
@@ -86,6 +88,7 @@ void RuleEmitter::choose() {
     }
     w_.raw("++matches;");
     close_to(outside);
+    w_.close();
     w_.raw("if (matches == 0) return false;");
     if (random) w_.raw("u64 chosen = draw_below(*s.e, matches);");
     restore(before);
