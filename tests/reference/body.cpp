@@ -271,8 +271,43 @@ void Body::aggregate() {
         taken = taken || takes;
     }
     const std::string body = (around ? "neighbor(" + at + ", Y), " : "") + fact + ")" + (chance(random_, 30) ? ", G > " + literal(Kind::Int) : "");
-    const std::string op = pick(random_, std::vector<std::string>{"sum G", "sum G * 2", "count", "min G", "max G"});
+    if (chance(random_, 20)) {
+        // In whatever order they come.
+        const std::string all = fmt::format("L{}", ++next_);
+        clauses_.push_back(all + " = collect G : { " + body + " }");
+        clauses_.push_back(fresh(Kind::List) + " = lsort(" + all + ")");
+        tests_[clauses_.back()] = true;
+        return;
+    }
+    const std::string op = pick(random_, std::vector<std::string>{"sum G", "sum G * 2", "count", "min G", "max G", "mixed G"});
     clauses_.push_back(fresh(Kind::Int) + " = " + op + " : { " + body + " }");
+}
+
+void Body::proved() {
+    const std::vector<const Known*> all = readable();
+    if (!all.empty()) clauses_.push_back(fmt::format("proved({}, {})", fresh(Kind::Int), pick(random_, all)->name));
+}
+
+void Body::change() {
+    std::vector<const Known*> numbers;
+    for (const Known* k : readable())
+        if (std::find(k->arguments.begin(), k->arguments.end(), Kind::Int) != k->arguments.end()) numbers.push_back(k);
+    if (numbers.empty()) return;
+    const Known& k = *pick(random_, numbers);
+    std::string text = k.name + "(A", changing;
+    for (const Kind kind : k.arguments) {
+        const std::string one = kind == Kind::Int && changing.empty() ? fmt::format("X{}", ++next_) : argument(kind, false);
+        if (kind == Kind::Int && changing.empty()) changing = one;
+        text += ", " + one;
+    }
+    variables_[Kind::Int].push_back(changing);
+    clauses_.push_back(fmt::format("delta({}; {})) {}", changing, text, for_linear ? "> " + literal(Kind::Int) : chance(random_, 80) ? "< 2" : "= 0"));
+}
+
+std::string Body::far_link() {
+    const std::string from = catoms_.back(), to = std::string(1, static_cast<char>('A' + static_cast<int>(catoms_.size())));
+    clauses_.push_back("neighbor(" + from + ", " + to + ")");
+    return to;
 }
 
 void Body::element() {

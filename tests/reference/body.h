@@ -33,6 +33,8 @@ const T& pick(Random& random, const std::vector<T>& from) {
 constexpr const char* kFunctions[] = {
     "fun folded(int X, int Y) : int = let Z = X * 3 - Y in if Z > 9 then Z % 10 else Z end end.",
     "fun chosen(int X, int Y) : int = if X > Y then folded(X, 1) % 6 else min(X, 2) end.",
+    // The same in any order.
+    "fun mixed(int X, int Y) : int = X * Y % 17.",
     "fun shortened(int X, list int L) : list int = ltake([X | L], 3).",
 };
 
@@ -57,8 +59,14 @@ class Body {
     void for_all();
     // A sum, count, least or greatest over what is here or at the neighbours.
     void aggregate();
+    // How many facts of a kind there are here.
+    void proved();
+    // A fact whose number has changed in this tick, or in a view one that has hardly changed.
+    void change();
     // An element of a list.
     void element();
+    // Without a word more for the catom; a place two links away.
+    std::string far_link();
     void clause(const std::string& text) { clauses_.push_back(text); }
 
     // ---- what is bound

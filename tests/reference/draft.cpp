@@ -32,6 +32,7 @@ std::string print(Cell c) { return fmt::format("{},{},{}", c.x, c.y, c.z); }
 std::string print(const DraftRule& rule) {
     const std::string head = rule.heads.empty() ? "1" : joined(rule.heads), body = joined(rule.body);
     if (rule.body.empty()) return head + ".";
+    if (!rule.select.empty()) return "[" + rule.select + " | " + body + "] -o " + head + ".";
     return rule.linear ? body + " -o " + head + "." : head + " :- " + body + ".";
 }
 

@@ -18,6 +18,7 @@ struct DraftRule {
     std::vector<std::string> heads = {};
     std::vector<std::string> body = {};
     bool linear = false;              // -o
+    std::string select = {};          // desc => X
 };
 
 struct Draft {

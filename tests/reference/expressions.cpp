@@ -126,14 +126,44 @@ Result cons(const Value& head, const Value& tail) {
     return value_of(std::move(all));
 }
 
-// A function of the program: its parameters are the first of its variables.
-Result call(const Scene& scene, const check::Function& f, const Values& arguments) {
+// What the library's random functions make of 64 bits.
+Result drawn(const Scene& scene, const std::string& name, const Values& arguments) {
+    if (name == "randint" && arguments[0].integer() <= 0) return std::nullopt;
+    const std::uint64_t bits = scene.chance->next();
+    if (name != "randint") return value_of(static_cast<double>(bits >> 11) / 9007199254740992.0);
+    // The whole part of the bits as a fraction, times the argument.
+    __extension__ using Wide = unsigned __int128;
+    return value_of(static_cast<I>((static_cast<Wide>(bits) * static_cast<std::uint64_t>(arguments[0].integer())) >> 64));
+}
+
+Result ticks_in(double seconds) { return value_of(std::max(I{1}, static_cast<I>(std::floor(seconds / kTick_seconds + 0.5)))); }
+
+}  // namespace
+
+// Its parameters are the first of its variables.
+std::optional<Value> call(const Scene& scene, check::FunctionId function, const Values& arguments) {
+    const check::Function& f = scene.program->functions[function];
     Environment env(f.variables.count());
     std::copy(arguments.begin(), arguments.end(), env.begin());
     return evaluate(scene, f.body, env);
 }
 
-}  // namespace
+Folded fold(const Scene& scene, const FoldRule& rule, const Values& values) {
+    using check::Aggregate;
+    if (rule.aggregate == Aggregate::Count) return {.value = value_of(static_cast<I>(values.size()))};
+    if (rule.aggregate == Aggregate::Collect) return {.value = value_of(values)};
+    Result total = rule.initial;
+    if (rule.aggregate == Aggregate::Sum) total = is_real(rule.type) ? value_of(0.0) : value_of(I{0});
+    for (const Value& v : values) {
+        if (rule.aggregate == Aggregate::Sum) total = v.is_real() ? reals(Op::Add, total->real(), v.real()) : integers(Op::Add, total->integer(), v.integer());
+        else if (!total) total = v;
+        else if (rule.aggregate == Aggregate::Min) total = std::min(*total, v);
+        else if (rule.aggregate == Aggregate::Max) total = std::max(*total, v);
+        else total = call(scene, rule.function, {*total, v});
+        if (!total) return {.failed = true};
+    }
+    return {.value = total};
+}
 
 bool all_bound(const Term& term, const Environment& env) {
     bool all = true;
@@ -152,6 +182,8 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
         case Op::Constant: return constant_of(scene.program->constants[term.constant]);
         case Op::WorldSize: return value_of(scene.first_catoms);
         case Op::Now: return value_of(scene.tick);
+        // Values that nobody else has: ints from 0, and ids of no catom.
+        case Op::Fresh: return value_of(static_cast<I>(term.type == check::Type::Node ? scene.chance->next() | (std::uint64_t{1} << 63) : scene.chance->next() >> 1));
         case Op::And:
         case Op::Or:
         case Op::If: {
@@ -180,8 +212,11 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
         case Op::Tuple: return value_of(std::move(operands));
         case Op::Cons: return cons(operands[0], operands[1]);
         case Op::Append: return joined(operands[0], operands[1]);
-        case Op::Library: return term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
-        case Op::Call: return call(scene, scene.program->functions[term.function], operands);
+        case Op::Ticks: return ticks_in(operands[0].real());
+        case Op::Library:
+            if (term.text == "randint" || term.text == "randfloat" || term.text == "random") return drawn(scene, term.text, operands);
+            return term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
+        case Op::Call: return call(scene, term.function, operands);
         default: break;
     }
     if (operands.size() == 1) return unary(term.op, operands[0]);

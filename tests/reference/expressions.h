@@ -7,6 +7,9 @@
 
 namespace meld::reference {
 
+// A tick lasts so long unless the world says otherwise, and no world of a test does.
+constexpr double kTick_seconds = 1e-3;
+
 // By VariableId: what is bound.
 using Environment = std::vector<std::optional<Value>>;
 
@@ -15,5 +18,21 @@ bool all_bound(const check::Term& term, const Environment& env);
 // The value of a term whose variables are all bound. Nothing: an arithmetic error, which stops a run: overflow, division by
 // zero, a conversion that has no result.
 std::optional<Value> evaluate(const Scene& scene, const check::Term& term, const Environment& env);
+
+// What a function of the program gives.
+std::optional<Value> call(const Scene& scene, check::FunctionId function, const Values& arguments);
+
+// What an aggregate makes of values in this order.
+struct Folded {
+    bool failed = false;
+    std::optional<Value> value = {};  // Nothing: there were no values, and no first to start from.
+};
+struct FoldRule {
+    check::Aggregate aggregate = check::Aggregate::None;
+    check::Type type = check::Type::Int;  // Of a value.
+    check::FunctionId function = {};      // Custom,
+    std::optional<Value> initial = {};    // and where it starts.
+};
+Folded fold(const Scene& scene, const FoldRule& rule, const Values& values);
 
 }  // namespace meld::reference

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <map>
 
-#include "solver.h"
-
 namespace meld::reference {
 
 using check::Aggregate;
@@ -95,15 +93,15 @@ std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const E
     return row;
 }
 
-bool derive(const Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<bool(Row)>& visit) {
-    Solver solver(scene, facts);
+bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Row, const Environment&)>& visit) {
+    Solver solver(sight);
     Environment env(rule.variables.count());
     env[rule.home.index()] = value_of(home);
     bool failed = false;
     solver.solve(rule.body, env, [&] {
-        std::optional<Row> row = head_row(scene, rule.heads[0].atom, env);
+        std::optional<Row> row = head_row(sight.scene, rule.heads[0].atom, env);
         failed = failed || !row;
-        return failed || !visit(std::move(*row));
+        return failed || !visit(std::move(*row), env);
     });
     return !failed && !solver.failed();
 }
@@ -129,7 +127,7 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
                 const PredicateId head = rule.heads[0].atom.predicate;
                 const bool once = !check::folds(program.predicates[head].aggregate);
                 for (const auto& [home, links] : scene.links) {
-                    const bool done = derive(rule, scene, m.facts, home, [&](Row row) {
+                    const bool done = derive(rule, {scene, m.facts}, home, [&](Row row, const Environment&) {
                         if (!once || seen[head].insert(row).second) derived[head].push_back(std::move(row));
                         return ++count <= kMaxDerivations;
                     });

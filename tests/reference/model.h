@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "expressions.h"
+#include "solver.h"
 
 namespace meld::reference {
 
@@ -28,9 +28,9 @@ bool reduce(const check::Predicate& p, const std::vector<Row>& derived, const Ro
 // Whether one of several facts that a group may have is chosen by history.
 bool left_to_history(const check::Predicate& p, const check::Component& component);
 
-// Calls visit(row) for everything the view rule makes at one catom, until it returns false. Returns whether all expressions
-// met on the way had values.
-bool derive(const check::Rule& rule, const Scene& scene, const Facts& facts, std::int64_t home, const std::function<bool(Row)>& visit);
+// Calls visit(row, variables) for everything the view rule makes at one catom, until it returns false. Returns whether all
+// expressions met on the way had values.
+bool derive(const check::Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Row, const Environment&)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.
 std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env);

@@ -33,6 +33,30 @@ walker(A, N), N > 0 -o seen(A, N), { B | neighbor(A, B) | walker(B, N - 1) }.
 walker(A, 0) -o seen(A, 0).
 )";
 
+// What rules may do beside that.
+constexpr const char* kMoreProgram = R"(
+type source(node, int).
+type near(node, sum int).
+type late(node, int).
+type risen(node, int).
+type linear coin(node, int).
+type linear purse(node, int, list int).
+type linear watch(node).
+type spent(node, int).
+type much(node).
+type told(node, int).
+type ticket(node, node).
+near(A, X) :- neighbor(A, B), source(B, X).
+late(A, N)@+2 :- near(A, N), C = count : { neighbor(A, _) }, C < 4.
+risen(A, X) :- source(A, X), delta(N; near(A, N)) < 1.
+coin(A, 1). coin(A, 2). coin(A, 3). coin(A, 4).
+purse(A, 0, []).
+watch(A).
+watch(A), delta(N; near(A, N)) > 0 -o told(A, N), watch(A)@+1.
+purse(A, S, [X | _]), S > 3, neighbor(A, B), neighbor(B, C) -o told(C, S * X + randint(3))@+3, [sum => T, count => K | | coin(A, T) | told(A, T * K)], exists V. (ticket(A, V)).
+[desc => N | coin(A, N), source(A, X), purse(A, S, L)] -o spent(A, N), (if N > 1 then purse(A, S + N, [N | L]) otherwise much(A) end).
+)";
+
 std::string replaced(std::string text, const std::string& what, const std::string& with) {
     const std::size_t at = text.find(what);
     EXPECT_NE(at, std::string::npos) << what;
@@ -40,15 +64,21 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 // What the runtime runs differs from what the reference knows: that must show.
+void expect_noticed(const char* original, const std::vector<std::pair<std::string, std::string>>& changes);
+
 TEST(Tester, NoticesOtherPrograms) {
-    const std::vector<std::pair<std::string, std::string>> changes = {
-        {"D + 1", "D + 2"}, {"dist(B, D).", "dist(B, _)."}, {"sum int", "max int"}, {"not (neighbor(A, B), dist(B, D), D < 3)", "not (neighbor(A, B), dist(B, D), D < 2)"}, {"N - 1", "N - 2"}, {"walker(A, 0) -o", "walker(A, 1) -o"}, {"min int", "max int"}};
+    expect_noticed(kProgram, {
+        {"D + 1", "D + 2"}, {"dist(B, D).", "dist(B, _)."}, {"sum int", "max int"}, {"not (neighbor(A, B), dist(B, D), D < 3)", "not (neighbor(A, B), dist(B, D), D < 2)"}, {"N - 1", "N - 2"}, {"walker(A, 0) -o", "walker(A, 1) -o"}, {"min int", "max int"}});
+    expect_noticed(kMoreProgram, {{"@+2", "@+3"}, {") < 1", ") < 0"}, {"desc", "asc"}, {"if N > 1", "if N > 2"}, {"> 0 -o", "> 9 -o"}, {"told(C", "told(B"}, {"randint(3))@+3", "randint(3))@+6"}, {"randint(3)", "0"}, {"sum => T", "max => T"}, {"[N | L]", "[7 | L]"}, {"exists V. (ticket(A, V))", "1"}});
+}
+
+void expect_noticed(const char* original, const std::vector<std::pair<std::string, std::string>>& changes) {
     Workshop workshop;
-    const Result<check::Program> program = checked(kProgram);
+    const Result<check::Program> program = checked(original);
     ASSERT_TRUE(program) << program.error().message();
     for (const auto& [what, with] : changes) {
         // A value that holds itself up grows for ever as a maximum.
-        const std::string text = what == "min int" ? replaced(replaced(kProgram, what, with), "D + 1", "D - 1") : replaced(kProgram, what, with);
+        const std::string text = what == "min int" ? replaced(replaced(original, what, with), "D + 1", "D - 1") : replaced(original, what, with);
         const Result<Module> module = workshop.module(text);
         ASSERT_TRUE(module) << module.error().message();
         int noticed = 0;
@@ -62,10 +92,11 @@ TEST(Tester, NoticesOtherPrograms) {
 
 TEST(Tester, FindsNoDifferenceWhereThereIsNone) {
     Workshop workshop;
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-        const Trial trial{{.declarations = {}, .rules = {}, .text = kProgram, .given = {source()}}, retraction::make_case(seed, {source()})};
-        EXPECT_EQ(trouble_of(trial, workshop, {{3, 1}, {2, 2}}), "");
-    }
+    for (const char* program : {kProgram, kMoreProgram})
+        for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+            const Trial trial{{.declarations = {}, .rules = {}, .text = program, .given = {source()}}, retraction::make_case(seed, {source()})};
+            EXPECT_EQ(trouble_of(trial, workshop, {{3, 1}, {2, 2}}), "");
+        }
 }
 
 TEST(Tester, SaysWhatDoesNotCompile) {
@@ -117,7 +148,7 @@ TEST(TrialFile, ReadsWhatItWrote) {
 TEST(Generator, MakesProgramsOfAllConstructs) {
     std::string all;
     for (std::uint64_t seed = 1; seed <= 60; ++seed) all += print(make_program(seed).draft);
-    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", "A, @", "linear t"})
+    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", "A, @", "linear t", "[desc => ", "[random => ", "[sum => ", "custom mixed", "exists V", "otherwise", "@+2", "@+3ms", "delta(", "proved(", "collect G", "randint(", "list int", " in L", "folded("})
         EXPECT_NE(all.find(what), std::string::npos) << what;
 }
 

@@ -80,7 +80,7 @@ bool stored(const check::Predicate& p) { return p.world == check::WorldSource::N
 
 class Watcher {
   public:
-    Watcher(const Trial& trial, const check::Program& program) : trial_(trial), program_(program), ticks_(program), mirror_(trial.world, trial.draft.given) {
+    Watcher(const Trial& trial, const check::Program& program) : trial_(trial), program_(program), ticks_(program, trial.world.seed), mirror_(trial.world, trial.draft.given) {
         for (const check::Rule& rule : program.rules) linear_ = linear_ || rule.linear;
     }
 
@@ -278,6 +278,7 @@ Facts given_facts(const check::Program& program, const Mirror& mirror) {
 
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch) {
     world::World world;
+    world.seed = trial.world.seed;
     world.lattice = trial.world.lattice;
     world.cells = trial.world.cells;
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));

@@ -1,5 +1,7 @@
 #include "scene.h"
 
+#include "runtime/base/random.h"
+
 namespace meld::reference {
 
 using check::WorldSource;
@@ -31,6 +33,8 @@ std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, world
 }
 
 }  // namespace
+
+std::uint64_t Chance::next() { return random_bits(seed, catom, tick, draws++); }
 
 Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind kind, std::int64_t tick, std::size_t first_catoms) {
     const world::Lattice lattice(kind);

@@ -1,8 +1,9 @@
 #include "solver.h"
 
 #include <algorithm>
-
-#include "model.h"
+#include <cmath>
+#include <limits>
+#include <utility>
 
 namespace meld::reference {
 
@@ -52,6 +53,7 @@ bool Solver::step(Clauses open, Environment& env, const Found& found) {
     switch (clause.kind) {
         case Clause::Kind::Test: return try_test(clause, std::move(open), env, found);
         case Clause::Kind::Atom: return try_atom(clause.atom, std::move(open), env, found);
+        case Clause::Kind::Delta: return try_change(clause, std::move(open), env, found);
         case Clause::Kind::Element: return try_elements(clause, std::move(open), env, found);
         case Clause::Kind::Aggregate: return try_aggregate(clause, std::move(open), env, found);
         default: return false;
@@ -85,11 +87,11 @@ bool Solver::try_test(const Clause& clause, Clauses rest, Environment& env, cons
     return is && unify(test.operands[side], *is, env) && step(std::move(rest), env, found);
 }
 
-// ---- choices: facts and elements
+// ---- choices: facts, those that have changed, and elements
 
 Solver::Next Solver::next_choice(const Clauses& open, const Environment& env) const {
     const auto first = std::find_if(open.begin(), open.end(), [&](const Clause* c) {
-        return (c->kind == Clause::Kind::Atom && readable(c->atom, env)) || (c->kind == Clause::Kind::Element && all_bound(c->test, env));
+        return (c->kind == Clause::Kind::Atom && readable(c->atom, env)) || ((c->kind == Clause::Kind::Element || c->kind == Clause::Kind::Delta) && all_bound(c->test, env));
     });
     return first != open.end() ? first : std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Atom; });
 }
@@ -114,6 +116,37 @@ bool Solver::try_atom(const Atom& atom, Clauses rest, Environment& env, const Fo
     return false;
 }
 
+bool Solver::try_change(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
+    const std::optional<Value> limit = value(clause.test, env);
+    if (!limit) return false;
+    const double bound = limit->is_real() ? limit->real() : static_cast<double>(limit->integer());
+    for (const Row& row : candidates(clause.atom, env)) {
+        const Mark mark(*this, env);
+        if (!match(clause.atom, row, env)) continue;
+        const double change = change_of(clause, row);
+        const bool fits = clause.compare == Op::Greater ? change > bound : clause.compare == Op::GreaterEqual ? change >= bound
+                          : clause.compare == Op::Less ? change < bound : clause.compare == Op::LessEqual ? change <= bound
+                          : clause.compare == Op::Equal ? change == bound : change != bound;
+        if (fits && step(rest, env, found)) return true;
+    }
+    return false;
+}
+
+// From the nearest value that there was beside the same other arguments; of none, without bound.
+double Solver::change_of(const Clause& clause, const Row& row) const {
+    if (sight_.before == nullptr) return 0;
+    std::size_t at = 0;
+    while (!clause.atom.arguments[at].is_variable() || clause.atom.arguments[at].variable != clause.variable) ++at;
+    double least = std::numeric_limits<double>::infinity();
+    for (Row other : (*sight_.before)[clause.atom.predicate.index()]) {
+        const Value was = std::exchange(other[at], row[at]);
+        if (other != row) continue;
+        const double change = was.is_real() ? std::fabs(was.real() - row[at].real()) : std::fabs(static_cast<double>(was.integer() - row[at].integer()));
+        least = std::min(least, change);
+    }
+    return least;
+}
+
 bool Solver::try_elements(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
     const std::optional<Value> list = value(clause.test, env);
     if (!list) return false;
@@ -130,33 +163,23 @@ bool Solver::try_elements(const Clause& clause, Clauses rest, Environment& env, 
 // ---- what looks at all the ways to satisfy an inner body
 
 bool Solver::try_aggregate(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
-    check::Predicate group;
-    group.aggregate = clause.aggregate;
-    std::vector<Row> values;
-    Solver inner(scene_, facts_, linear_);
+    Values values;
+    Solver inner(sight_);
     inner.inside_ = true;
     inner.solve(clause.inner, env, [&] {
         const std::optional<Value> one = clause.aggregate == Aggregate::Count ? value_of(std::int64_t{1}) : inner.value(clause.test, env);
-        if (one) values.push_back({*one});
+        if (one) values.push_back(*one);
         return false;
     });
-    failed_ = failed_ || inner.failed_;
-    Rows result;
-    if (failed_ || !reduce(group, values, nullptr, result)) {
-        failed_ = true;
-        return false;
-    }
+    FoldRule rule{.aggregate = clause.aggregate, .type = clause.test.type, .function = clause.fold};
+    if (clause.aggregate == Aggregate::Custom && clause.initial.op != Op::Anonymous) rule.initial = value(clause.initial, env);
+    const Folded folded = fold(scene_, rule, values);
+    failed_ = failed_ || inner.failed_ || folded.failed;
+    if (failed_ || !folded.value) return false;
     const Mark mark(*this, env);
-    if (values.empty()) {
-        if (clause.aggregate == Aggregate::Min || clause.aggregate == Aggregate::Max) return false;
-        const bool real = is_real(clause.test.type);
-        const bool number = clause.aggregate == Aggregate::Sum || clause.aggregate == Aggregate::Count;
-        result.insert({!number ? value_of(Values{}) : real && clause.aggregate == Aggregate::Sum ? value_of(0.0) : value_of(std::int64_t{0})});
-    }
-    const Value& is = (*result.begin())[0];
     std::optional<Value>& variable = env[clause.variable.index()];
-    if (variable && *variable != is) return false;
-    if (!variable) bind(clause.variable.index(), is, env);
+    if (variable && *variable != *folded.value) return false;
+    if (!variable) bind(clause.variable.index(), *folded.value, env);
     return step(std::move(rest), env, found);
 }
 
@@ -172,7 +195,7 @@ bool Solver::finish(const Clauses& negations, Environment& env, const Found& fou
 
 // A negation sees all facts, those too that the rule is about to consume.
 bool Solver::nothing_satisfies(const std::vector<Clause>& inner, Environment& env) {
-    Solver solver(scene_, facts_, linear_);
+    Solver solver(sight_);
     solver.inside_ = true;
     const bool any = solver.solve(inner, env, [] { return true; });
     failed_ = failed_ || solver.failed_;
@@ -248,16 +271,20 @@ std::vector<Row> Solver::linked(const Atom& atom, const std::optional<Value>& pl
         rows.push_back({value_of(from), value_of(to)});
         if (with_port) rows.back().push_back(value_of(std::int64_t{port}));
     };
+    const bool from_here = atom.arguments[0].variable == sight_.home || (atom.arguments[1].is_variable() && atom.arguments[1].variable == sight_.home);
+    const Links& links = sight_.links_before == nullptr || from_here ? scene_.links : *sight_.links_before;
     if (place) {
-        if (const auto found = scene_.links.find(place->integer()); found != scene_.links.end())
+        if (const auto found = links.find(place->integer()); found != links.end())
             for (const Link& link : found->second) add(place->integer(), link.other, link.port);
+        // What a neighbour tells are facts like all others.
+        if (!from_here) std::sort(rows.begin(), rows.end());
         return rows;
     }
     const Term& end = atom.arguments[1];
     const Value* other = end.is_variable() && env[end.variable.index()] ? &*env[end.variable.index()] : nullptr;
-    for (const auto& [catom, links] : scene_.links) {
+    for (const auto& [catom, its] : links) {
         if (other != nullptr && other->integer() != catom) continue;
-        for (const Link& link : links) add(link.other, catom, link.back);
+        for (const Link& link : its) add(link.other, catom, link.back);
     }
     return rows;
 }

@@ -14,10 +14,19 @@ struct Taken {
     Row row;
 };
 
+// What can be seen.
+struct Sight {
+    const Scene& scene;
+    const Facts& facts;                        // Persistent ones.
+    const std::vector<Bag>* linear = nullptr;  // Of one catom, by predicate.
+    const Facts* before = nullptr;             // Persistent ones as they were before this tick; null: as they are.
+    const Links* links_before = nullptr;       // What neighbours tell of their links, which is as late as all they tell;
+    check::VariableId home = {};               // links that do not begin or end here.
+};
+
 class Solver {
   public:
-    // facts: what can be seen of persistent facts. linear: the bags of linear facts of one catom, by predicate, or null.
-    Solver(const Scene& scene, const Facts& facts, const std::vector<Bag>* linear = nullptr) : program_(*scene.program), scene_(scene), facts_(facts), linear_(linear) {}
+    explicit Solver(const Sight& sight) : program_(*sight.scene.program), sight_(sight), scene_(sight.scene), facts_(sight.facts), linear_(sight.linear) {}
 
     // Calls found() for each way to satisfy the body after what env binds, until it returns true; returns whether it did.
     // Facts are tried in the order of the text, as soon as their catom is known, lowest fact first, neighbours by port.
@@ -42,6 +51,7 @@ class Solver {
     bool step(Clauses open, Environment& env, const Found& found);
     bool try_test(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
     bool try_atom(const check::Atom& atom, Clauses rest, Environment& env, const Found& found);
+    bool try_change(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
     bool try_elements(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
     bool try_aggregate(const check::Clause& clause, Clauses rest, Environment& env, const Found& found);
     bool finish(const Clauses& negations, Environment& env, const Found& found);
@@ -52,12 +62,14 @@ class Solver {
     bool nothing_satisfies(const std::vector<check::Clause>& inner, Environment& env);
     std::vector<Row> candidates(const check::Atom& atom, const Environment& env) const;
     std::vector<Row> linked(const check::Atom& atom, const std::optional<Value>& place, const Environment& env) const;
+    double change_of(const check::Clause& clause, const Row& row) const;
     bool match(const check::Atom& atom, const Row& row, Environment& env);
     bool unify(const check::Term& term, const Value& value, Environment& env);
     void bind(std::size_t variable, const Value& value, Environment& env);
     std::optional<Value> value(const check::Term& term, const Environment& env);
 
     const Program& program_;
+    const Sight sight_;
     const Scene& scene_;
     const Facts& facts_;
     const std::vector<Bag>* linear_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "model.h"
 
@@ -9,7 +10,6 @@ namespace meld::reference {
 
 using check::Clause;
 using check::Component;
-using check::Head;
 using check::Predicate;
 using check::Rule;
 using check::VariableId;
@@ -21,92 +21,16 @@ constexpr int kMaxFirings = 3000;
 
 bool is_neighbor(const Predicate& p) { return p.world == WorldSource::Neighbor || p.world == WorldSource::NeighborPort; }
 
-// What one application of a linear rule does, gathered before any of it is done.
-class Application {
-  public:
-    Application(const Rule& rule, const Scene& scene, const Facts& facts, std::vector<Bag>& linear)
-        : program_(*scene.program), rule_(rule), scene_(scene), facts_(facts), linear_(linear) {}
-
-    struct Made {
-        PredicateId predicate;
-        Row row;
-    };
-    std::vector<Made> made;
-    bool failed = false;
-
-    // Consumes what the first way to satisfy the body takes; false where there is none.
-    bool run(std::int64_t home) {
-        Environment env(rule_.variables.count());
-        env[rule_.home.index()] = value_of(home);
-        if (!consume_first(rule_.body, env)) return false;
-        heads(rule_.heads, env);
-        return true;
-    }
-
-  private:
-    // Leaves the first way in env.
-    bool consume_first(const std::vector<Clause>& body, Environment& env) {
-        Solver solver(scene_, facts_, &linear_);
-        Environment first;
-        std::vector<Taken> taken;
-        const bool any = solver.solve(body, env, [&] {
-            first = env;
-            taken = solver.taken();
-            return true;
-        });
-        failed = failed || solver.failed();
-        if (!any || failed) return false;
-        env = std::move(first);
-        for (const Taken& t : taken) {
-            Bag& bag = linear_[t.predicate.index()];
-            bag.erase(bag.find(t.row));
-        }
-        return true;
-    }
-
-    void heads(const std::vector<Head>& all, const Environment& env) {
-        for (const Head& h : all) {
-            if (h.kind == Head::Kind::Comprehension) {
-                comprehension(h, env);
-            } else {
-                std::optional<Row> row = head_row(scene_, h.atom, env);
-                failed = failed || !row;
-                if (row) made.push_back({h.atom.predicate, std::move(*row)});
-            }
-        }
-    }
-
-    // One that consumes goes on as long as something is left; another acts for every way there is.
-    void comprehension(const Head& h, const Environment& env) {
-        bool consumes = false;
-        check::each_atom(h.body, [&](const check::Atom& a, bool negated) { consumes = consumes || (!negated && !a.read_only && program_.predicates[a.predicate].linear()); });
-        if (consumes) {
-            for (Environment inner = env; consume_first(h.body, inner) && !failed; inner = env) heads(h.heads, inner);
-            return;
-        }
-        Solver solver(scene_, facts_, &linear_);
-        Environment inner = env;
-        solver.solve(h.body, inner, [&] {
-            heads(h.heads, inner);
-            return false;
-        });
-        failed = failed || solver.failed();
-    }
-
-    const Program& program_;
-    const Rule& rule_;
-    const Scene& scene_;
-    const Facts& facts_;
-    std::vector<Bag>& linear_;
-};
+// It is a number that the compiler knows, or depends on how long a tick is.
+std::int64_t evaluate_delay(const Scene& scene, const check::Term& delay) { return evaluate(scene, delay, {})->integer(); }
 
 }  // namespace
 
-Ticks::Ticks(const Program& program) : program_(program), certain_(program.predicates.count(), true) { find_certain(); }
+Ticks::Ticks(const Program& program, std::uint64_t seed) : program_(program), seed_(seed), certain_(program.predicates.count(), true) { find_certain(); }
 
 Ticks::Catom Ticks::empty() const {
     const std::size_t n = program_.predicates.count();
-    return {.given = Facts(n), .views = Facts(n), .linear = std::vector<Bag>(n)};
+    return {.given = Facts(n), .views = Facts(n), .before = Facts(n), .linear = std::vector<Bag>(n)};
 }
 
 // ---- which views are certain
@@ -157,35 +81,72 @@ void Ticks::take(PredicateId p, const Row& row) { catoms_.at(row[0].integer()).g
 
 // ---- the tick
 
-void Ticks::step(const Scene& scene) {
-    std::erase_if(catoms_, [&](const auto& entry) { return !scene.links.contains(entry.first); });
+void Ticks::step(const Scene& now) {
+    std::erase_if(catoms_, [&](const auto& entry) { return !now.links.contains(entry.first); });
     messages_.clear();
-    for (const auto& [id, links] : scene.links) {
+    Scene scene = now;
+    for (const auto& [id, links] : now.links) {
+        Chance chance{.seed = seed_, .catom = static_cast<std::uint64_t>(id), .tick = static_cast<std::uint64_t>(now.tick)};
+        scene.chance = &chance;
         // A newborn shows nothing yet, and has its axioms once, in the order of the text.
         const bool born = !shown_.contains(id);
         Catom& catom = catoms_.try_emplace(id, empty()).first->second;
-        if (born)
-            for (const Rule& rule : program_.rules)
-                if (rule.birth) fire(rule, scene, id, catom);
+        catom.before = catom.views;
+        for (const Rule& rule : program_.rules)
+            if (born && rule.birth) fire(rule, scene, id, catom);
+        evaluate(scene, id, catom);
     }
-    for (auto& [id, catom] : catoms_) evaluate(scene, id, catom);
     shown_.clear();
     for (const auto& [id, catom] : catoms_) shown_[id] = catom.views;
-    for (const Message& m : messages_) {
-        Catom& to = catoms_.at(m.to);
-        if (program_.predicates[m.predicate].linear()) to.linear[m.predicate.index()].insert(m.row);
-        else to.given[m.predicate.index()].insert(m.row);
-    }
+    links_before_ = now.links;
+    for (Message& m : messages_) deliver(Message(m));
 }
 
 void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
+    for (Message& m : std::exchange(catom.passing, {})) send(scene, id, std::move(m));
     for (int firings = 0; !failed_; ++firings) {
         if (firings > kMaxFirings) ran_away_ = true;
         settle(scene, id, catom);
+        if (receive_one(scene.tick, catom)) continue;
         const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) { return rule.linear && !rule.birth && fire(rule, scene, id, catom); });
         if (!fired) return;
     }
 }
+
+// ---- facts on their way
+
+void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) {
+    if (program_.predicates[made.predicate].kind == check::PredicateKind::Action) return;
+    Later fact{made.delay > 0 ? scene.tick + made.delay : 0, made.predicate, std::move(made.row)};
+    if (!made.way.empty()) send(scene, id, {std::move(made.way), std::move(fact)});
+    else if (fact.due > 0) catom.waiting.insert(std::move(fact));
+    else give(fact.predicate, std::move(fact.row));
+}
+
+// Where the link is gone, so is the fact.
+void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
+    const std::vector<Link>& links = scene.links.at(from);
+    const bool there = std::any_of(links.begin(), links.end(), [&](const Link& link) { return link.other == message.way[0]; });
+    if (there) messages_.push_back(std::move(message));
+}
+
+void Ticks::deliver(Message&& message) {
+    Catom& to = catoms_.at(message.way[0]);
+    message.way.erase(message.way.begin());
+    if (!message.way.empty()) to.passing.push_back(std::move(message));
+    else if (message.fact.due > 0) to.waiting.insert(std::move(message.fact));
+    else give(message.fact.predicate, std::move(message.fact.row));
+}
+
+// What is due comes before any rule looks.
+bool Ticks::receive_one(std::int64_t now, Catom& catom) {
+    if (catom.waiting.empty() || catom.waiting.begin()->due > now) return false;
+    Later fact = catom.waiting.extract(catom.waiting.begin()).value();
+    give(fact.predicate, std::move(fact.row));
+    return true;
+}
+
+// ---- views and rules
 
 // What this catom sees: its own facts as they are, its neighbours' as they were.
 Facts Ticks::visible(const Scene& scene, std::int64_t id, const Catom& catom) const {
@@ -209,10 +170,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
             for (const PredicateId p : c.predicates) derived[p].assign(catom.given[p.index()].begin(), catom.given[p.index()].end());
             for (const check::RuleId rule : c.rules) {
                 std::vector<Row>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
-                failed_ = !derive(program_.rules[rule], scene, seen, id, [&](Row row) {
-                    rows.push_back(std::move(row));
-                    return true;
-                }) || failed_;
+                derive_at(scene, id, catom, rule, seen, rows);
             }
             changing = false;
             for (const PredicateId p : c.predicates) {
@@ -230,26 +188,35 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
     }
 }
 
-// Heads come into being when the whole rule has been applied: none of its comprehensions sees them.
+// A delayed fact is there when its derivation has held without a break for so long.
+void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Row>& rows) {
+    const check::Head& head = program_.rules[rule].heads[0];
+    const bool delayed = head.delay.op != check::Op::Anonymous, counted = check::folds(program_.predicates[head.atom.predicate].aggregate);
+    std::map<Row, std::int64_t> since;
+    const bool done = derive(program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Row row, const Environment& env) {
+        if (delayed) {
+            Row key = row;
+            for (const std::optional<Value>& v : env)
+                if (counted && v) key.push_back(*v);
+            const auto held = catom.since[rule].find(key);
+            const std::int64_t from = held == catom.since[rule].end() ? scene.tick : held->second;
+            since[key] = from;
+            if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
+        }
+        rows.push_back(std::move(row));
+        return true;
+    });
+    failed_ = failed_ || !done;
+    if (delayed) catom.since[rule] = std::move(since);
+}
+
 bool Ticks::fire(const Rule& rule, const Scene& scene, std::int64_t id, Catom& catom) {
     const Facts seen = visible(scene, id, catom);
-    Application application(rule, scene, seen, catom.linear);
+    Application application(rule, {scene, seen, nullptr, &catom.before, &links_before_, rule.home}, catom.linear);
     const bool fired = application.run(id);
     failed_ = failed_ || application.failed;
-    if (!fired) return false;
-    for (Application::Made& m : application.made) {
-        const std::int64_t to = m.row[0].integer();
-        const Predicate& p = program_.predicates[m.predicate];
-        if (p.kind == check::PredicateKind::Action) continue;
-        if (to == id) {
-            give(m.predicate, std::move(m.row));
-            continue;
-        }
-        const std::vector<Link>& links = scene.links.at(id);
-        const bool there = std::any_of(links.begin(), links.end(), [&](const Link& link) { return link.other == to; });
-        if (there) messages_.push_back({to, m.predicate, std::move(m.row)});
-    }
-    return true;
+    for (Made& m : application.made) put(scene, id, catom, std::move(m));
+    return fired;
 }
 
 // ---- what there is
@@ -271,7 +238,8 @@ Facts Ticks::given() const {
 
 Facts Ticks::arriving() const {
     Facts all(program_.predicates.count());
-    for (const Message& m : messages_) all[m.predicate.index()].insert(m.row);
+    for (const Message& m : messages_)
+        if (m.way.size() == 1 && m.fact.due == 0) all[m.fact.predicate.index()].insert(m.fact.row);
     return all;
 }
 

@@ -4,14 +4,16 @@
 // over links. Other views are checked where nothing changes any more (model.h).
 #pragma once
 
-#include "scene.h"
-#include "solver.h"
+#include <tuple>
+
+#include "application.h"
 
 namespace meld::reference {
 
 class Ticks {
   public:
-    explicit Ticks(const Program& program);
+    // seed: of the world, for what is drawn.
+    explicit Ticks(const Program& program, std::uint64_t seed = 0);
 
     // Views whose facts are certain in every tick.
     bool certain(PredicateId p) const { return certain_[p.index()]; }
@@ -33,28 +35,47 @@ class Ticks {
     bool ran_away() const { return ran_away_; }
 
   private:
-    struct Catom {
-        Facts given, views;
-        std::vector<Bag> linear;
-    };
-    struct Message {
-        std::int64_t to;
+    // A fact that is there from a tick on; 0: at once.
+    struct Later {
+        std::int64_t due;
         PredicateId predicate;
         Row row;
+        bool operator<(const Later& other) const { return std::tie(due, predicate, row) < std::tie(other.due, other.predicate, other.row); }
+    };
+    struct Message {
+        std::vector<std::int64_t> way;  // The next catom first.
+        Later fact;
+    };
+    struct Catom {
+        Facts given, views;
+        Facts before;                   // The views at the end of the last tick.
+        std::vector<Bag> linear;
+        std::multiset<Later> waiting = {};
+        std::vector<Message> passing = {};   // To be handed on.
+        // Of delayed views, by rule: since when each derivation has held. It is the head's row, and where derivations are
+        // counted, all variables of the body behind it.
+        std::map<check::RuleId, std::map<Row, std::int64_t>> since = {};
     };
 
     Catom empty() const;
     void find_certain();
     bool looks_far(const check::Rule& rule) const;
     void evaluate(const Scene& scene, std::int64_t id, Catom& catom);
+    void put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made);
+    void send(const Scene& scene, std::int64_t from, Message&& message);
+    void deliver(Message&& message);
+    bool receive_one(std::int64_t now, Catom& catom);
+    void derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Row>& rows);
     void settle(const Scene& scene, std::int64_t id, Catom& catom);
     bool fire(const check::Rule& rule, const Scene& scene, std::int64_t id, Catom& catom);
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
 
     const Program& program_;
+    std::uint64_t seed_;
     std::vector<bool> certain_;
     std::map<std::int64_t, Catom> catoms_;
-    std::map<std::int64_t, Facts> shown_;  // The views at the end of the last tick.
+    std::map<std::int64_t, Facts> shown_;  // The views at the end of the last tick,
+    Links links_before_;                   // and the links in it.
     std::vector<Message> messages_;
     bool failed_ = false, ran_away_ = false;
 };

@@ -38,6 +38,7 @@ void fill(Body& body, Random& random, std::int64_t links) {
     if (chance(random, 40)) body.read_any(body.any_catom());
     if (chance(random, 15)) body.aggregate();
     if (chance(random, 40)) body.element();
+    if (chance(random, 8)) body.proved();
     for (std::int64_t i = below(random, 3); i > 0; --i) {
         if (chance(random, 30)) body.set();
         else body.test();
@@ -105,8 +106,12 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         fill(body, random, some_links(random));
         std::vector<std::string> arguments;
         for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
-        const std::string place = body.any_catom();
-        block.rules.push_back({.heads = {atom(name, place, arguments)}, .body = body.shuffled()});
+        // A change is seen where the rule runs, which is where its head is.
+        const bool changes = chance(random, 6);
+        if (changes) body.change();
+        const std::string place = changes ? "A" : body.any_catom();
+        const std::string delay = aggregate != "first" && chance(random, 10) ? pick(random, std::vector<std::string>{"@+1", "@+2", "@+3", "@+2ms"}) : "";
+        block.rules.push_back({.heads = {atom(name, place, arguments) + delay}, .body = body.shuffled()});
     }
     if (chance(random, 8)) {
         // An axiom, at one catom or at all of them.
