@@ -59,6 +59,24 @@ std::string atom(const std::string& name, const std::string& at, const std::vect
     return text + ")";
 }
 
+// Another way to write a head or two: by a condition, for every neighbour, or of all facts of a kind.
+std::string several(Body& body, Random& random, const std::string& name, const std::string& place, std::vector<std::string> arguments, const std::vector<Kind>& kinds) {
+    const std::string one = atom(name, place, arguments);
+    switch (below(random, 3)) {
+        case 0: {
+            for (std::size_t i = 0; i < kinds.size(); ++i)
+                if (chance(random, 50)) arguments[i] = body.literal(kinds[i]);
+            return fmt::format("(if {} > {} then {} otherwise {} end)", body.expression(Kind::Int), below(random, 4), one, chance(random, 30) ? "1" : atom(name, place, arguments));
+        }
+        case 1: return fmt::format("{}, {{ U | neighbor({}, U) | {} }}", one, place, atom(name, chance(random, 50) ? place : "U", arguments));
+        default: {
+            const auto number = std::find(kinds.begin(), kinds.end(), Kind::Int);
+            if (number != kinds.end()) arguments[static_cast<std::size_t>(number - kinds.begin())] = "V % 20";
+            return fmt::format("[{} => V | U | neighbor({}, U{} | {}]", number == kinds.end() || chance(random, 50) ? "count" : "sum", place, number == kinds.end() ? ")" : ", V)", atom(name, place, arguments));
+        }
+    }
+}
+
 }  // namespace
 
 Block given_block(Random& random, const std::vector<Known>&, int names) {
@@ -111,7 +129,9 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         if (changes) body.change();
         const std::string place = changes ? "A" : body.any_catom();
         const std::string delay = aggregate != "first" && chance(random, 10) ? pick(random, std::vector<std::string>{"@+1", "@+2", "@+3", "@+2ms"}) : "";
-        block.rules.push_back({.heads = {atom(name, place, arguments) + delay}, .body = body.shuffled()});
+        const bool many = delay.empty() && !changes && chance(random, 12);
+        const std::string head = many ? several(body, random, name, place, arguments, kinds) : atom(name, place, arguments) + delay;
+        block.rules.push_back({.heads = {head}, .body = body.shuffled()});
     }
     if (chance(random, 8)) {
         // An axiom, at one catom or at all of them.
