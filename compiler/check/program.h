@@ -178,6 +178,7 @@ struct Clause {
     Term test = {};
     std::vector<Clause> inner = {};
     VariableId variable = {};
+    VariableId position = {};         // Element: which one it is, from 0, where it matters. Made by delays.
     Aggregate aggregate = Aggregate::None;
     FunctionId fold = {};             // Aggregate::Custom
     Term initial = {};                // Custom: what the fold starts from; Anonymous: from the first match.
@@ -315,6 +316,7 @@ void each_variable(const Clause& clause, const Visit& visit) {
     each_variable(clause.initial, visit);
     for (const Clause& inner : clause.inner) each_variable(inner, visit);
     if (clause.variable.valid()) visit(clause.variable);
+    if (clause.position.valid()) visit(clause.position);
 }
 // Every atom of a body: visit(atom, negated). What an aggregate or a delta reads counts as negated: more facts there may
 // mean fewer here.
@@ -365,6 +367,7 @@ void rewrite_variables(Clause& clause, const Change& change) {
     rewrite_variables(clause.initial, change);
     for (Clause& inner : clause.inner) rewrite_variables(inner, change);
     change(clause.variable);
+    change(clause.position);
 }
 
 }  // namespace meld::check

@@ -133,6 +133,7 @@ void RuleEmitter::each(const Step& s) {
     w_.open(fmt::format("for (u32 {0} = 0; {0} < count_of({1}); ++{0}) {{", i, list));
     if (known) w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
     else bind(s.variable, value);
+    if (s.position.valid()) bind(s.position, fmt::format("i64{{{}}}", i));
 }
 
 void RuleEmitter::match_bag(const Step& s) {

@@ -116,6 +116,12 @@ class Delays {
         for (const Term& t : rule.heads[0].atom.arguments)
             if (t.is_variable()) given.insert(t.variable);
         for (Clause& c : rule.body) {
+            if (c.kind == Clause::Kind::Element) {
+                // Equal elements of a list are derivations of their own.
+                c.position = rule.variables.add({"_", c.span, Type::Int});
+                made.arguments.push_back({Type::Int, ""});
+                rule.heads[0].atom.arguments.push_back({.op = Op::Variable, .type = Type::Int, .span = c.span, .variable = c.position});
+            }
             if (c.kind != Clause::Kind::Atom) continue;
             for (Term& t : c.atom.arguments) {
                 if (t.op == Op::Anonymous) {

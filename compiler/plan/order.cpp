@@ -270,6 +270,8 @@ class Orderer {
         step.variable = c.variable;
         step.term = c.test;
         if (!known(c.variable, s)) s.values.insert(c.variable);
+        step.position = c.position;
+        if (c.position.valid()) s.values.insert(c.position);
         steps.push_back(std::move(step));
     }
 

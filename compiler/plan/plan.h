@@ -86,6 +86,7 @@ struct Step {
     bool changed = false;             // Match: only rows that have changed, as they were and as they are.
     Term term = {};                   // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
     VariableId variable = {};         // Set, Each, Fold, Delta
+    VariableId position = {};         // Each: which element it is, if valid.
     std::vector<Step> inner = {};     // Absent, Fold
     check::Aggregate aggregate = check::Aggregate::None;  // Fold
     check::FunctionId fold = {};      // Fold, Custom
