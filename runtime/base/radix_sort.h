@@ -22,9 +22,11 @@ inline void sort_by_key(std::vector<Keyed>& list, std::vector<Keyed>& spare) {
         return;
     }
     spare.resize(list.size());
+    std::array<std::array<std::uint32_t, 256>, 4> counts{};
+    for (const Keyed& k : list)
+        for (unsigned byte = 0; byte < 4; ++byte) ++counts[byte][k.key >> (8 * byte) & 255];
     for (unsigned shift = 0; shift < 32; shift += 8) {
-        std::array<std::uint32_t, 256> starts{};
-        for (const Keyed& k : list) ++starts[k.key >> shift & 255];
+        std::array<std::uint32_t, 256>& starts = counts[shift / 8];
         if (starts[list[0].key >> shift & 255] == list.size()) continue;
         std::uint32_t at = 0;
         for (std::uint32_t& start : starts) {

@@ -316,7 +316,8 @@ void Evaluator::gather(const Part& part) {
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
         for (Action& a : t->actions) a.arguments = t->kept_values(a.arguments);
-        unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
+        if (unsorted_.empty()) unsorted_.swap(t->messages);
+        else unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(part.now, w.tick, w.catom, w.dirty);

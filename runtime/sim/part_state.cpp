@@ -45,11 +45,11 @@ bool PartState::give(u32 predicate, Catom catom, const Value* arguments) {
     return true;
 }
 
-void PartState::give_all(u32 predicate, Catom catom, const std::vector<const Value*>& facts) {
+void PartState::give_all(u32 predicate, Catom catom, std::vector<const Value*>& facts) {
     const u16 column = module.predicates[predicate].column;
     if (module.predicates[predicate].storage != Storage::Rows) {
         for (const Value* arguments : facts) give(predicate, catom, arguments);
-    } else if (tuple::give_facts(module, columns, predicate, catom, facts, 0)) {
+    } else if (tuple::give_facts(module, columns, predicate, catom, facts, delivery_.rows, 0)) {
         mark(catom, module.columns[column].own_dirty);
     }
 }

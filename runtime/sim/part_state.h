@@ -61,7 +61,7 @@ class PartState {
     // ---- for central modules
     // Facts given from outside: the catom and, where neighbours read them, its readers are marked.
     bool give(u32 predicate, Catom catom, const Value* arguments);
-    void give_all(u32 predicate, Catom catom, const std::vector<const Value*>& facts);
+    void give_all(u32 predicate, Catom catom, std::vector<const Value*>& facts);
     bool take(u32 predicate, Catom catom, const Value* arguments);
     void mark(Catom catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
     // Catoms come and go; links around the cell are marked. Arrays may move.
@@ -125,7 +125,7 @@ class PartState {
         const Value* arguments;
     };
     // Gives them all, many for one catom at once; they are seen in the next tick.
-    void deliver(const std::vector<Arrival>& arrivals);
+    void deliver(std::vector<Arrival>& arrivals);
     // Changed: the other side has the column as it was before this tick, and rows may be sent alone.
     enum class Pushed { Changed, Whole };
     void note_export(int thread, Catom catom, u16 column, Pushed what);
@@ -165,7 +165,9 @@ class PartState {
     struct Delivery {
         std::vector<Arrival> arrivals;
         std::vector<Keyed> order, spare;
+        std::vector<Arrival> sorted;
         std::vector<const Value*> together;
+        std::vector<u8> rows;
     };
     Delivery delivery_;
     std::uint64_t sent_bytes_ = 0;

@@ -1,5 +1,6 @@
 // The tick of a part: timers, evaluation, delivery, and what the parts tell each other.
 #include <algorithm>
+#include <algorithm>
 #include <cstring>
 
 #include "runtime/base/assert.h"
@@ -46,23 +47,30 @@ const Totals& PartState::end_tick() {
     return totals;
 }
 
-void PartState::deliver(const std::vector<Arrival>& arrivals) {
-    // By predicate and then by receiver: both sorts keep what is equal in order.
-    std::vector<Keyed>& order = delivery_.order;
-    order.clear();
-    for (std::size_t i = 0; i < arrivals.size(); ++i) order.push_back({arrivals[i].predicate, static_cast<u32>(i)});
-    sort_by_key(order, delivery_.spare);
-    for (Keyed& k : order) k.key = arrivals[k.place].to;
-    sort_by_key(order, delivery_.spare);
+void PartState::deliver(std::vector<Arrival>& arrivals) {
+    // By receiver, as what this part has sent comes, and for each by predicate; what is equal stays in order.
+    const auto by_receiver = [](const Arrival& a, const Arrival& b) { return a.to < b.to; };
+    const auto by_predicate = [](const Arrival& a, const Arrival& b) { return a.predicate < b.predicate; };
+    if (!std::is_sorted(arrivals.begin(), arrivals.end(), by_receiver)) {
+        std::vector<Keyed>& order = delivery_.order;
+        order.clear();
+        for (std::size_t i = 0; i < arrivals.size(); ++i) order.push_back({arrivals[i].to, static_cast<u32>(i)});
+        sort_by_key(order, delivery_.spare);
+        delivery_.sorted.clear();
+        for (const Keyed& k : order) delivery_.sorted.push_back(arrivals[k.place]);
+        arrivals.swap(delivery_.sorted);
+    }
     std::vector<const Value*>& together = delivery_.together;
-    for (std::size_t i = 0; i < order.size();) {
-        const Arrival& first = arrivals[order[i].place];
-        together.clear();
-        for (; i < order.size() && order[i].key == first.to && arrivals[order[i].place].predicate == first.predicate; ++i) together.push_back(arrivals[order[i].place].arguments);
-        // Few are put in one by one, many are merged in at once.
-        if (together.size() > 8) give_all(first.predicate, first.to, together);
-        else
-            for (const Value* arguments : together) give(first.predicate, first.to, arguments);
+    for (auto from = arrivals.begin(); from != arrivals.end();) {
+        const auto to = std::find_if(from, arrivals.end(), [&](const Arrival& a) { return a.to != from->to; });
+        if (!std::is_sorted(from, to, by_predicate)) std::stable_sort(from, to, by_predicate);
+        while (from != to) {
+            const Arrival& first = *from;
+            together.clear();
+            for (; from != to && from->predicate == first.predicate; ++from) together.push_back(from->arguments);
+            if (together.size() > 1) give_all(first.predicate, first.to, together);
+            else give(first.predicate, first.to, together[0]);
+        }
     }
 }
 

@@ -73,6 +73,12 @@ std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& 
 // Puts facts in order, those that are equal as they stand. A word of the first argument decides most; facts with the same
 // one are often in order already, for their sender went through its own facts in order.
 void sort_facts(const ModuleInfo& module, const PredicateInfo& p, std::vector<const Value*>& facts) {
+    constexpr std::size_t kFew = 16;
+    if (facts.size() <= kFew) {
+        for (std::size_t i = 1; i < facts.size(); ++i)
+            for (std::size_t k = i; k > 0 && compare_arguments(module, p, facts[k], facts[k - 1]) < 0; --k) std::swap(facts[k], facts[k - 1]);
+        return;
+    }
     struct Prefixed {
         u64 prefix;
         const Value* fact;
@@ -180,13 +186,12 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     return true;
 }
 
-bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*> facts, int pool) {
+bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts, std::vector<u8>& rows, int pool) {
     const PredicateInfo& p = module.predicates[predicate];
     const u32 size = module.columns[p.column].row_bytes;
     const RowsHead& head = columns.rows(p.column, catom);
     sort_facts(module, p, facts);
-    std::vector<u8> rows;
-    rows.reserve((head.count + facts.size()) * size);
+    rows.clear();
     u32 held = 0, added = 0;
     const auto keep_held = [&] { rows.insert(rows.end(), head.data + std::size_t{held} * size, head.data + (std::size_t{held} + 1) * size), ++held; };
     const Value* before = nullptr;
@@ -205,7 +210,7 @@ bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 c
     }
     if (added == 0) return false;
     while (held < head.count) keep_held();
-    columns.set_rows(p.column, catom, rows.data(), static_cast<u32>(rows.size() / size), pool);
+    columns.replace_rows(p.column, catom, rows.data(), static_cast<u32>(rows.size() / size), pool);
     columns.release_dropped(pool);
     return true;
 }

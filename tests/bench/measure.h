@@ -1,15 +1,10 @@
-// Shared by the benchmarks: CPU time, medians, a compiled program on a world, and the line that says on what machine.
+// Shared by the benchmarks that run programs: a compiled program on a world.
 #pragma once
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
-#include <fstream>
 #include <memory>
 #include <string>
-#include <thread>
-#include <vector>
 
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/run.h"
@@ -17,14 +12,9 @@
 #include "runtime/sim/simulation.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
+#include "tests/bench/clock.h"
 
 namespace meld::bench {
-
-inline double cpu_now() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 template <class T>
 T need(Result<T> result) {
@@ -36,22 +26,6 @@ inline void need(Result<void> result) {
     if (result) return;
     std::fprintf(stderr, "%s\n", result.error().message().c_str());
     std::exit(static_cast<int>(result.error().code));
-}
-
-inline double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
-inline void machine_line() {
-    std::ifstream info("/proc/cpuinfo");
-    std::string line, model = "unknown processor";
-    while (std::getline(info, line))
-        if (line.starts_with("model name")) {
-            model = line.substr(line.find(':') + 2);
-            break;
-        }
-    std::printf("machine: %s, %u hardware threads; CPU seconds, medians\n", model.c_str(), std::thread::hardware_concurrency());
 }
 
 // A program on a world, in this process.
