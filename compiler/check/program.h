@@ -51,6 +51,7 @@ enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Ce
 struct Argument {
     Type type = Type::Error;
     std::string name;
+    std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Between which an int is proven to lie (the planner's pass `narrow`).
 };
 
 struct Predicate {

@@ -29,7 +29,16 @@ std::string RuleEmitter::group_row(const Step& s) {
     const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
     const std::string group = fresh("group");
     w_.line("{} {}{{}};", row_type(s.predicate), group);
-    for (std::size_t i = 1; i < end; ++i) w_.line("{}.{} = {};", group, field_name(i), term(scope_, s.arguments[i - 1]));
+    const Stored& stored = plan_.of(s.predicate);
+    fits_.clear();
+    for (std::size_t i = 1; i < end; ++i) {
+        const std::string value = term(scope_, s.arguments[i - 1]);
+        const bool narrow = p.arguments[i].type == Type::Int && stored.fields[i - 1].bytes < 8;
+        const std::string field = fmt::format("{}.{}", group, field_name(i));
+        w_.line("{} = {};", field, narrow ? fmt::format("static_cast<decltype({})>({})", field, value) : value);
+        // What does not fit is in no row.
+        if (narrow) fits_ += fmt::format(" && {} == {}", field, value);
+    }
     return group;
 }
 
@@ -43,7 +52,7 @@ void RuleEmitter::match_home(const Step& s) {
     if (stored.storage == Storage::Rows && whole_key(s)) {
         const std::string group = group_row(s);
         w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
-        w_.open(fmt::format("if ({} < {}) {{", i, count));
+        w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
     } else {
         w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
     }
@@ -81,7 +90,7 @@ void RuleEmitter::match_remote(const Step& s) {
         if (whole_key(s)) {
             const std::string group = group_row(s);
             w_.line("const u32 {} = find_row<{}_t>({}, {}.count, {});", i, name, rows, head, group);
-            w_.open(fmt::format("if ({} < {}.count) {{", i, head));
+            w_.open(fmt::format("if ({} < {}.count{}) {{", i, head, fits_));
         } else {
             w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}.count; ++{0}) {{", i, head));
         }
@@ -114,11 +123,12 @@ void RuleEmitter::delta(const Step& s) {
     std::string others = "true", value;
     for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
         const Term& t = s.arguments[i - 1];
-        if (t.is_variable() && t.variable == s.variable) value = field_name(i);
+        const Type& type = plan_.program.predicates[s.predicate].arguments[i].type;
+        if (t.is_variable() && t.variable == s.variable) value = fmt::format(fmt::runtime(type == Type::Int ? "i64{{r.{}}}" : "r.{}"), field_name(i));
         else others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
     }
     const std::string change = fresh("change");
-    w_.line("const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; }}, [](const {3}& r) {{ return r.{5}; }});", change,
+    w_.line("const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; }}, [](const {3}& r) {{ return {5}; }});", change,
             name, last_fact_, row, others, value);
     const char* sign = s.compare == Op::Equal ? "==" : s.compare == Op::NotEqual ? "!=" : s.compare == Op::Less ? "<" : s.compare == Op::LessEqual ? "<=" : s.compare == Op::GreaterEqual ? ">=" : ">";
     w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.term, Type::Float)));

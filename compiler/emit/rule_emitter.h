@@ -2,6 +2,8 @@
 // share: rules.cpp (the rule, links), matches.cpp (facts), heads.cpp (aggregates, what is made).
 #pragma once
 
+#include <optional>
+
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -14,7 +16,11 @@ using plan::Step;
 class RuleEmitter {
   public:
     RuleEmitter(const plan::Plan& plan, const RulePlan& rule, Writer& w)
-        : plan_(plan), rule_plan_(rule), w_(w), scope_{plan, plan.program.rules[rule.rule], rule.rule.index()} {
+        : plan_(plan),
+          rule_plan_(rule),
+          w_(w),
+          joined_(rule.more.empty() ? std::nullopt : std::optional(plan::rule_of(plan, rule))),
+          scope_{plan, joined_ ? *joined_ : plan.program.rules[rule.rule], rule.rule.index()} {
         scope_.places.insert(scope_.rule.home);
     }
     void view();
@@ -36,7 +42,9 @@ class RuleEmitter {
     void choose();
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
-    void comment();
+    void comment(const check::Rule& rule);
+    // What rules do that have begun alike, one after the other.
+    void branches();
     // Comprehensions see what there was when the rule was applied, less what has been consumed since: what the rule itself
     // makes joins the bags when it is done, and given facts are read as they were.
     void freeze();
@@ -75,8 +83,9 @@ class RuleEmitter {
     // Whether all arguments of the group are compared, so that the row can be looked up.
     bool whole_key(const Step& s) const;
     static bool same_type(const Term& t, const Type& type) { return t.type == type; }
-    // Emits the group row that is looked for; returns its name.
+    // Emits the group row that is looked for; returns its name. fits_ becomes the condition that narrow fields hold its values.
     std::string group_row(const Step& s);
+    std::string fits_;
     void match_home(const Step& s);
     // A PerLink fact names its neighbour by port.
     void match_link(const Step& s, const std::string& f);
@@ -137,6 +146,7 @@ class RuleEmitter {
     const plan::Plan& plan_;
     const RulePlan& rule_plan_;
     Writer& w_;
+    std::optional<check::Rule> joined_;       // Of rules that begin alike: the first with the variables of all.
     Scope scope_;
     std::vector<Consumed> consumed_;
     std::string last_fact_;                   // The C++ name of the row that was matched last.

@@ -6,13 +6,30 @@
 namespace meld::emit {
 
 void RuleEmitter::view() {
-    comment();
+    if (rule_plan_.branches.empty()) comment(scope_.rule);
+    for (const RulePlan& b : rule_plan_.branches) comment(plan_.program.rules[b.rule]);
     w_.open(fmt::format("static void {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
-    propose(rule_plan_.heads[0]);
+    if (rule_plan_.branches.empty()) propose(rule_plan_.heads[0]);
+    else branches();
     close_to(outside);
     w_.close();
+}
+
+void RuleEmitter::branches() {
+    const Scope before = scope_;
+    for (const RulePlan& b : rule_plan_.branches) {
+        w_.open("{");
+        const std::size_t outside = w_.depth();
+        scope_.rule_index = b.rule.index();
+        steps(b.steps);
+        propose(b.heads[0]);
+        close_to(outside);
+        w_.close();
+        restore(before);
+    }
+    scope_.rule_index = before.rule_index;
 }
 
 void RuleEmitter::touch(std::size_t number) {
@@ -53,7 +70,7 @@ void RuleEmitter::group() {
 }
 
 void RuleEmitter::linear() {
-    comment();
+    comment(scope_.rule);
     w_.open(fmt::format("static bool {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     if (scope_.rule.select != Select::None) choose();
@@ -101,11 +118,11 @@ void RuleEmitter::restore(const Scope& before) {
     scope_.ranks = before.ranks;
 }
 
-void RuleEmitter::comment() {
+void RuleEmitter::comment(const check::Rule& rule) {
     w_.raw("");
-    w_.line("// {}", scope_.rule.line ? fmt::format("Line {}", scope_.rule.line) : std::string("Made by the compiler"));
+    w_.line("// {}", rule.line ? fmt::format("Line {}", rule.line) : std::string("Made by the compiler"));
     std::string line;
-    for (const char c : scope_.rule.text + "\n") {
+    for (const char c : rule.text + "\n") {
         if (c != '\n') {
             line += c == '\\' ? '/' : c;  // A backslash at the end of a line would swallow the next one.
             continue;

@@ -11,6 +11,9 @@ using namespace check;
 
 namespace {
 
+// The type of a field where it is kept: an int may be narrow.
+std::string stored_type(const plan::Field& f) { return f.type == Type::Int ? fmt::format("i{}", 8 * f.bytes) : cpp_type(f.type); }
+
 // A member of a record or row, placed by the layout; members are declared in the order of their offsets.
 struct Member {
     std::uint32_t offset;
@@ -31,7 +34,7 @@ std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c
         const bool per_link = s.storage == Storage::PerLink;
         for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
             out.push_back({s.fields[i].offset,
-                           fmt::format("{} {}_{}{};", cpp_type(s.fields[i].type), name, field_name(i + 1), per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
+                           fmt::format("{} {}_{}{};", stored_type(s.fields[i]), name, field_name(i + 1), per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
         if (s.ranked) out.push_back({s.rank_offset, fmt::format("u32 {}_rank;", name)});
         else if (per_link) out.push_back({s.presence_offset, fmt::format("u32 {}_ports;", name)});
         else out.push_back({s.presence_offset, fmt::format("u32 present_{};", s.presence_offset)});
@@ -86,6 +89,7 @@ std::string better(const Predicate& p, std::size_t field) {
 }
 
 std::string hashed(const Type& type, const std::string& value) {
+    if (type == Type::Int) return fmt::format("bits_of(i64{{{}}})", value);
     return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
 
@@ -151,7 +155,7 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
         const bool port = s.storage == Storage::PerLink && i == 0;
         // Without a layout of rows of its own, the order of declaration serves.
         const std::uint32_t at = s.storage == Storage::Rows ? s.fields[i].offset : static_cast<std::uint32_t>(i);
-        members.push_back({at, fmt::format("{} {};", port ? "i64" : cpp_type(s.fields[i].type), field_name(i + 1))});
+        members.push_back({at, fmt::format("{} {};", port ? "i64" : stored_type(s.fields[i]), field_name(i + 1))});
     }
     if (s.ranked) members.push_back({s.storage == Storage::Rows ? s.rank_offset : 1000, "u32 rank;"});
     if (s.waits) members.push_back({s.storage == Storage::Rows ? s.from_offset : 1001, "u32 from;"});

@@ -109,9 +109,17 @@ class Layout {
         else if (f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported && !f.recursive && p.kind == PredicateKind::Persistent)
             s.storage = Storage::PerLink;
         else s.storage = Storage::Rows;
-        for (std::size_t i = 1; i < p.arguments.size(); ++i) s.fields.push_back({p.arguments[i].type, p.arguments[i].type == Type::Bool ? 1u : 8u, 0});
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) s.fields.push_back({p.arguments[i].type, bytes_of(p.arguments[i]), 0});
         if (p.given.valid()) s.base = p.given;
         else if (p.kind != PredicateKind::Action && !f.derived) s.base = id;
+    }
+
+    static std::uint32_t bytes_of(const Argument& a) {
+        if (a.type == Type::Bool) return 1;
+        if (a.type != Type::Int) return 8;
+        for (const std::uint32_t bytes : {1u, 2u, 4u})
+            if (const std::int64_t half = std::int64_t{1} << (8 * bytes - 1); a.least >= -half && a.greatest < half) return bytes;
+        return 8;
     }
 
     // ---- columns
@@ -159,26 +167,56 @@ class Layout {
         return (at + align - 1) / align * align;
     }
 
+    // The fields of these predicates and what else stands with them. Ints are narrow only where all together become smaller.
+    std::uint32_t place_fields(const std::vector<PredicateId>& predicates, const std::vector<Item>& others) {
+        const auto all = [&] {
+            std::vector<Item> items;
+            for (const PredicateId id : predicates) {
+                Stored& s = plan_.stored[id.index()];
+                const bool per_link = s.storage == Storage::PerLink;
+                for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i) items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
+            }
+            items.insert(items.end(), others.begin(), others.end());
+            return place(items);
+        };
+        const std::uint32_t narrow = all();
+        std::vector<std::uint32_t> widths;
+        each_int(predicates, [&](Field& f) {
+            widths.push_back(f.bytes);
+            f.bytes = 8;
+        });
+        const std::uint32_t wide = all();
+        if (narrow >= wide) return wide;
+        std::size_t i = 0;
+        each_int(predicates, [&](Field& f) { f.bytes = widths[i++]; });
+        return all();
+    }
+    template <class Visit>
+    void each_int(const std::vector<PredicateId>& predicates, const Visit& visit) {
+        for (const PredicateId id : predicates)
+            for (Field& f : plan_.stored[id.index()].fields)
+                if (f.type == Type::Int) visit(f);
+    }
+
     void rows_column(PredicateId id) {
         Stored& s = plan_.stored[id.index()];
-        std::vector<Item> items;
-        for (Field& f : s.fields) items.push_back({f.bytes, 1, &f.offset});
-        if (s.ranked) items.push_back({4, 1, &s.rank_offset});
-        if (s.waits) items.push_back({4, 1, &s.from_offset});
+        std::vector<Item> others;
+        if (s.ranked) others.push_back({4, 1, &s.rank_offset});
+        if (s.waits) others.push_back({4, 1, &s.from_offset});
         Column c;
         c.name = program_.predicates[id].name;
         c.rows = true;
         c.exported = s.exported;
         c.predicates = {id};
         c.stride = 16;
-        c.row_bytes = std::max<std::uint32_t>(1, place(items));
+        c.row_bytes = std::max<std::uint32_t>(1, place_fields({id}, others));
         s.column = plan_.columns.add(std::move(c));
     }
 
     void record_column(const std::vector<PredicateId>& predicates) {
         Column c;
         c.predicates = predicates;
-        std::vector<Item> items;
+        std::vector<Item> others;
         std::vector<std::uint32_t> words;  // Presence words of 32 predicates each.
         words.reserve(predicates.size());
         std::uint32_t bit = 32;
@@ -188,22 +226,21 @@ class Layout {
             const bool per_link = s.storage == Storage::PerLink;
             c.name += (c.name.empty() ? "" : "+") + program_.predicates[id].name;
             c.exported = s.exported;
-            for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i) items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
             if (s.ranked) {
-                items.push_back({4, 1, &s.rank_offset});
+                others.push_back({4, 1, &s.rank_offset});
             } else if (per_link) {
-                items.push_back({4, 1, &s.presence_offset});
+                others.push_back({4, 1, &s.presence_offset});
             } else {
                 if (bit == 32) {
                     words.push_back(0);
-                    items.push_back({4, 1, &words.back()});
+                    others.push_back({4, 1, &words.back()});
                     bit = 0;
                 }
                 word_of.push_back({id, words.size() - 1});
                 s.presence_mask = 1u << bit++;
             }
         }
-        c.stride = place(items);
+        c.stride = place_fields(predicates, others);
         for (const auto& [id, word] : word_of) plan_.stored[id.index()].presence_offset = words[word];
         const ColumnId column = plan_.columns.add(std::move(c));
         for (const PredicateId id : predicates) plan_.stored[id.index()].column = column;

@@ -1,5 +1,5 @@
-// Pass: message merging. Localization makes an auxiliary for the far part of each rule; where two of them are derived by
-// the same clauses, names of variables aside, one serves both, and neighbours are told once instead of twice.
+// Pass: message merging. Localization makes an auxiliary for the far part of each rule, `push` one for the best of a
+// neighbour's rows; where two of them are derived by the same clauses, names of variables aside, one serves both, and neighbours are told once instead of twice.
 //     p(A) :- neighbor(A, B), neighbor(B, C), mark(C, V), V > 1.
 //     q(A) :- neighbor(A, B), neighbor(B, C), mark(C, W), W > 1, calm(A).
 // Assumes localized rules.
@@ -34,7 +34,8 @@ std::string shape(const Program& program, const Rule& rule) {
     };
     for (const Term& t : rule.heads[0].atom.arguments) each_variable(t, number);
     for (const Clause& c : rule.body) each_variable(c, number);
-    std::string text;
+    const Predicate& made = program.predicates[rule.heads[0].atom.predicate];
+    std::string text = made.aggregate == Aggregate::None ? "" : fmt::format("{} {}: ", aggregate_name(made.aggregate), made.aggregate_at);
     for (const Term& t : rule.heads[0].atom.arguments) {
         Term renamed = t;
         rename(renamed, names);
@@ -72,7 +73,7 @@ void merge_auxiliaries(check::Program& program) {
         for (const Rule& rule : program.rules) {
             if (rule.linear) continue;
             const Predicate& p = program.predicates[rule.heads[0].atom.predicate];
-            if (!p.auxiliary || p.name.find(".far") == std::string::npos) continue;
+            if (!p.auxiliary || (p.name.find(".far") == std::string::npos && p.name.find(".best") == std::string::npos)) continue;
             const auto [at, is_new] = first.emplace(shape(program, rule), rule.heads[0].atom.predicate);
             if (!is_new) merged[rule.heads[0].atom.predicate] = at->second;
         }

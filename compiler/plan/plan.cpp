@@ -36,10 +36,13 @@ constexpr Pass kPasses[] = {
     {"wait", false, wait_for_neighbours, nullptr},
     {"given", false, separate_base, nullptr},
     {"localize", false, localize, nullptr},
+    {"push", true, push_aggregates, nullptr},
     {"merge", true, merge_auxiliaries, nullptr},
+    {"narrow", true, narrow_integers, nullptr},
     {"layout", false, nullptr, find_components},
     {"order", false, nullptr, order_rules},
     {"deltas", true, nullptr, plan_deltas},
+    {"share", true, nullptr, share_prefixes},
 };
 
 }  // namespace

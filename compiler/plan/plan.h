@@ -116,6 +116,10 @@ struct RulePlan {
     // Of a delta (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
     std::uint64_t unchanged = 0;         // Of no use where one of these inputs has changed too.
+    // Of rules that begin alike (share.cpp): these go on where the steps end, in the variables of `rule` and, numbered after
+    // them, `more`. The heads are theirs.
+    std::vector<RulePlan> branches = {};
+    std::vector<check::Variable> more = {};
 };
 
 // How a predicate with many rows is settled where only rows have changed: `touches` find the groups that changed rows of
@@ -183,22 +187,31 @@ void wait_for_neighbours(check::Program& program);
 void separate_base(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
 void localize(check::Program& program);
+// Takes the least or greatest of a neighbour's rows there, so that one value is sent instead of them.
+void push_aggregates(check::Program& program);
 // Lets rules whose far parts are alike share one auxiliary.
 void merge_auxiliaries(check::Program& program);
 // Orders components that recur along a tree: what a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
+// Finds between which values the ints of derived facts lie.
+void narrow_integers(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
 void order_rules(Plan& plan);
 // Finds the components that can be settled row by row, and how.
 void plan_deltas(Plan& plan);
+// Lets rules of one predicate that begin with the same steps take them together.
+void share_prefixes(Plan& plan);
 // Run after every pass: what later ones and emission rely on. A violation is our bug and ends the process.
 void verify(const check::Program& program);
 void verify(const Plan& plan);
 
 // How many arguments after the catom make the group: all that stand before an aggregated one.
 inline std::size_t group_arguments(const check::Predicate& p) { return (p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at) - 1; }
+
+// The rule with all variables that its plan mentions.
+check::Rule rule_of(const Plan& plan, const RulePlan& rule);
 
 std::string print(const Plan& plan);
 // For every rule where it runs and what it sends; for every predicate its storage and bytes a catom.

@@ -78,7 +78,7 @@ class Printer {
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
         for (const ComponentPlan& c : plan_.components)
-            for (const RulePlan& r : c.rules) explain_rule(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
+            for (const RulePlan& r : c.rules) explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
         for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
         for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
         return out_;
@@ -92,8 +92,19 @@ class Printer {
         return text;
     }
 
-    void explain_rule(const RulePlan& r, const std::string& how) {
-        const check::Rule& rule = program_.rules[r.rule];
+    void explain_view(const RulePlan& r, const std::string& how) {
+        if (r.branches.empty()) return explain_rule(r, how);
+        check::Rule rule = rule_of(plan_, r);
+        for (const RulePlan& b : r.branches) {
+            RulePlan whole = b;
+            whole.steps.insert(whole.steps.begin(), r.steps.begin(), r.steps.end());
+            rule.text = program_.rules[b.rule].text;
+            rule.variables[rule.home].name = program_.rules[b.rule].variables[program_.rules[b.rule].home].name;
+            explain_rule(whole, rule, &b == &r.branches[0] ? how : fmt::format("{}; begins with {}", how, program_.rules[r.rule].name));
+        }
+    }
+    void explain_rule(const RulePlan& r, const std::string& how) { explain_rule(r, program_.rules[r.rule], how); }
+    void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
         out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, rule.variables[rule.home].name, how);
         std::string order;
         std::size_t reads_made = 0;
@@ -153,12 +164,28 @@ class Printer {
     }
 
     void rule(const RulePlan& r) {
+        if (!r.branches.empty()) return branching(r);
         rule_ = &program_.rules[r.rule];
         out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->home].name, rule_->text);
         if (rule_->select != Select::None)
             indented(2, fmt::format("choose {} {}", rule_->select == Select::Random ? "any" : rule_->select == Select::Ascending ? "the least" : "the greatest", name(rule_->selected)));
         steps(r.steps, 2);
         heads(r.heads, 2 + r.steps.size());
+    }
+
+    void branching(const RulePlan& r) {
+        const check::Rule joined = rule_of(plan_, r);
+        rule_ = &joined;
+        for (const RulePlan& b : r.branches) {
+            const check::Rule& rule = program_.rules[b.rule];
+            out_ += fmt::format("  {}  at {}   {}\n", rule.name, rule.variables[rule.home].name, rule.text);
+        }
+        steps(r.steps, 2);
+        for (const RulePlan& b : r.branches) {
+            steps(b.steps, 2 + r.steps.size());
+            heads(b.heads, 2 + r.steps.size() + b.steps.size());
+        }
+        rule_ = nullptr;
     }
 
     // What is done where only rows have changed.

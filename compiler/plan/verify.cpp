@@ -42,7 +42,11 @@ void verify(const check::Program& program) {
 
 void verify(const Plan& plan) {
     const auto rules = [&](const std::vector<RulePlan>& all) {
-        for (const RulePlan& r : all) verify_steps(plan, plan.program.rules[r.rule], r.steps);
+        for (const RulePlan& r : all) {
+            verify_steps(plan, plan.program.rules[r.rule], r.steps);
+            for (const RulePlan& b : r.branches) verify_steps(plan, plan.program.rules[b.rule], b.steps);
+            MELD_CHECK(r.branches.empty() || r.heads.empty(), "rule {} has heads and branches", plan.program.rules[r.rule].name);
+        }
     };
     for (const ComponentPlan& c : plan.components) {
         rules(c.rules);

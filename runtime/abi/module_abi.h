@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 5;
+inline constexpr u32 kAbiVersion = 6;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -63,7 +63,7 @@ enum DirtyBit : u64 {
 struct FieldInfo {
     const char* name;
     ValueType type;
-    u8 bytes;
+    u8 bytes;        // Bool: 1; Int: 1, 2, 4 or 8, as many as its values are known to need; all others 8.
     u32 offset;  // In the record (Single), in the row (Rows), of port 0 in the record (PerLink).
     u16 deep;    // Index into ModuleInfo::types.
 };

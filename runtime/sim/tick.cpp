@@ -1,6 +1,5 @@
 // The tick of a part: timers, evaluation, delivery, and what the parts tell each other.
 #include <algorithm>
-#include <algorithm>
 #include <cstring>
 
 #include "runtime/base/assert.h"

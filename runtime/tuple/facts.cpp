@@ -12,18 +12,29 @@ namespace meld::tuple {
 
 namespace {
 
+template <class Int>
+i64 narrow(const u8* at) {
+    Int value = 0;
+    std::memcpy(&value, at, sizeof value);
+    return value;
+}
+
 Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
     Value v{};
     const u8* at = base + field.offset + element * field.bytes;
-    if (field.bytes == 1) v.integer = *at;
-    else std::memcpy(&v, at, 8);
+    switch (field.bytes) {
+        case 1: v.integer = field.type == ValueType::Bool ? *at : static_cast<std::int8_t>(*at); break;
+        case 2: v.integer = narrow<std::int16_t>(at); break;
+        case 4: v.integer = narrow<std::int32_t>(at); break;
+        default: std::memcpy(&v, at, 8);
+    }
     return v;
 }
 
 void store(const FieldInfo& field, u8* base, Value v) {
     v = normal(field.type, v);
-    if (field.bytes == 1) base[field.offset] = static_cast<u8>(v.integer);
-    else std::memcpy(base + field.offset, &v, 8);
+    // The low bytes come first.
+    std::memcpy(base + field.offset, &v, field.bytes);
 }
 
 u32 word_at(const u8* record, u32 offset) {

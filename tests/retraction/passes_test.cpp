@@ -68,16 +68,21 @@ TEST_P(Passes, DeltasChangeNothing) {
     const std::string& name = GetParam().name;
     std::printf("%s: %llu derivations, %llu without deltas\n", name.c_str(), static_cast<unsigned long long>(with), static_cast<unsigned long long>(without));
     EXPECT_LE(with, without);
-    if (name == "rows" || name == "keyed" || name == "flood") EXPECT_LT(with, without);
+    if (name == "rows" || name == "keyed" || name == "flood") {
+        EXPECT_LT(with, without);
+    }
 }
 
 // Ranks may be others where facts pass fewer auxiliaries, but no auxiliary is recursive here.
 TEST(Rewriting, ChangesNothing) {
-    for (const char* pass : {"fold", "dead", "merge"}) {
+    for (const char* pass : {"fold", "dead", "push", "merge", "narrow", "share"}) {
         std::uint64_t with = 0, without = 0;
         compare(rows(), pass, 8, with, without);
         std::printf("%llu derivations, %llu without %s\n", static_cast<unsigned long long>(with), static_cast<unsigned long long>(without), pass);
-        EXPECT_LE(with, without);
+        // The best of a neighbour's rows is found there, before anybody asks: that spares messages, not always derivations.
+        if (pass != std::string("push")) {
+            EXPECT_LE(with, without);
+        }
     }
 }
 

@@ -28,9 +28,9 @@ class Module {
         predicates_[0] = {"path", PredicateKind::Persistent, Storage::Rows, false, false, 2, path_fields_, 0, 0, kNone32, 0, 0};
         predicates_[1] = {"name", PredicateKind::Persistent, Storage::Single, false, false, 1, name_fields_, 1, 1, kNone32, 8, 1};
         predicates_[2] = {"count", PredicateKind::Persistent, Storage::Single, false, false, 1, count_fields_, 2, 2, kNone32, 8, 1};
-        columns_[0] = {"path", true, false, sizeof(RowsHead), 16, 0, 0, nullptr, 2, path_offsets_, path_types_};
-        columns_[1] = {"name", false, true, 16, 0, 0, 0, nullptr, 1, path_offsets_, &string_};
-        columns_[2] = {"count", false, false, 16, 0, 0, 0, nullptr, 0, nullptr, nullptr};
+        columns_[0] = {"path", true, false, sizeof(RowsHead), 16, 0, 0, nullptr, 2, path_offsets_, path_types_, nullptr};
+        columns_[1] = {"name", false, true, 16, 0, 0, 0, nullptr, 1, path_offsets_, &string_, nullptr};
+        columns_[2] = {"count", false, false, 16, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr};
         info_.types = types_.table();
         info_.predicate_count = 3;
         info_.predicates = predicates_;

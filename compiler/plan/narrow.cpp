@@ -1,0 +1,225 @@
+// Pass: narrow integers. Finds between which values the int arguments of derived predicates lie, whatever the run gives:
+//     level(A, 0) :- top(A).      level(B, L + 1) :- neighbor(A, B), level(A, L), L < 20.          0 <= L <= 20
+// The layout then keeps them in 1, 2 or 4 bytes where that makes a record or a row smaller. Nothing is assumed of facts that
+// the world or linear rules give, of sums, and of constants, which a run may set. Assumes that given facts are separate.
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+// From least to greatest; empty where least is the greater: nothing has been derived yet.
+struct Range {
+    std::int64_t least = INT64_MIN, greatest = INT64_MAX;
+
+    static Range empty() { return {INT64_MAX, INT64_MIN}; }
+    bool is_empty() const { return least > greatest; }
+    bool operator==(const Range&) const = default;
+};
+Range either(const Range& a, const Range& b) {
+    if (a.is_empty()) return b;
+    if (b.is_empty()) return a;
+    return {std::min(a.least, b.least), std::max(a.greatest, b.greatest)};
+}
+Range both(const Range& a, const Range& b) { return {std::max(a.least, b.least), std::min(a.greatest, b.greatest)}; }
+
+using Known = std::map<VariableId, Range>;
+
+// What an operation can give. A value that overflows ends the run, so the range of what is stored ends where ints do.
+Range sum(const Range& a, const Range& b) {
+    Range r;
+    if (a.is_empty() || b.is_empty()) return Range::empty();
+    if (a.least == INT64_MIN || b.least == INT64_MIN || __builtin_add_overflow(a.least, b.least, &r.least)) r.least = INT64_MIN;
+    if (a.greatest == INT64_MAX || b.greatest == INT64_MAX || __builtin_add_overflow(a.greatest, b.greatest, &r.greatest)) r.greatest = INT64_MAX;
+    return r;
+}
+Range negative(const Range& a) {
+    if (a.is_empty()) return a;
+    return {a.greatest == INT64_MAX ? INT64_MIN : -a.greatest, a.least == INT64_MIN ? INT64_MAX : -a.least};
+}
+// Factors of at most 31 bits, so that no product overflows.
+Range product(const Range& a, const Range& b) {
+    constexpr std::int64_t most = INT32_MAX;
+    if (a.is_empty() || b.is_empty()) return Range::empty();
+    if (std::min(a.least, b.least) < -most || std::max(a.greatest, b.greatest) > most) return {};
+    const auto [least, greatest] = std::minmax({a.least * b.least, a.least * b.greatest, a.greatest * b.least, a.greatest * b.greatest});
+    return {least, greatest};
+}
+// The remainder has the sign of the dividend.
+Range remainder(const Range& a, const Term& by) {
+    if (a.is_empty() || by.op != Op::Int || by.integer == 0 || by.integer == INT64_MIN) return a.is_empty() ? a : Range{};
+    const std::int64_t most = std::abs(by.integer) - 1;
+    return both({a.least < 0 ? -most : 0, a.greatest > 0 ? most : 0}, {std::min<std::int64_t>(a.least, 0), std::max<std::int64_t>(a.greatest, 0)});
+}
+
+Range range_of(const Term& t, const Known& known) {
+    const auto operand = [&](std::size_t i) { return range_of(t.operands[i], known); };
+    if (t.type != Type::Int) return {};
+    switch (t.op) {
+        case Op::Int: return {t.integer, t.integer};
+        case Op::Variable: {
+            const auto found = known.find(t.variable);
+            return found == known.end() ? Range{} : found->second;
+        }
+        case Op::Add: return sum(operand(0), operand(1));
+        case Op::Subtract: return sum(operand(0), negative(operand(1)));
+        case Op::Negate: return negative(operand(0));
+        case Op::Multiply: return product(operand(0), operand(1));
+        case Op::Modulo: return remainder(operand(0), t.operands[1]);
+        case Op::If: return either(operand(1), operand(2));
+        case Op::Min: {
+            const Range a = operand(0), b = operand(1);
+            return {std::min(a.least, b.least), std::min(a.greatest, b.greatest)};
+        }
+        case Op::Max: {
+            const Range a = operand(0), b = operand(1);
+            return {std::max(a.least, b.least), std::max(a.greatest, b.greatest)};
+        }
+        default: return {};
+    }
+}
+
+Op mirrored(Op op) {
+    switch (op) {
+        case Op::Less: return Op::Greater;
+        case Op::LessEqual: return Op::GreaterEqual;
+        case Op::Greater: return Op::Less;
+        case Op::GreaterEqual: return Op::LessEqual;
+        default: return op;
+    }
+}
+
+// What a variable can be where `variable op other` holds.
+Range where(Op op, const Range& other) {
+    if (other.is_empty()) return other;
+    switch (op) {
+        case Op::Equal: return other;
+        case Op::Less: return {INT64_MIN, other.greatest == INT64_MIN ? INT64_MIN : other.greatest - (other.greatest != INT64_MAX)};
+        case Op::LessEqual: return {INT64_MIN, other.greatest};
+        case Op::Greater: return {other.least == INT64_MAX ? INT64_MAX : other.least + (other.least != INT64_MIN), INT64_MAX};
+        case Op::GreaterEqual: return {other.least, INT64_MAX};
+        default: return {};
+    }
+}
+
+class Narrower {
+  public:
+    explicit Narrower(Program& program) : program_(program), ranges_(program.predicates.count()) {
+        for (const PredicateId p : program.predicates.ids()) {
+            const Predicate& predicate = program.predicates[p];
+            const bool ours = predicate.kind == PredicateKind::Persistent && predicate.world == WorldSource::None && !predicate.sensed && is_derived(p);
+            of(p).assign(predicate.arguments.size(), ours ? Range::empty() : Range{});
+            if (!ours) sense(predicate, of(p));
+        }
+    }
+
+    void run() {
+        // Upwards until nothing grows; what still grows after a while may grow for ever.
+        constexpr int kPatience = 4, kRefinements = 2;
+        for (int round = 0;; ++round) {
+            const std::vector<std::vector<Range>> before = ranges_;
+            const std::vector<std::vector<Range>> next = derived();
+            for (std::size_t p = 0; p < ranges_.size(); ++p)
+                for (std::size_t i = 0; i < ranges_[p].size(); ++i) {
+                    Range r = either(ranges_[p][i], next[p][i]);
+                    if (round >= kPatience && !ranges_[p][i].is_empty()) {
+                        if (r.least < ranges_[p][i].least) r.least = INT64_MIN;
+                        if (r.greatest > ranges_[p][i].greatest) r.greatest = INT64_MAX;
+                    }
+                    ranges_[p][i] = r;
+                }
+            if (ranges_ == before) break;
+        }
+        // And down again: what holds of all facts that are in the ranges holds of those that rules make of them.
+        for (int i = 0; i < kRefinements; ++i) ranges_ = derived();
+        for (const PredicateId p : program_.predicates.ids())
+            for (std::size_t i = 1; i < of(p).size(); ++i) {
+                Argument& argument = program_.predicates[p].arguments[i];
+                if (argument.type != Type::Int || of(p)[i].is_empty()) continue;
+                argument.least = of(p)[i].least;
+                argument.greatest = of(p)[i].greatest;
+            }
+    }
+
+  private:
+    std::vector<Range>& of(PredicateId p) { return ranges_[p.index()]; }
+
+    bool is_derived(PredicateId p) const {
+        return std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& r) { return !r.linear && r.heads[0].atom.predicate == p; });
+    }
+
+    static void sense(const Predicate& p, std::vector<Range>& ranges) {
+        constexpr Range port{0, kMaxPorts - 1};
+        switch (p.world) {
+            case WorldSource::NeighborPort: ranges[2] = port; break;
+            case WorldSource::Vacant:
+            case WorldSource::TargetPort: ranges[1] = port; break;
+            case WorldSource::NeighborCount: ranges[1] = {0, kMaxPorts}; break;
+            default: break;
+        }
+    }
+
+    // The ranges of what the rules make of facts in the present ranges.
+    std::vector<std::vector<Range>> derived() {
+        std::vector<std::vector<Range>> next = ranges_;
+        std::set<PredicateId> seen;
+        for (const Rule& rule : program_.rules) {
+            if (rule.linear) continue;
+            const Atom& head = rule.heads[0].atom;
+            const Predicate& p = program_.predicates[head.predicate];
+            if (p.kind != PredicateKind::Persistent || p.sensed || p.world != WorldSource::None) continue;
+            std::vector<Range>& made = next[head.predicate.index()];
+            if (seen.insert(head.predicate).second) std::fill(made.begin(), made.end(), Range::empty());
+            Known known;
+            if (!understand(rule, known)) continue;
+            for (std::size_t i = 1; i < head.arguments.size(); ++i) made[i] = either(made[i], unchecked(p, i) ? Range{} : range_of(head.arguments[i], known));
+        }
+        return next;
+    }
+    // What is folded, counted, timed or chosen by the program is not looked into.
+    static bool unchecked(const Predicate& p, std::size_t argument) {
+        return p.aggregate != Aggregate::None && p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max && argument >= p.aggregate_at;
+    }
+
+    // The ranges of a rule's variables; false: the body cannot hold yet.
+    bool understand(const Rule& rule, Known& known) {
+        const auto meet = [&](VariableId v, const Range& r) {
+            if (rule.variables[v].type != Type::Int) return;
+            const auto [at, is_new] = known.emplace(v, r);
+            if (!is_new) at->second = both(at->second, r);
+        };
+        // A test may be about a variable that a later one gives its value.
+        for (int again = 0; again < 3; ++again)
+            for (const Clause& c : rule.body) {
+                if (c.kind == Clause::Kind::Atom)
+                    for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) {
+                        const Range& r = of(c.atom.predicate)[i];
+                        const Type& type = program_.predicates[c.atom.predicate].arguments[i].type;
+                        if (type == Type::Int && r.is_empty()) return false;
+                        if (type == Type::Int && c.atom.arguments[i].is_variable()) meet(c.atom.arguments[i].variable, r);
+                    }
+                if (c.kind != Clause::Kind::Test || c.test.operands.size() != 2 || c.test.operands[0].type != Type::Int || c.test.operands[1].type != Type::Int) continue;
+                for (const bool left : {true, false}) {
+                    const Term &one = c.test.operands[left ? 0 : 1], &other = c.test.operands[left ? 1 : 0];
+                    if (one.is_variable()) meet(one.variable, where(left ? c.test.op : mirrored(c.test.op), range_of(other, known)));
+                }
+            }
+        return std::none_of(known.begin(), known.end(), [](const auto& k) { return k.second.is_empty(); });
+    }
+
+    Program& program_;
+    std::vector<std::vector<Range>> ranges_;
+};
+
+}  // namespace
+
+void narrow_integers(Program& program) { Narrower(program).run(); }
+
+}  // namespace meld::plan

@@ -1,0 +1,174 @@
+// Pass: common prefixes of bodies. Rules that derive the same predicate and begin with the same steps, names of variables
+// aside, take these steps together and part where they differ:
+//     near(A, K) :- neighbor(A, B), item(B, K), warm(A).         for each neighbour B: item(B, K):  if warm(A) -> near(A, K)
+//     near(A, L) :- neighbor(A, C), item(C, L), L > 9.                                              if K > 9 -> near(A, K)
+// Sums are left alone: floats would be added in another order. Runs last, when each rule has its order of reading.
+#include <algorithm>
+#include <map>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+// The variables of one rule in terms of those of another.
+using Names = std::map<VariableId, VariableId>;
+
+bool same(const Term& a, const Term& b, const Names& names) {
+    if (a.op != b.op || a.type != b.type || a.integer != b.integer || a.text != b.text || a.constant != b.constant || a.function != b.function) return false;
+    if (a.real != b.real || a.operands.size() != b.operands.size()) return false;
+    if (a.op == Op::Let) return false;
+    if (a.is_variable()) {
+        const auto found = names.find(b.variable);
+        if (found == names.end() || found->second != a.variable) return false;
+    }
+    for (std::size_t i = 0; i < a.operands.size(); ++i)
+        if (!same(a.operands[i], b.operands[i], names)) return false;
+    return true;
+}
+
+// A place where a step may give a variable its value: it takes the other's name if it is new in both.
+bool bind(VariableId a, VariableId b, Names& names) {
+    if (a.valid() != b.valid()) return false;
+    if (!a.valid()) return true;
+    const auto [at, is_new] = names.emplace(b, a);
+    if (!is_new) return at->second == a;
+    return std::count_if(names.begin(), names.end(), [&](const auto& n) { return n.second == a; }) == 1;
+}
+
+bool same_arguments(const Step& a, const Step& b, Names& names) {
+    if (a.uses != b.uses || a.arguments.size() != b.arguments.size()) return false;
+    for (std::size_t i = 0; i < a.arguments.size(); ++i) {
+        if (a.uses[i] == ArgumentUse::Bind ? !bind(a.arguments[i].variable, b.arguments[i].variable, names) : !same(a.arguments[i], b.arguments[i], names)) return false;
+    }
+    return true;
+}
+
+// Whether the steps do the same; `names` then knows what b's step binds. Those with steps inside are not looked into.
+bool same(const Step& a, const Step& b, Names& names) {
+    if (a.kind != b.kind) return false;
+    switch (a.kind) {
+        case Step::Kind::Neighbours:
+        case Step::Kind::Locate:
+            return a.port_from_other_side == b.port_from_other_side && same(a.term, b.term, names) && same(a.port_compare, b.port_compare, names) && bind(a.place, b.place, names) &&
+                   bind(a.port, b.port, names);
+        case Step::Kind::Match:
+            return a.predicate == b.predicate && a.at_home == b.at_home && a.read_only == b.read_only && a.ranks == b.ranks && a.changed == b.changed && bind(a.place, b.place, names) &&
+                   same_arguments(a, b, names);
+        case Step::Kind::Test: return same(a.term, b.term, names);
+        case Step::Kind::Set: return same(a.term, b.term, names) && bind(a.variable, b.variable, names);
+        default: return false;
+    }
+}
+
+class Sharer {
+  public:
+    Sharer(const Plan& plan, ComponentPlan& component) : program_(plan.program), rules_(component.rules) {}
+
+    void run() {
+        for (std::size_t i = 0; i < rules_.size(); ++i) {
+            if (!may_share(rules_[i])) continue;
+            std::size_t length = 0;
+            std::vector<std::size_t> others;
+            for (std::size_t k = i + 1; k < rules_.size(); ++k) {
+                if (rules_[k].heads[0].predicate != rules_[i].heads[0].predicate) continue;
+                const std::size_t common = common_steps(rules_[i], rules_[k]);
+                if (common == 0 || (length > 0 && common < length)) continue;
+                if (length == 0) length = common;
+                others.push_back(k);
+            }
+            if (others.empty()) continue;
+            rules_[i] = join(i, others, length);
+            for (auto k = others.rbegin(); k != others.rend(); ++k) rules_.erase(rules_.begin() + static_cast<std::ptrdiff_t>(*k));
+        }
+    }
+
+  private:
+    bool may_share(const RulePlan& r) const {
+        const Aggregate a = program_.predicates[r.heads[0].predicate].aggregate;
+        return a == Aggregate::None || a == Aggregate::Min || a == Aggregate::Max;
+    }
+
+    // How many steps both begin with; none where no step among them goes through facts.
+    std::size_t common_steps(const RulePlan& a, const RulePlan& b) const {
+        Names names = start(a, b);
+        std::size_t n = 0;
+        bool loops = false;
+        for (; n < a.steps.size() && n < b.steps.size(); ++n) {
+            Names next = names;
+            if (!same(a.steps[n], b.steps[n], next)) break;
+            names = std::move(next);
+            loops = loops || a.steps[n].kind == Step::Kind::Match || a.steps[n].kind == Step::Kind::Neighbours;
+        }
+        return loops ? n : 0;
+    }
+
+    Names start(const RulePlan& a, const RulePlan& b) const { return {{program_.rules[b.rule].home, program_.rules[a.rule].home}}; }
+
+    RulePlan join(std::size_t first, const std::vector<std::size_t>& others, std::size_t length) {
+        const RulePlan& a = rules_[first];
+        const auto rest = [&](const RulePlan& r) {
+            RulePlan branch;
+            branch.rule = r.rule;
+            branch.steps.assign(r.steps.begin() + static_cast<std::ptrdiff_t>(length), r.steps.end());
+            branch.heads = r.heads;
+            return branch;
+        };
+        RulePlan out;
+        out.rule = a.rule;
+        out.inputs = a.inputs;
+        out.steps.assign(a.steps.begin(), a.steps.begin() + static_cast<std::ptrdiff_t>(length));
+        out.branches.push_back(rest(a));
+        for (const std::size_t k : others) {
+            const RulePlan& b = rules_[k];
+            Names names = start(a, b);
+            for (std::size_t i = 0; i < length; ++i) same(a.steps[i], b.steps[i], names);
+            RulePlan branch = rest(b);
+            const auto rename = [&](VariableId& v) {
+                if (!v.valid()) return;
+                const auto [at, is_new] = names.emplace(v, VariableId(program_.rules[a.rule].variables.count() + out.more.size()));
+                if (is_new) out.more.push_back(program_.rules[b.rule].variables[v]);
+                v = at->second;
+            };
+            for (Step& s : branch.steps) rename_step(s, rename);
+            for (HeadPlan& h : branch.heads) {
+                rename(h.place);
+                for (Term& t : h.arguments) rewrite_variables(t, rename);
+            }
+            out.inputs |= b.inputs;
+            out.branches.push_back(std::move(branch));
+        }
+        return out;
+    }
+
+    template <class Rename>
+    static void rename_step(Step& s, const Rename& rename) {
+        rename(s.place);
+        rename(s.port);
+        rename(s.variable);
+        rewrite_variables(s.port_compare, rename);
+        rewrite_variables(s.term, rename);
+        for (Term& t : s.arguments) rewrite_variables(t, rename);
+        for (Step& inner : s.inner) rename_step(inner, rename);
+    }
+
+    const Program& program_;
+    std::vector<RulePlan>& rules_;
+};
+
+}  // namespace
+
+void share_prefixes(Plan& plan) {
+    for (ComponentPlan& c : plan.components) Sharer(plan, c).run();
+}
+
+check::Rule rule_of(const Plan& plan, const RulePlan& r) {
+    check::Rule rule = plan.program.rules[r.rule];
+    for (const check::Variable& v : r.more) rule.variables.add(v);
+    return rule;
+}
+
+}  // namespace meld::plan
