@@ -16,10 +16,11 @@ void BodyActions::start(const PartState& part, const world::World& world) {
     force_ = {find("force", 3), find("force", 1)};
     torque_ = {find("torque", 3), find("torque", 1)};
     roll_ = {find("roll", 3), find("roll", 1)};
-    if (const auto failed = find("failed", 1)) {
-        const u16 base = part.module.predicates[*failed].base;
-        if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
-    }
+    // A program may call something else of its own so.
+    const std::optional<u32> failed = tuple::find_predicate(part.module, "failed", 1);
+    if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear || part.module.predicates[*failed].fields[0].type != ValueType::Int) return;
+    const u16 base = part.module.predicates[*failed].base;
+    if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
 }
 
 physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& action) {
