@@ -29,6 +29,13 @@ Term Scope::unknown_function(const std::string& name, Span span) {
     Term term;
     term.span = span;
     if (names_.tree.is_lost(name)) return term;
+    for (const auto& [key, id] : names_.predicates)
+        if (key.first == name) {
+            auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("`{}` is a predicate: its facts hold or do not, and have no value", name));
+            d.help = fmt::format("make it a clause of its own, `{0}(...)` or `not {0}(...)`", name);
+            d.labels = {{program_.predicates[id].span, "declared here"}};
+            return term;
+        }
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);

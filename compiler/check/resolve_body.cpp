@@ -287,14 +287,22 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
         refused_ = true;
         return std::nullopt;
     }
-    for (const auto& [key, id] : names_.predicates)
-        if (key.first == atom.name.text) {
-            const std::size_t needs = program_.predicates[id].arguments.size();
-            report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, needs, needs == 1 ? "" : "s",
-                                                                   atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
-                .labels = {{program_.predicates[id].span, "declared here"}};
-            return std::nullopt;
-        }
+    // There may be several of the name.
+    std::string counts;
+    std::size_t last = 0;
+    std::vector<diagnostics::Label> declared;
+    for (const auto& [key, id] : names_.predicates) {
+        if (key.first != atom.name.text) continue;
+        last = program_.predicates[id].arguments.size();
+        counts += (counts.empty() ? "" : " or ") + std::to_string(last);
+        declared.push_back({program_.predicates[id].span, "declared here"});
+    }
+    if (!declared.empty()) {
+        report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, counts, last == 1 ? "" : "s",
+                                                               atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
+            .labels = declared;
+        return std::nullopt;
+    }
     unknown_predicate(atom.name, atom.arguments.size() > 1);
     return std::nullopt;
 }

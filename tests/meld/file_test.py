@@ -12,6 +12,7 @@ output names no path. Files in a folder named `parts` beside a test can be inclu
 
     file_test.py --meldc PATH --meldsim PATH FILE_OR_FOLDER...
     file_test.py --kinds compiler/diagnostics/kinds.def FOLDER       Every kind of diagnostic has a test that shows it.
+    file_test.py --constructs constructs.toml ROOT                   Every construct has a test of its use and one of its misuse.
 """
 import argparse
 import difflib
@@ -22,6 +23,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 
 # Processes and threads of each run; all write the same facts.
@@ -150,15 +152,42 @@ def check_kinds(table, places):
     return 1 if missing or not codes else 0
 
 
+def check_constructs(table, root):
+    """The files that constructs.toml names hold the constructs; all words of the prelude are among them."""
+    constructs = tomllib.loads(pathlib.Path(table).read_text())["construct"]
+    wrong = []
+    for construct in constructs:
+        for part in ("use", "misuse"):
+            if part not in construct:
+                continue
+            path = root / construct[part]
+            if not path.is_file():
+                wrong.append(f"{construct['name']}: there is no {construct[part]}")
+                continue
+            lines = path.read_text(errors="replace").split("\n")
+            if construct["text"] not in "\n".join(line for line in lines if not line.startswith("//")):
+                wrong.append(f"{construct['name']}: {construct[part]} holds no {construct['text']}")
+            refused = any(re.match(r"// CHECK: (error|meldsim: |meldc: )", line) for line in lines)
+            if refused != (part == "misuse"):
+                wrong.append(f"{construct['name']}: {construct[part]} is {'' if refused else 'not '}refused")
+    words = set(re.findall(r"^type (?:\w+ )*([\w-]+)\(", (root / "stdlib/prelude.meld").read_text(), re.M))
+    wrong += [f"no construct for {word} of the prelude" for word in sorted(words - {c["name"] for c in constructs})]
+    print("\n".join(wrong) or f"{len(constructs)} constructs")
+    return 1 if wrong or not words else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--meldc")
     parser.add_argument("--meldsim")
     parser.add_argument("--kinds")
+    parser.add_argument("--constructs")
     parser.add_argument("places", nargs="+")
     options = parser.parse_args()
     if options.kinds:
         return check_kinds(options.kinds, options.places)
+    if options.constructs:
+        return check_constructs(options.constructs, pathlib.Path(options.places[0]))
     tools = {"meldc": options.meldc, "meldsim": options.meldsim}
     rewrite = os.environ.get("MELD_AUTOUPDATE") == "1"
     files = list(programs(options.places))

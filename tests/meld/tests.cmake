@@ -9,3 +9,5 @@ foreach(folder ${folders})
 endforeach()
 add_test(NAME meld_every_kind_is_shown COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --kinds ${CMAKE_SOURCE_DIR}/compiler/diagnostics/kinds.def ${CMAKE_CURRENT_LIST_DIR})
+add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
+  --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
