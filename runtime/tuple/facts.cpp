@@ -33,8 +33,14 @@ Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
 
 void store(const FieldInfo& field, u8* base, Value v) {
     v = normal(field.type, v);
-    // The low bytes come first.
-    std::memcpy(base + field.offset, &v, field.bytes);
+    // The low bytes come first; a copy of a length known here is one instruction.
+    u8* at = base + field.offset;
+    switch (field.bytes) {
+        case 1: *at = static_cast<u8>(v.integer); break;
+        case 2: std::memcpy(at, &v, 2); break;
+        case 4: std::memcpy(at, &v, 4); break;
+        default: std::memcpy(at, &v, 8);
+    }
 }
 
 u32 word_at(const u8* record, u32 offset) {

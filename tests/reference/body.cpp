@@ -262,7 +262,8 @@ void Body::aggregate() {
     if (countable.empty()) return;
     const Known& k = *pick(random_, countable);
     const bool around = chance(random_, 60);
-    const std::string at = any_catom();
+    // What a neighbour would gather from its own neighbours comes later than the rest.
+    const std::string at = for_linear ? "A" : any_catom();
     std::string fact = k.name + "(" + (around ? "Y" : at);
     bool taken = false;
     for (const Kind kind : k.arguments) {

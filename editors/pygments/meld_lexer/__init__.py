@@ -77,7 +77,7 @@ class MeldLexer(RegexLexer):
             (r"[0-9]+", Number.Integer),
             (words(("true", "false", "nil"), BEGIN, END), Keyword.Constant),
             (BEGIN + r"(?:then|else|otherwise|end|in)" + END + r"(?!\()|" + BEGIN + "if" + END + r"(?!\s*\((?!.*\bthen\b))", Keyword),
-            (BEGIN + r"(?:let(?=\s+[A-Z])|not(?=\s*[(a-z!?$])|forall(?=\s+[a-z!?$])|exists(?=\s+[A-Z_]))", Keyword),
+            (BEGIN + r"(?:let(?=\s+[A-Z])|not(?=\s*[(!?$]|\s+[a-z])|forall(?=\s+[a-z!?$])|exists(?=\s+[A-Z_]))", Keyword),
             (BEGIN + r"delta(?=\s*\(\s*[A-Z][A-Za-z0-9_]*\s*;)", Keyword),
             (BEGIN + r"(?:min|max|sum|count|collect|custom|first|any|asc|desc|random)" + END + r"(?=\s*(?:=>|:(?!-)|[A-Z][A-Za-z0-9_]*\s*(?:[:|]|=>)|[a-z]))", Name.Builtin),
             (NAME + r"(?=\s*\()", Name.Function),
