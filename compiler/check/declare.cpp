@@ -79,7 +79,7 @@ class Declarer {
                 kind = &m;
                 p.kind = m.text == "linear" ? PredicateKind::Linear : m.text == "action" ? PredicateKind::Action : PredicateKind::Persistent;
             } else {
-                report_.add(Kind::NotSupportedYet, m.span, fmt::format("the modifier `{}` is not compiled by this version", m.text)).help =
+                report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is no modifier", m.text)).help =
                     "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
             }
         }
