@@ -19,7 +19,7 @@ set_tests_properties(program_shape_change PROPERTIES TIMEOUT 300 PROCESSORS 2)
 foreach(program swarm rolling row bridge ring climber)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
-  set_tests_properties(motion_${program} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(motion_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
 endforeach()
 add_test(NAME motion_crowd
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/bodies crowd)
