@@ -17,6 +17,8 @@ namespace meld::record {
 namespace {
 
 using sim::put;
+using sim::put_text;
+using sim::take_text;
 using sim::take_value;
 
 bool shown(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
@@ -45,9 +47,7 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
         text.clear();
         for (const auto& fact : facts) text += tuple::print_fact(part.module, p, id, fact.data()) + ".\n";
         put(out, id);
-        put(out, static_cast<u32>(text.size()));
-        const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-        out.insert(out.end(), bytes, bytes + text.size());
+        put_text(out, text);
     }
     return out;
 }
@@ -59,9 +59,7 @@ class Reader {
     bool next(Lines& out) {
         if (at_ == bytes_.data() + bytes_.size()) return false;
         out.id = take_value<u64>(at_);
-        const auto size = take_value<u32>(at_);
-        out.text.assign(reinterpret_cast<const char*>(at_), size);
-        at_ += size;
+        out.text = take_text(at_);
         return true;
     }
 

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/sim/bytes.h"
@@ -12,6 +13,8 @@
 namespace meld::record {
 
 using sim::put;
+using sim::put_text;
+using sim::take_text;
 using sim::take_value;
 
 namespace {
@@ -70,9 +73,7 @@ void Marks::send(std::vector<std::byte>& out) {
     for (const auto& [id, label] : new_labels_) {
         put(out, id);
         put(out, label.tick);
-        put(out, label.text.size());
-        const auto* bytes = reinterpret_cast<const std::byte*>(label.text.data());
-        out.insert(out.end(), bytes, bytes + label.text.size());
+        put_text(out, label.text);
     }
     put(out, new_lines_.size());
     for (const Line& line : new_lines_) put(out, line);
@@ -92,9 +93,8 @@ void Marks::receive(const std::byte* from, const std::byte* end) {
     for (auto left = take_value<std::size_t>(from); left > 0; --left) {
         Label& known = labels_[take_value<u64>(from)];
         const auto tick = take_value<i64>(from);
-        const auto size = take_value<std::size_t>(from);
-        if (tick >= known.tick) known = {tick, std::string(reinterpret_cast<const char*>(from), size)};
-        from += size;
+        std::string text = take_text(from);
+        if (tick >= known.tick) known = {tick, std::move(text)};
     }
     for (auto left = take_value<std::size_t>(from); left > 0; --left) received_.push_back(take_value<Line>(from));
     MELD_EXPECT(from == end);

@@ -14,6 +14,8 @@
 namespace meld::record {
 
 using sim::put;
+using sim::put_text;
+using sim::take_text;
 using sim::take_value;
 
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
@@ -77,13 +79,6 @@ struct Row {
     world::Vec3 position;
 };
 
-std::string take_text(const std::byte*& from) {
-    const auto size = take_value<std::uint32_t>(from);
-    std::string text(reinterpret_cast<const char*>(from), size);
-    from += size;
-    return text;
-}
-
 }  // namespace
 
 // A step as its columns.
@@ -118,12 +113,7 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
         case As::Vector:
             for (std::size_t i = 0; i < 3; ++i) put(out, i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
             return;
-        case As::Text: {
-            const std::string text = found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "";
-            put(out, static_cast<std::uint32_t>(text.size()));
-            const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-            out.insert(out.end(), bytes, bytes + text.size());
-        }
+        case As::Text: put_text(out, found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
     }
 }
 

@@ -23,19 +23,6 @@ std::vector<comm::Packet> packets_of(physics::Part::Messages messages) {
     return packets;
 }
 
-void put_text(std::vector<std::byte>& out, const std::string& text) {
-    put(out, static_cast<std::uint32_t>(text.size()));
-    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-    out.insert(out.end(), bytes, bytes + text.size());
-}
-
-std::string take_text(const std::byte*& from) {
-    const auto size = take_value<std::uint32_t>(from);
-    std::string text(reinterpret_cast<const char*>(from), size);
-    from += size;
-    return text;
-}
-
 }  // namespace
 
 std::vector<std::vector<std::byte>> gather_bytes(PartState& part, const std::vector<std::byte>& mine) {

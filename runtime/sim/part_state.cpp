@@ -126,11 +126,6 @@ void PartState::remove_freely(Catom catom) {
 
 int PartState::owner_of(Catom catom) const { return ensemble.is_free() ? owners[catom] : halo->owner(ensemble.cell(catom)); }
 
-void PartState::push_exports(Catom catom) {
-    for (u32 c = 0; c < module.column_count; ++c)
-        if (module.columns[c].exported) note_export(0, catom, static_cast<u16>(c), Pushed::Whole);
-}
-
 void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
     columns.pack(catom, tuple::Columns::Which::All, out);
     put(out, evaluator.agenda().dirty(catom));

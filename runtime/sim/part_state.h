@@ -69,8 +69,6 @@ class PartState {
     void remove_catom(Catom catom);
     // Within this part; the catom keeps its index.
     void move_catom(Catom catom, Cell to);
-    // Sends the exported columns of a catom to the parts that hold it as a ghost, at the end of the tick.
-    void push_exports(Catom catom);
     // Marks the catoms next to a cell, or to a catom.
     void mark_around(Cell cell, u64 bits);
     void mark_neighbours(Catom catom, u64 bits);

@@ -16,19 +16,6 @@ namespace meld::sim {
 
 namespace {
 
-void put_text(std::vector<std::byte>& out, std::string_view text) {
-    put(out, text.size());
-    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-    out.insert(out.end(), bytes, bytes + text.size());
-}
-
-std::string take_text(const std::byte*& from) {
-    const auto size = take_value<std::size_t>(from);
-    std::string text(reinterpret_cast<const char*>(from), size);
-    from += size;
-    return text;
-}
-
 bool stored(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
 
 }  // namespace

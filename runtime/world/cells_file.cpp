@@ -6,20 +6,11 @@
 #include <algorithm>
 #include <charconv>
 
+#include "runtime/world/table_lines.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::world {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(" \t\r");
-    return first == std::string_view::npos ? text.substr(0, 0) : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-bool is_header(std::string_view line) {
-    const char c = line[0] | 0x20;
-    return c >= 'a' && c <= 'z' && !line.starts_with("nan") && !line.starts_with("inf");
-}
 
 // The integers of a line; the column of what is none of them is in the error.
 Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::string& path, std::size_t line_number) {
@@ -64,24 +55,13 @@ Result<void> CellList::add(const std::vector<std::int64_t>& coordinates, const s
 }
 
 Result<void> CellList::add_file(std::string_view text, const std::string& path) {
-    std::size_t number = 0;
-    bool first = true;
-    while (!text.empty()) {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        const std::string_view line = text.substr(0, end);
-        text.remove_prefix(std::min(end + 1, text.size()));
-        ++number;
-        const std::string_view content = trimmed(line);
-        if (content.empty() || content[0] == '#') continue;
-        const bool header = first && is_header(content);
-        first = false;
-        if (header) continue;
+    return each_row(text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const Result<std::vector<std::int64_t>> coordinates = parse_line(line, path, number);
         if (!coordinates) return tl::unexpected(coordinates.error());
         const Result<void> added = add(*coordinates, path, number, 0);
         if (!added) return fail(fmt::format("{}:{}: {}", path, number, added.error().problem), added.error().suggestion);
-    }
-    return {};
+        return {};
+    });
 }
 
 std::string CellList::place(const Row& row) const {

@@ -7,13 +7,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "runtime/world/table_lines.h"
+
 namespace meld::world {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(" \t\r");
-    return first == std::string_view::npos ? text.substr(0, 0) : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 Result<Vec3> parse_line(std::string_view line, const std::string& path, std::size_t line_number) {
     Vec3 position{};
@@ -35,24 +32,12 @@ Result<Vec3> parse_line(std::string_view line, const std::string& path, std::siz
 }  // namespace
 
 Result<void> add_positions(std::string_view text, const std::string& path, std::vector<Vec3>& positions) {
-    std::size_t number = 0;
-    bool first = true;
-    while (!text.empty()) {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        const std::string_view line = text.substr(0, end);
-        text.remove_prefix(std::min(end + 1, text.size()));
-        ++number;
-        const std::string_view content = trimmed(line);
-        if (content.empty() || content[0] == '#') continue;
-        const char letter = content[0] | 0x20;
-        const bool header = first && letter >= 'a' && letter <= 'z' && !content.starts_with("nan") && !content.starts_with("inf");
-        first = false;
-        if (header) continue;
+    return each_row(text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const Result<Vec3> position = parse_line(line, path, number);
         if (!position) return tl::unexpected(position.error());
         positions.push_back(*position);
-    }
-    return {};
+        return {};
+    });
 }
 
 }  // namespace meld::world

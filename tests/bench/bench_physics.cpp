@@ -12,16 +12,20 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "physics/broadphase.h"
 #include "physics/physics.h"
+#include "tests/bench/clock.h"
 
 namespace meld::physics {
 namespace {
+
+using bench::cpu_now;
+using bench::machine_line;
+using bench::median;
 
 constexpr double kTick = 1.0 / 240;
 constexpr double kSpacing = 0.999;
@@ -35,19 +39,10 @@ struct Options {
     std::vector<int> threads{1, 2};
 };
 
-double cpu_now() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 double wall_now() {
     timespec t{};
     clock_gettime(CLOCK_MONOTONIC, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 template <class T>
@@ -60,17 +55,6 @@ void need(const Result<void>& result) {
     if (result) return;
     fmt::print(stderr, "{}\n", result.error().message());
     std::exit(static_cast<int>(result.error().code));
-}
-
-void machine_line() {
-    std::ifstream info("/proc/cpuinfo");
-    std::string line, model = "unknown processor";
-    while (std::getline(info, line))
-        if (line.starts_with("model name")) {
-            model = line.substr(line.find(':') + 2);
-            break;
-        }
-    fmt::print("machine: {}; ms, CPU, medians of ticks; stages by wall clock\n", model);
 }
 
 std::unique_ptr<Scene> cube(const Settings& settings, int side, double spacing) {
@@ -249,7 +233,7 @@ Options parse(int count, char** arguments) {
 int main(int count, char** arguments) {
     using namespace meld::physics;
     const Options options = parse(count, arguments);
-    machine_line();
+    machine_line("ms, CPU, medians of ticks; stages by wall clock");
     compare_convergence(std::min(options.sides.back(), 22));
     compare_broadphases(std::min(options.sides.back(), 63));
     for (const int side : options.sides) compare(side, options);

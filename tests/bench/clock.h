@@ -22,7 +22,7 @@ inline double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-inline void machine_line() {
+inline void machine_line(const char* unit = "CPU seconds, medians") {
     std::ifstream info("/proc/cpuinfo");
     std::string line, model = "unknown processor";
     while (std::getline(info, line))
@@ -30,7 +30,7 @@ inline void machine_line() {
             model = line.substr(line.find(':') + 2);
             break;
         }
-    std::printf("machine: %s, %u hardware threads; CPU seconds, medians\n", model.c_str(), std::thread::hardware_concurrency());
+    std::printf("machine: %s, %u hardware threads; %s\n", model.c_str(), std::thread::hardware_concurrency(), unit);
 }
 
 }  // namespace meld::bench

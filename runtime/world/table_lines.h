@@ -1,0 +1,40 @@
+// Text files with a row of numbers on each line, as lists of cells and of positions are.
+#pragma once
+
+#include <algorithm>
+#include <string_view>
+
+#include "runtime/base/error.h"
+
+namespace meld::world {
+
+inline std::string_view trimmed(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(" \t\r");
+    return first == std::string_view::npos ? text.substr(0, 0) : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+// A first line of words names the columns; numbers may be written `nan` or `inf`, which whoever reads them refuses.
+inline bool names_columns(std::string_view line) {
+    const char c = line[0] | 0x20;
+    return c >= 'a' && c <= 'z' && !line.starts_with("nan") && !line.starts_with("inf");
+}
+
+// Calls `visit(line, number)`, which returns a Result<void>, for each line with numbers, counted from 1; a line of names at the
+// start, empty lines, and lines that start with '#' are passed over. Ends with the first error.
+template <class Visit>
+Result<void> each_row(std::string_view text, const Visit& visit) {
+    bool first = true;
+    for (std::size_t number = 1; !text.empty(); ++number) {
+        const std::string_view line = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(line.size() + 1, text.size()));
+        const std::string_view content = trimmed(line);
+        if (content.empty() || content[0] == '#') continue;
+        const bool header = first && names_columns(content);
+        first = false;
+        if (header) continue;
+        if (Result<void> done = visit(line, number); !done) return done;
+    }
+    return {};
+}
+
+}  // namespace meld::world
