@@ -80,7 +80,20 @@ std::vector<Neighbour> neighbours_of(const PartState& part, const NewOwners& own
     return found;
 }
 
-void pack(const PartState& part, const NewOwners& owners, const std::set<ContactLinks::Pair>& waiting, Catom catom, std::vector<std::byte>& out) {
+// For whom each catom that leaves waits, in order.
+using Waits = std::map<std::uint64_t, std::vector<std::uint64_t>>;
+
+Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
+    Waits waits;
+    for (const auto& [body, owner] : divided.departed()) waits[body];
+    for (const auto& [first, second] : links.waiting()) {
+        if (const auto found = waits.find(first); found != waits.end()) found->second.push_back(second);
+        if (const auto found = waits.find(second); found != waits.end()) found->second.push_back(first);
+    }
+    return waits;
+}
+
+void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, std::vector<std::byte>& out) {
     const std::uint64_t id = part.ensemble.id(catom);
     put(out, id);
     put(out, part.ensemble.position(catom));
@@ -98,9 +111,6 @@ void pack(const PartState& part, const NewOwners& owners, const std::set<Contact
         put(out, n.position);
         put_bytes(out, exports_of(part, *part.ensemble.find(n.id)));
     }
-    std::vector<std::uint64_t> waits_for;
-    for (const auto& [a, b] : waiting)
-        if (a == id || b == id) waits_for.push_back(a == id ? b : a);
     put(out, static_cast<std::uint32_t>(waits_for.size()));
     for (const std::uint64_t other : waits_for) put(out, other);
 }
@@ -178,7 +188,8 @@ void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks&
     const NewOwners owners = learn_owners(part, divided);
     if (owners.empty()) return;
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    for (const auto& [body, owner] : divided.departed()) pack(part, owners, links.waiting, *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
+    const Waits waits = waits_of(divided, links);
+    for (const auto& [body, owner] : divided.departed()) pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
     std::vector<Arrival> arrivals;
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) arrivals.push_back(unpack(at));
@@ -188,15 +199,11 @@ void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks&
         if (const std::optional<Catom> ghost = part.ensemble.find(id)) part.owners[*ghost] = owner;
     for (const Arrival& a : arrivals) arrive(part, a);
     for (const Arrival& a : arrivals) connect(part, a);
+    std::vector<ContactLinks::Pair> waiting;
     for (const Arrival& a : arrivals)
-        for (const std::uint64_t other : a.waits_for) links.waiting.insert({std::min(a.id, other), std::max(a.id, other)});
-    std::erase_if(links.waiting, [&](const ContactLinks::Pair& pair) {
-        const auto ours = [&](std::uint64_t id) {
-            const std::optional<Catom> catom = part.ensemble.find(id);
-            return catom && part.owned(*catom);
-        };
-        return !ours(pair.first) && !ours(pair.second);
-    });
+        for (const std::uint64_t other : a.waits_for)
+            waiting.push_back({static_cast<physics::BodyId>(std::min(a.id, other)), static_cast<physics::BodyId>(std::max(a.id, other))});
+    links.change_hands(part, waiting);
 }
 
 }  // namespace meld::sim

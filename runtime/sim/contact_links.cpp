@@ -3,6 +3,7 @@
 #include "runtime/sim/contact_links.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "runtime/base/assert.h"
 #include "runtime/sim/bytes.h"
@@ -11,9 +12,14 @@ namespace meld::sim {
 
 namespace {
 
-bool is_ours(const PartState& part, std::uint64_t id) {
+// Room for so many pairs is not worth giving back.
+constexpr std::size_t kFewPairs = 4096;
+static_assert(kMaxPorts <= 16, "promised ports are bits of 16");
+
+// Our catom with this number, if there is one.
+std::optional<Catom> ours(const PartState& part, physics::BodyId id) {
     const std::optional<Catom> catom = part.ensemble.find(id);
-    return catom && part.owned(*catom);
+    return catom && part.owned(*catom) ? catom : std::nullopt;
 }
 
 }  // namespace
@@ -26,33 +32,31 @@ void forget_if_lonely(PartState& part, Catom ghost) {
 }
 
 void ContactLinks::update(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
-    std::vector<physics::TouchEvent> events(found.begin(), found.end());
-    std::erase_if(events, [](const physics::TouchEvent& e) { return e.touch.other_is_obstacle; });
-    if (divided != nullptr) events = share(part, events, *divided);
+    std::vector<physics::TouchEvent> told;
+    if (divided != nullptr) found = told = share(part, found, *divided);
+    std::vector<Pair> begun, ended;
+    for (const physics::TouchEvent& e : found)
+        if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
     // What has ended makes room for what has begun.
-    for (const physics::TouchEvent& e : events)
-        if (!e.began) end(part, {e.touch.body, e.touch.other});
-    for (const physics::TouchEvent& e : events)
-        if (e.began) waiting.insert({e.touch.body, e.touch.other});
-    offers_.clear();
-    taken_.clear();
-    for (const Pair& pair : waiting) {
-        offer(part, pair.first, pair.second);
-        offer(part, pair.second, pair.first);
-    }
+    end(part, ended);
+    begin(begun);
+    // An exchange is for all, also for those who have nothing to say.
+    if (waiting_.empty() && divided == nullptr) return;
+    make_offers(part);
     if (divided != nullptr) exchange_offers(part, *divided);
     connect(part);
 }
 
 // The part that owns a pair's block has seen what befell it; the owners of both catoms are told.
 std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const {
-    std::vector<physics::TouchEvent> ours;
+    std::vector<physics::TouchEvent> mine;
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
     for (const physics::TouchEvent& e : events) {
+        if (e.touch.other_is_obstacle) continue;
         const int owners[] = {divided.owner_of(e.touch.body), divided.owner_of(e.touch.other)};
         for (int i = 0; i < (owners[0] == owners[1] ? 1 : 2); ++i) {
             if (owners[i] == part.comm.part()) {
-                ours.push_back(e);
+                mine.push_back(e);
                 continue;
             }
             std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owners[i])];
@@ -67,55 +71,89 @@ std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<
             e.touch.body = take_value<physics::BodyId>(at);
             e.touch.other = take_value<std::uint32_t>(at);
             e.began = take_value<bool>(at);
-            ours.push_back(e);
+            mine.push_back(e);
         }
-    std::sort(ours.begin(), ours.end());
-    return ours;
+    std::sort(mine.begin(), mine.end());
+    return mine;
 }
 
-void ContactLinks::end(PartState& part, Pair ids) {
-    if (waiting.erase(ids) > 0) return;
-    const std::optional<Catom> a = part.ensemble.find(ids.first), b = part.ensemble.find(ids.second);
-    const std::optional<int> port = a && b ? part.ensemble.port_towards(*a, *b) : std::nullopt;
-    MELD_CHECK(port.has_value(), "catoms {} and {} part and were never linked", ids.first, ids.second);
-    part.ensemble.unlink(*a, *port);
-    for (const Catom catom : {*a, *b}) {
-        part.mark(catom, kDirtyLinks);
-        forget_if_lonely(part, catom);
+void ContactLinks::end(PartState& part, const std::vector<Pair>& ended) {
+    for (const Pair& pair : ended) {
+        if (std::binary_search(waiting_.begin(), waiting_.end(), pair)) continue;
+        const std::optional<Catom> a = part.ensemble.find(pair.first), b = part.ensemble.find(pair.second);
+        const std::optional<int> port = a && b ? part.ensemble.port_towards(*a, *b) : std::nullopt;
+        MELD_CHECK(port.has_value(), "catoms {} and {} part and were never linked", pair.first, pair.second);
+        part.ensemble.unlink(*a, *port);
+        for (const Catom catom : {*a, *b}) {
+            part.mark(catom, kDirtyLinks);
+            forget_if_lonely(part, catom);
+        }
     }
+    if (!waiting_.empty()) std::erase_if(waiting_, [&](const Pair& pair) { return std::binary_search(ended.begin(), ended.end(), pair); });
 }
 
-void ContactLinks::offer(PartState& part, std::uint64_t from, std::uint64_t to) {
-    if (!is_ours(part, from)) return;
-    const Catom catom = *part.ensemble.find(from);
-    std::uint32_t& taken = taken_[from];
+void ContactLinks::begin(const std::vector<Pair>& begun) {
+    const auto middle = static_cast<std::ptrdiff_t>(waiting_.size());
+    waiting_.insert(waiting_.end(), begun.begin(), begun.end());
+    std::inplace_merge(waiting_.begin(), waiting_.begin() + middle, waiting_.end());
+    waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
+}
+
+void ContactLinks::change_hands(const PartState& part, const std::vector<Pair>& arrived) {
+    std::vector<Pair> sorted = arrived;
+    std::sort(sorted.begin(), sorted.end());
+    begin(sorted);
+    std::erase_if(waiting_, [&](const Pair& pair) { return !ours(part, pair.first) && !ours(part, pair.second); });
+}
+
+int ContactLinks::lowest_free_port(const PartState& part, Catom catom) {
     for (int port = 0; port < kMaxPorts; ++port) {
-        if ((taken >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
-        taken |= std::uint32_t{1} << port;
-        offers_[{from, to}] = {.port = port, .owner = part.comm.part()};
-        return;
+        if ((taken_[catom] >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
+        taken_[catom] = static_cast<std::uint16_t>(taken_[catom] | 1u << port);
+        return port;
     }
+    return -1;
+}
+
+void ContactLinks::make_offers(const PartState& part) {
+    offered_.assign(waiting_.size(), {-1, -1});
+    taken_.resize(part.ensemble.index_count());
+    const auto offer = [&](std::size_t i, physics::BodyId from, std::size_t end) {
+        if (const std::optional<Catom> catom = ours(part, from)) offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(part, *catom));
+    };
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        offer(i, waiting_[i].first, 0);
+        offer(i, waiting_[i].second, 1);
+    }
+    for (const Pair& pair : waiting_)
+        for (const physics::BodyId id : {pair.first, pair.second})
+            if (const std::optional<Catom> catom = ours(part, id)) taken_[*catom] = 0;
 }
 
 void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided) {
+    offers_.clear();
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    for (const auto& [ids, offer] : offers_) {
-        const int to = divided.owner_of(static_cast<physics::BodyId>(ids.second));
-        if (to == part.comm.part()) continue;
-        const Catom catom = *part.ensemble.find(ids.first);
-        std::vector<std::byte>& bytes = out[static_cast<std::size_t>(to)];
-        put(bytes, ids.first);
-        put(bytes, ids.second);
-        put(bytes, offer.port);
+    const auto tell = [&](physics::BodyId from, physics::BodyId to, int port) {
+        const int owner = port < 0 ? part.comm.part() : divided.owner_of(to);
+        if (owner == part.comm.part()) return;
+        const Catom catom = *part.ensemble.find(from);
+        std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owner)];
+        put(bytes, from);
+        put(bytes, to);
+        put(bytes, port);
         put(bytes, part.ensemble.position(catom));
         std::vector<std::byte> exports;
         part.columns.pack(catom, tuple::Columns::Which::Exported, exports);
         put(bytes, static_cast<std::uint32_t>(exports.size()));
         bytes.insert(bytes.end(), exports.begin(), exports.end());
+    };
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        tell(waiting_[i].first, waiting_[i].second, offered_[i][0]);
+        tell(waiting_[i].second, waiting_[i].first, offered_[i][1]);
     }
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            const auto from = take_value<std::uint64_t>(at), to_us = take_value<std::uint64_t>(at);
+            const auto from = take_value<physics::BodyId>(at), to_us = take_value<physics::BodyId>(at);
             Offer& offer = offers_[{from, to_us}];
             offer.port = take_value<int>(at);
             offer.owner = packet.part;
@@ -126,24 +164,37 @@ void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided
         }
 }
 
-Catom ContactLinks::known(PartState& part, std::uint64_t id, const Offer& offer) const {
-    if (const std::optional<Catom> catom = part.ensemble.find(id)) return *catom;
-    const Catom ghost = part.add_freely(id, offer.position, kCatomGhost, offer.owner);
-    part.columns.unpack(ghost, tuple::Columns::Which::Exported, offer.exports.data(), 0);
-    return ghost;
+std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const {
+    if (offered >= 0) return Side{*part.ensemble.find(from), offered};
+    const auto told = offers_.find({from, to});
+    if (told == offers_.end()) return std::nullopt;
+    const Offer& offer = told->second;
+    std::optional<Catom> ghost = part.ensemble.find(from);
+    if (!ghost) {
+        ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
+        part.columns.unpack(*ghost, tuple::Columns::Which::Exported, offer.exports.data(), 0);
+    }
+    return Side{*ghost, offer.port};
 }
 
 void ContactLinks::connect(PartState& part) {
-    for (auto it = waiting.begin(); it != waiting.end();) {
-        const auto first = offers_.find(*it), second = offers_.find({it->second, it->first});
-        if (first == offers_.end() || second == offers_.end()) {
-            ++it;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        const auto [first, second] = waiting_[i];
+        const bool both = (offered_[i][0] >= 0 || offers_.contains({first, second})) && (offered_[i][1] >= 0 || offers_.contains({second, first}));
+        if (!both) {
+            waiting_[kept++] = waiting_[i];
             continue;
         }
-        const Catom a = known(part, it->first, first->second), b = known(part, it->second, second->second);
-        part.ensemble.link(a, first->second.port, b, second->second.port);
-        for (const Catom catom : {a, b}) part.mark(catom, kDirtyLinks);
-        it = waiting.erase(it);
+        const Side a = *side(part, first, second, offered_[i][0]), b = *side(part, second, first, offered_[i][1]);
+        part.ensemble.link(a.catom, a.port, b.catom, b.port);
+        for (const Catom catom : {a.catom, b.catom}) part.mark(catom, kDirtyLinks);
+    }
+    waiting_.resize(kept);
+    // After the first step, which has brought all touches at once, their room is given back.
+    if (waiting_.capacity() > std::max(kFewPairs, 4 * kept)) {
+        waiting_.shrink_to_fit();
+        offered_ = {};
     }
 }
 

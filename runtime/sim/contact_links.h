@@ -2,11 +2,11 @@
 // ended to touch.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
-#include <set>
+#include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "physics/physics.h"
@@ -19,32 +19,50 @@ namespace meld::sim {
 // touch beyond that is no link until both have a port free.
 class ContactLinks {
   public:
-    // After each step of the physics, on every part; `divided` where there are several. Events that name obstacles are passed
-    // over. A catom of another part that comes to touch one of ours becomes known here as a ghost.
+    // By the numbers of two catoms.
+    struct Pair {
+        physics::BodyId first, second;
+        auto operator<=>(const Pair&) const = default;
+    };
+
+    // After each step of the physics, on every part; `divided` where there are several. Events are sorted; those that name
+    // obstacles are passed over. A catom of another part that comes to touch one of ours becomes known here as a ghost.
     void update(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
 
-    // By the numbers of two catoms.
-    using Pair = std::pair<std::uint64_t, std::uint64_t>;
-    // Touches that wait for a port, the lower number first; those of catoms that change parts go with them.
-    std::set<Pair> waiting;
+    // Touches that wait for a port, the lower number first, sorted; those of catoms that change parts go with them.
+    std::span<const Pair> waiting() const { return waiting_; }
+    // Adds some, and leaves out those that no longer touch a catom of this part.
+    void change_hands(const PartState& part, const std::vector<Pair>& arrived);
 
   private:
-    // A port that a catom keeps free for another.
+    // A port that a catom of another part keeps free for one of ours.
     struct Offer {
-        int port;
-        int owner;                           // Of the catom that offers.
+        int port = 0;
+        int owner = 0;
         world::Vec3 position = {};
-        std::vector<std::byte> exports = {};  // Of a catom of another part.
+        std::vector<std::byte> exports = {};
     };
     std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const;
-    void end(PartState& part, Pair ids);
-    void offer(PartState& part, std::uint64_t from, std::uint64_t to);
+    void end(PartState& part, const std::vector<Pair>& ended);
+    void begin(const std::vector<Pair>& begun);
+    void make_offers(const PartState& part);
+    int lowest_free_port(const PartState& part, Catom catom);
     void exchange_offers(PartState& part, const DividedBodies& divided);
-    Catom known(PartState& part, std::uint64_t id, const Offer& offer) const;
     void connect(PartState& part);
+    // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
+    struct Side {
+        Catom catom;
+        int port;
+    };
+    std::optional<Side> side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const;
 
-    std::map<Pair, Offer> offers_;           // From the first to the second.
-    std::map<std::uint64_t, std::uint32_t> taken_;  // Ports promised, as bits.
+    std::vector<Pair> waiting_;
+    // What our catoms promise, for each that waits: the port of the first and of the second, or -1.
+    std::vector<std::array<std::int8_t, 2>> offered_;
+    // What those of other parts promise, from the first to the second.
+    std::map<Pair, Offer> offers_;
+    // By catom, the ports promised as bits; all zero between updates.
+    std::vector<std::uint16_t> taken_;
 };
 
 // A ghost that nothing of this part touches any more is forgotten.

@@ -64,21 +64,22 @@ Result<void> FreeMotion::step_once(PartState& part) {
         return fail(fmt::format("in tick {}, {}", part.abi.now, told.problem), told.suggestion, told.code);
     }
     awake_ = report->awake_bodies;
-    links_.update(part, touches(part), divided_ ? &*divided_ : nullptr);
+    note_fixed_touches(part);
+    links_.update(part, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_), divided_ ? &*divided_ : nullptr);
+    fixed_touches_ = {};
     senses_.note_obstacles(part, physics_.scene->events());
     return {};
 }
 
-std::vector<physics::TouchEvent> FreeMotion::touches(const PartState& part) {
+void FreeMotion::note_fixed_touches(const PartState& part) {
+    if (fixed_touches_.empty()) return;
+    // All parts know all of them; the owner of the first tells.
+    std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
+        return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != part.comm.part());
+    });
     const auto events = physics_.scene->events();
-    std::vector<physics::TouchEvent> all(events.begin(), events.end());
-    for (const physics::TouchEvent& e : std::exchange(fixed_touches_, {})) {
-        // All parts know all of them; the owner of the first tells.
-        const physics::Scene& scene = *physics_.scene;
-        if (scene.has(e.touch.body) && (!divided_ || divided_->owner_of(e.touch.body) == part.comm.part())) all.push_back(e);
-    }
-    std::sort(all.begin(), all.end());
-    return all;
+    fixed_touches_.insert(fixed_touches_.end(), events.begin(), events.end());
+    std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
 
 Result<physics::StepReport> FreeMotion::move(PartState& part) {

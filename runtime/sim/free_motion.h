@@ -31,8 +31,8 @@ class FreeMotion : public SimModule {
   private:
     Result<void> make_bodies(PartState& part);
     Result<void> step_once(PartState& part);
-    // What began and ended to touch in the step.
-    std::vector<physics::TouchEvent> touches(const PartState& part);
+    // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
+    void note_fixed_touches(const PartState& part);
     Result<physics::StepReport> move(PartState& part);
 
     const world::World& world_;

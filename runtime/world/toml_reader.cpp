@@ -173,17 +173,21 @@ void Section::read_choice(std::string_view key, std::string& value, std::initial
     value = word;
 }
 
-std::optional<Region> Section::read_region(std::string_view key) const {
+template <class T, class Text>
+std::optional<T> Section::read_parsed(std::string_view key, Parsed<T> (*parse)(Text)) const {
     const toml::node* node = find(key);
     if (!node) return std::nullopt;
     std::string text;
     read(key, text);
     if (!node->is_string()) return std::nullopt;
-    Parsed<Region> region = parse_region_text(text);
-    if (region) return std::move(*region);
-    reader_.wrong_in(*node, region.error());
+    Parsed<T> parsed = parse(text);
+    if (parsed) return std::move(*parsed);
+    reader_.wrong_in(*node, parsed.error());
     return std::nullopt;
 }
+
+std::optional<Region> Section::read_region(std::string_view key) const { return read_parsed(key, parse_region_text); }
+std::optional<Shape> Section::read_shape(std::string_view key) const { return read_parsed(key, parse_shape_text); }
 
 void Section::wrong(std::string_view key, std::string_view problem, std::string suggestion) const {
     const toml::node* node = find(key);
@@ -236,18 +240,6 @@ void Section::read_seconds(std::string_view key, double& value) const {
     if (!parsed) return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
     if (*parsed <= 0) return reader_.wrong(node->source(), fmt::format("{} is not above zero", name_of(key)));
     value = *parsed;
-}
-
-std::optional<Shape> Section::read_shape(std::string_view key) const {
-    const toml::node* node = find(key);
-    if (!node) return std::nullopt;
-    std::string text;
-    read(key, text);
-    if (!node->is_string()) return std::nullopt;
-    Parsed<Shape> shape = parse_shape_text(text);
-    if (shape) return std::move(*shape);
-    reader_.wrong_in(*node, shape.error());
-    return std::nullopt;
 }
 
 }  // namespace meld::world

@@ -62,7 +62,6 @@ class Section {
     void read(std::string_view key, std::vector<Vec3>& value) const;
     // One of these words.
     void read_choice(std::string_view key, std::string& value, std::initializer_list<std::string_view> choices) const;
-    std::optional<Region> read_region(std::string_view key) const;
     // A whole number, also written "2M".
     void read_count(std::string_view key, std::uint64_t& value, std::uint64_t least = 0,
                     std::uint64_t most = std::numeric_limits<std::int64_t>::max()) const;
@@ -71,6 +70,8 @@ class Section {
     void read_bytes(std::string_view key, std::uint64_t& value) const;
     // A time above zero in seconds, also written "1ms".
     void read_seconds(std::string_view key, double& value) const;
+    // Expressions in strings.
+    std::optional<Region> read_region(std::string_view key) const;
     std::optional<Shape> read_shape(std::string_view key) const;
     const toml::source_region& source() const { return table_.source(); }
 
@@ -78,6 +79,8 @@ class Section {
 
   private:
     std::string name_of(std::string_view key) const;
+    template <class T, class Text>
+    std::optional<T> read_parsed(std::string_view key, Parsed<T> (*parse)(Text)) const;
     bool read_point(const toml::node& node, const std::string& what, Vec3& value) const;
     void read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
                        Result<std::uint64_t> (*parse)(std::string_view)) const;
