@@ -43,6 +43,9 @@ class Reader {
     std::size_t at_ = 0;
 };
 
+// What a body costs a tick, in shares: one that sleeps is only stored and looked at.
+constexpr std::uint32_t kMovingWeight = 4, kRestingWeight = 1;
+
 // All of a body that travels with it.
 struct PackedBody {
     Place place;
@@ -107,12 +110,27 @@ Part::Standing Part::standing(BlockCoordinates c) const {
 
 double Part::block_m() const { return engine_.next_shape().block_m(); }
 
-int Part::owner_of(BodyId body) const {
+std::size_t Part::block_with(BodyId body) const {
     const std::uint32_t slot = world_.bodies.slot(body);
     const auto blocks = engine_.grid_.blocks();
     const auto after = std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t s, const Block& block) { return s < block.first; });
     MELD_CHECK(after != blocks.begin(), "body {} is in no block", body);
-    return owner_(physics::unpack(std::prev(after)->key));
+    return static_cast<std::size_t>(after - blocks.begin()) - 1;
+}
+
+int Part::owner_of(BodyId body) const { return owner_(physics::unpack(engine_.grid_.blocks()[block_with(body)].key)); }
+
+std::vector<std::pair<BlockCoordinates, std::uint32_t>> Part::weights() const {
+    const Bodies& bodies = world_.bodies;
+    const double block_m = engine_.next_shape().block_m();
+    std::vector<std::pair<BlockCoordinates, std::uint32_t>> found;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        if (bodies.nature[slot].flags & (kGhost | kRemoved)) continue;
+        const BlockCoordinates block = block_of(bodies.place[slot], block_m);
+        if (found.empty() || !(found.back().first == block)) found.emplace_back(block, 0);
+        found.back().second += bodies.motion[slot].inverse_mass == 0 ? kRestingWeight : kMovingWeight;
+    }
+    return found;
 }
 
 Part::Messages Part::pack_bodies(Workers& workers) {
@@ -204,11 +222,11 @@ void Part::plan_exchange() {
     for (auto& lists : touched_) lists.clear();
     border_.clear();
     const auto blocks = engine_.grid_.blocks();
-    std::vector<std::vector<int>> holders_of(blocks.size());
+    holders_of_block_.resize(blocks.size());
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-        holders_of[b] = holders(physics::unpack(blocks[b].key));
+        holders_of_block_[b] = holders(physics::unpack(blocks[b].key));
         if (engine_.states_[b].owned)
-            for (const int part : holders_of[b]) border_[part].push_back(static_cast<std::uint32_t>(b));
+            for (const int part : holders_of_block_[b]) border_[part].push_back(static_cast<std::uint32_t>(b));
     }
     std::vector<std::uint32_t> block_of(world_.bodies.count());
     for (std::size_t b = 0; b < blocks.size(); ++b)
@@ -221,7 +239,7 @@ void Part::plan_exchange() {
                 for (int i = 0; i < kLanes; ++i)
                     for (const std::uint32_t slot : {batch.a[i], batch.b[i]})
                         if (slot < block_of.size())
-                            for (const int part : holders_of[block_of[slot]]) lists[part].push_back(slot);
+                            for (const int part : holders_of_block_[block_of[slot]]) lists[part].push_back(slot);
     }
     for (auto& lists : touched_)
         for (auto& [part, slots] : lists) {

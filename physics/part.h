@@ -62,6 +62,11 @@ class Part {
 
     // Whose a body is that is ours or next to ours, since the last rebuild.
     int owner_of(BodyId body) const;
+    // The other parts that have such a body, as its owner or as a ghost. Ascending.
+    const std::vector<int>& holders_of(BodyId body) const { return holders_of_block_[block_with(body)]; }
+    // What our bodies weigh in work, by the block that each is in now, as the coming rebuild will cut space; a block may come
+    // several times. Bodies that sleep or are fixed weigh little.
+    std::vector<std::pair<BlockCoordinates, std::uint32_t>> weights() const;
     // The side of a block in the coming rebuild.
     double block_m() const;
 
@@ -71,6 +76,8 @@ class Part {
   private:
     // Parts other than ours that hold a block.
     std::vector<int> holders(BlockCoordinates block) const;
+    // The index of the block in which a body was at the last rebuild.
+    std::size_t block_with(BodyId body) const;
     // For a block that a body of ours is in: who owns and who holds it.
     struct Standing {
         BlockCoordinates block;
@@ -90,6 +97,7 @@ class Part {
     StepTimes times_{1, 1};
     std::array<std::map<int, std::vector<std::uint32_t>>, kColours> touched_;
     std::map<int, std::vector<std::uint32_t>> border_;
+    std::vector<std::vector<int>> holders_of_block_;
     std::vector<std::pair<BodyId, int>> departed_;
 };
 

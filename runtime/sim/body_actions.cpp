@@ -36,8 +36,9 @@ BodyActions::Pushed& BodyActions::pushed(physics::BodyId body) {
     return pushed_.back();
 }
 
-Result<void> BodyActions::take(PartState& part, PhysicsScene& physics) {
-    if (part.totals.actions == 0) return {};
+Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+    pushing_ = part.totals.actions > 0;
+    if (!pushing_) return {};
     switched_.clear();
     for (const eval::Action& action : part.actions()) {
         const u32 p = action.predicate;
@@ -55,25 +56,48 @@ Result<void> BodyActions::take(PartState& part, PhysicsScene& physics) {
             pushed(body).rolls = true;
         }
     }
-    if (!part.alone()) share(part);
+    if (divided != nullptr) tell_holders(part, *divided, true);
     for (const Switched& s : switched_)
         if (physics.scene->has(s.body))
             if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
     return {};
 }
 
-void BodyActions::share(PartState& part) {
-    std::vector<std::byte> bytes;
-    put(bytes, static_cast<std::uint32_t>(pushed_.size()));
-    for (const Pushed& p : pushed_) put(bytes, p);
-    for (const Switched& s : switched_) put(bytes, s);
-    pushed_.clear();
-    switched_.clear();
-    for (const auto& from : part.comm.allgather_any(bytes)) {
-        const std::byte* at = from.data();
-        for (auto left = take_value<std::uint32_t>(at); left > 0; --left) pushed_.push_back(take_value<Pushed>(at));
-        while (at != from.data() + from.size()) switched_.push_back(take_value<Switched>(at));
-    }
+// Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
+void BodyActions::tell_holders(PartState& part, const DividedBodies& divided, bool switches) {
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    const auto tell = [&](const auto& record, bool is_switch) {
+        for (const int holder : divided.holders_of(record.body)) {
+            put(out[static_cast<std::size_t>(holder)], is_switch);
+            put(out[static_cast<std::size_t>(holder)], record);
+        }
+    };
+    for (const Pushed& p : pushed_) tell(p, false);
+    if (switches)
+        for (const Switched& s : switched_) tell(s, true);
+    told_.clear();
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
+            if (take_value<bool>(at)) switched_.push_back(take_value<Switched>(at));
+            else told_.push_back(take_value<Pushed>(at));
+        }
+}
+
+void BodyActions::follow(PartState& part, const DividedBodies& divided) {
+    const auto& departed = divided.departed();
+    const auto new_owner = [&](physics::BodyId body) {
+        const auto at = std::lower_bound(departed.begin(), departed.end(), std::pair{body, 0});
+        return at != departed.end() && at->first == body ? at->second : part.comm.part();
+    };
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::erase_if(pushed_, [&](const Pushed& p) {
+        const int owner = new_owner(p.body);
+        if (owner != part.comm.part()) put(out[static_cast<std::size_t>(owner)], p);
+        return owner != part.comm.part();
+    });
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) pushed_.push_back(take_value<Pushed>(at));
+    tell_holders(part, divided, false);
 }
 
 // magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
@@ -91,9 +115,17 @@ bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, c
     return true;
 }
 
+template <class Act>
+Result<void> BodyActions::each_pushed(const physics::Scene& scene, const Act& act) {
+    for (const std::vector<Pushed>* list : {&pushed_, &told_})
+        for (const Pushed& p : *list)
+            if (scene.has(p.body))
+                if (Result<void> done = act(p); !done) return done;
+    return {};
+}
+
 Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
-    for (const Pushed& p : pushed_) {
-        if (!scene.has(p.body)) continue;
+    return each_pushed(scene, [&](const Pushed& p) {
         physics::Vec3 torque = p.torque_nm;
         if (p.rolls) {
             // What brings it to its spin within the step, if the motor is strong enough for that.
@@ -103,17 +135,15 @@ Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
             if (strength > most) motor = (most / strength) * motor;
             torque = torque + motor;
         }
-        if (auto done = scene.set_push(p.body, p.force_n, torque); !done) return done;
-    }
-    return {};
+        return scene.set_push(p.body, p.force_n, torque);
+    });
 }
 
 Result<void> BodyActions::release(physics::Scene& scene) {
-    for (const Pushed& p : pushed_)
-        if (scene.has(p.body))
-            if (auto done = scene.set_push(p.body, {}, {}); !done) return done;
+    auto done = each_pushed(scene, [&](const Pushed& p) { return scene.set_push(p.body, {}, {}); });
     pushed_.clear();
-    return {};
+    told_.clear();
+    return done;
 }
 
 void BodyActions::refuse(PartState& part, Catom catom, Code code) {

@@ -1,9 +1,10 @@
 #include "runtime/sim/divided_bodies.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/sim/bytes.h"
@@ -13,7 +14,18 @@ namespace meld::sim {
 namespace {
 
 // The curve goes through as many blocks as a lattice has bricks; those beyond share the owners of the last.
-constexpr double kFarthest = (world::kCellLimit >> 3) - 1;
+constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
+
+// Space is divided anew when a part has more than so many times the mean, if that helps: blocks are not cut, so a small
+// ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
+constexpr double kMostLoad = 1.25, kWorthMoving = 0.9;
+
+// The greatest of these in shares of their mean.
+double load_of(const std::vector<std::uint64_t>& work) {
+    const std::uint64_t sum = std::accumulate(work.begin(), work.end(), std::uint64_t{0});
+    const auto greatest = static_cast<double>(*std::max_element(work.begin(), work.end()));
+    return sum == 0 ? 1 : greatest * static_cast<double>(work.size()) / static_cast<double>(sum);
+}
 
 // What a part of the physics has to say, as packets.
 std::vector<comm::Packet> packets_of(physics::Part::Messages messages) {
@@ -61,35 +73,66 @@ Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
 
 DividedBodies::DividedBodies(PartState& part, physics::Scene& scene) {
     bodies_ = std::make_unique<physics::Part>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
-    const double block_m = bodies_->block_m();
-    const auto key_of = [&](physics::Vec3 p) {
-        const auto at = [&](double x) { return static_cast<std::int32_t>(std::clamp(std::floor(x / block_m), -kFarthest, kFarthest)); };
-        return physics::BlockCoordinates{at(p.x), at(p.y), at(p.z)};
-    };
+    partition_.emplace(weigh_all(part), part.comm.parts());
+}
+
+world::BrickKey DividedBodies::key_of(physics::BlockCoordinates block) const {
+    const auto within = [](std::int32_t x) { return std::clamp(x, -kFarthest, kFarthest); };
+    return curve_.brick_key({within(block.x), within(block.y), within(block.z)});
+}
+
+int DividedBodies::owner(physics::BlockCoordinates block) const {
+    const auto [at, made] = owners_.try_emplace(physics::pack(block), 0);
+    if (made) at->second = partition_->owner(key_of(block));
+    return at->second;
+}
+
+DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
-    for (const physics::BodyId body : scene.bodies()) {
-        const physics::BlockCoordinates block = key_of(scene.state(body).position_m);
-        ++mine[curve_.brick_key({block.x, block.y, block.z})];
-    }
+    for (const auto& [block, weight] : bodies_->weights()) mine[key_of(block)] += weight;
     std::vector<std::byte> bytes;
-    for (const auto& [key, count] : mine) {
+    for (const auto& [key, weight] : mine) {
         put(bytes, key);
-        put(bytes, count);
+        put(bytes, weight);
     }
     for (const auto& from : gather_bytes(part, bytes))
         for (const std::byte* at = from.data(); at != from.data() + from.size();) {
             const auto key = take_value<world::BrickKey>(at);
             all[key] += take_value<std::uint32_t>(at);
         }
-    partition_.emplace(std::vector<std::pair<world::BrickKey, std::uint32_t>>(all.begin(), all.end()), part.comm.parts());
+    return {all.begin(), all.end()};
 }
 
-int DividedBodies::owner(physics::BlockCoordinates block) const {
-    const auto [at, made] = owners_.try_emplace(physics::pack(block), 0);
-    if (!made) return at->second;
-    const auto within = [](std::int32_t x) { return std::clamp(x, static_cast<std::int32_t>(-kFarthest), static_cast<std::int32_t>(kFarthest)); };
-    at->second = partition_->owner(curve_.brick_key({within(block.x), within(block.y), within(block.z)}));
-    return at->second;
+void DividedBodies::balance(PartState& part) {
+    const auto parts = static_cast<std::size_t>(part.comm.parts());
+    // What each part will have to do when bodies have gone where they belong.
+    std::vector<std::uint64_t> mine(parts), all(parts);
+    for (const auto& [block, weight] : bodies_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
+    std::vector<std::byte> bytes;
+    for (std::size_t p = 0; p < parts; ++p) {
+        if (mine[p] == 0) continue;
+        put(bytes, p);
+        put(bytes, mine[p]);
+    }
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
+            const auto p = take_value<std::size_t>(at);
+            all[p] += take_value<std::uint64_t>(at);
+        }
+    double load = load_of(all);
+    if (load > kMostLoad) {
+        const Weights weights = weigh_all(part);
+        partition::Partition better(weights, part.comm.parts());
+        std::fill(all.begin(), all.end(), 0);
+        for (const auto& [key, weight] : weights) all[static_cast<std::size_t>(better.owner(key))] += weight;
+        if (const double load_there = load_of(all); load_there <= kMostLoad || load_there < kWorthMoving * load) {
+            partition_ = std::move(better);
+            owners_.clear();
+            load = load_there;
+            ++divisions_;
+        }
+    }
+    greatest_load_ = std::max(greatest_load_, load);
 }
 
 Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int substeps) {
@@ -100,6 +143,7 @@ Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int sub
     bool any = false;
     for (int p = 0; p < part.comm.parts(); ++p) any = take_value<bool>(at) || any;
     if (!any) return false;
+    balance(part);
     Result<void> fine;
     for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_bodies(part.workers))))
         if (auto done = bodies_->unpack_bodies(packet.bytes); !done && fine) fine = done;

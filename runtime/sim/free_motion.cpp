@@ -44,7 +44,7 @@ Result<void> FreeMotion::make_bodies(PartState& part) {
 }
 
 Result<void> FreeMotion::step(PartState& part) {
-    if (auto done = actions_.take(part, physics_); !done) return done;
+    if (auto done = actions_.take(part, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(part); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
@@ -95,7 +95,9 @@ Result<physics::StepReport> FreeMotion::move(PartState& part) {
         if (moved_) crossed_ += divided_->departed().size();
     }
     moved_ = true;
-    return divided_->step(part, step_s, substeps);
+    auto report = divided_->step(part, step_s, substeps);
+    if (report && *changed_hands && actions_.any_pushes()) actions_.follow(part, *divided_);
+    return report;
 }
 
 void FreeMotion::finish(PartState& part) {
@@ -119,8 +121,11 @@ void FreeMotion::finish(PartState& part) {
 std::string FreeMotion::status() const { return fmt::format("{} of {} bodies awake", format_count(static_cast<double>(awake_)), format_count(static_cast<double>(bodies_))); }
 
 std::string FreeMotion::outcome() const {
-    const std::string crossed = crossed_ == 0 ? "" : fmt::format("; {} times a catom has come to another process", crossed_);
-    return fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy{}", bodies_, awake_, energy_j_, crossed);
+    std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
+    if (crossed_ > 0) text += fmt::format("; {} times a catom has come to another process", crossed_);
+    if (divided_ && divided_->divisions() > 0)
+        text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(), divided_->greatest_load());
+    return text;
 }
 
 }  // namespace meld::sim

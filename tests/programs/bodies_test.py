@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -188,10 +189,30 @@ def refuses(bodies):
     same((done.returncode, "the program reads cell with 4 arguments" in done.stderr), (2, True), "a program that reads cells")
 
 
+def divides_anew(bodies):
+    """A crowd that flies from one side of the world to the other: no process keeps more than 1.25 of the mean of the work, and
+    digests and facts stay the same bytes."""
+    folder = pathlib.Path(__file__).parent / "bodies"
+    program, world = ((folder / f"crossing.{kind}").read_text() for kind in ("meld", "toml"))
+    found = {}
+    for processes, threads in ((1, 1), (2, 1), (4, 1), (2, 2)):
+        done = bodies.command(program, world, 130, "--facts-out", bodies.folder / "out.facts", "--digest", bodies.folder / "out.digest", "-n", str(processes), "--threads", str(threads))
+        same(done.returncode, 0, done.stderr)
+        found[processes, threads] = (bodies.folder / "out.facts").read_text(), (bodies.folder / "out.digest").read_text()
+        same(found[processes, threads] == found[1, 1], True, f"whether {processes} processes of {threads} threads do the same")
+        outcome = json.loads(done.stdout)["outcomes"][0]
+        divided = re.search(r"(\d+) times space was divided anew, and no process had more than ([\d.]+) of the mean", outcome)
+        same(divided is not None, processes > 1, outcome)
+        if divided and (int(divided[1]) < 3 or float(divided[2]) > 1.25):
+            sys.exit(f"{processes} processes: {outcome}")
+    for name in ("dist", "speed", "token", "visited", "spins"):
+        same(f"\n{name}(" in found[1, 1][0], True, f"whether there are facts of {name}")
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, refuses):
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, divides_anew, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

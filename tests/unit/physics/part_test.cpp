@@ -59,9 +59,11 @@ class Divided {
         }
     }
 
+    bool must_rebuild() const {
+        return std::any_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
+    }
     void tick() {
-        const bool rebuild = std::any_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
-        if (rebuild) {
+        if (must_rebuild()) {
             std::vector<Part::Messages> sent;
             for (const auto& part : parts_) sent.push_back(part->pack_bodies(workers_));
             for (const auto& messages : sent)
@@ -119,6 +121,34 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
         EXPECT_EQ(divided.sent_bytes > 0, parts > 1);
         EXPECT_EQ(divided.part(0).border_blocks().empty(), parts == 1);
     }
+}
+
+// Blocks may change hands whenever bodies do, also those that sleep, and whole parts may be emptied.
+TEST(Parts, MayBeDividedAnewWithTheSameBits) {
+    const int ticks = 60;
+    int shift = 0;
+    Divided divided(2, [&](BlockCoordinates c) { return c.x + c.y < 1 + shift % 5 ? shift % 2 : 1 - shift % 2; });
+    for (int tick = 0; tick < ticks; ++tick) {
+        if (divided.must_rebuild()) ++shift;
+        divided.tick();
+    }
+    EXPECT_GT(shift, 5);
+    EXPECT_EQ(divided.digest(), undivided(ticks));
+    EXPECT_EQ(divided.bodies(), 1100u);
+}
+
+TEST(Parts, KnowWhatTheirBodiesWeighAndWhoHoldsThem) {
+    Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; });
+    for (int tick = 0; tick < 30; ++tick) divided.tick();
+    std::uint32_t weight = 0;
+    for (const std::size_t part : {0u, 1u})
+        for (const auto& [block, of_block] : divided.part(part).weights()) weight += of_block;
+    // The 200 that lie in a pile sleep by now; the 900 fall.
+    EXPECT_EQ(weight, 4 * 900u + 200u);
+    // The pile is far from the border, and body 0 beside it.
+    EXPECT_TRUE(divided.part(1).holders_of(1000).empty());
+    EXPECT_EQ(divided.part(0).holders_of(0), std::vector<int>{1});
+    EXPECT_EQ(divided.part(0).owner_of(0), 0);
 }
 
 // A part may begin with nothing and get its first body, with what it had switched on.
