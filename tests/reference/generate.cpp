@@ -38,7 +38,7 @@ class Sample {
             if (rule.linear || !mine(block, program.predicates[rule.heads[0].atom.predicate].name)) continue;
             bool any = false;
             for (const auto& [home, links] : scene.links) {
-                static_cast<void>(derive(rule, {scene, facts}, home, [&](const Row&, const Environment&) { return !(any = true); }));
+                static_cast<void>(derive(rule, {scene, facts}, home, [&](const Derived&, const Environment&) { return !(any = true); }));
                 if (any) break;
             }
             if (!any) return false;

@@ -17,10 +17,19 @@ constexpr int kMaxRounds = 600;
 // Derivations of a round.
 constexpr std::size_t kMaxDerivations = 1'000'000;
 
+// Lists of floats and vectors element by element, as long as both have one.
+Value added(const Value& a, const Value& b) {
+    Values sum;
+    for (std::size_t i = 0; i < std::min(a.items().size(), b.items().size()); ++i) sum.push_back(value_of(a.items()[i].real() + b.items()[i].real()));
+    return value_of(std::move(sum));
+}
+
 bool add_up(const std::vector<Row>& group, std::size_t at, Value& out) {
     out = group[0][at];
     for (std::size_t i = 1; i < group.size(); ++i) {
-        if (out.is_real()) {
+        if (out.has_items()) {
+            out = added(out, group[i][at]);
+        } else if (out.is_real()) {
             out = value_of(out.real() + group[i][at].real());
         } else {
             std::int64_t sum = 0;
@@ -29,6 +38,51 @@ bool add_up(const std::vector<Row>& group, std::size_t at, Value& out) {
         }
     }
     return true;
+}
+
+// All values in order, one behind the other.
+Value appended(const std::vector<Row>& group, std::size_t at) {
+    Value out = group[0][at];
+    for (std::size_t i = 1; i < group.size(); ++i) {
+        const Value& next = group[i][at];
+        if (out.is_text()) {
+            out = {out.text() + next.text()};
+            continue;
+        }
+        Values all = out.items();
+        all.insert(all.end(), next.items().begin(), next.items().end());
+        out = value_of(std::move(all));
+    }
+    return out;
+}
+Value united(const std::vector<Row>& group, std::size_t at) {
+    Values all = appended(group, at).items();
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return value_of(std::move(all));
+}
+bool folded(const Scene& scene, const Predicate& p, const std::vector<Row>& group, Value& out) {
+    out = group[0][p.aggregate_at];
+    for (std::size_t i = 1; i < group.size(); ++i) {
+        const std::optional<Value> next = call(scene, p.fold, {out, group[i][p.aggregate_at]});
+        if (!next) return false;
+        out = *next;
+    }
+    return true;
+}
+
+// The neighbours whose contributions a group at this catom must have.
+std::set<std::int64_t> waited_for(const Scene& scene, const Facts& facts, const Predicate& p, std::int64_t home) {
+    std::set<std::int64_t> out;
+    if (!p.complete_link.valid()) return out;
+    const bool touching = scene.program->predicates[p.complete_link].world != check::WorldSource::None;
+    for (const Link& link : scene.links.at(home)) {
+        const auto [from, to] = p.complete_outgoing ? std::pair(home, link.other) : std::pair(link.other, home);
+        const Rows& routes = facts[p.complete_link.index()];
+        const auto first = routes.lower_bound(Row{value_of(from), value_of(to)});
+        if (touching || (first != routes.end() && (*first)[0].integer() == from && (*first)[1].integer() == to)) out.insert(link.other);
+    }
+    return out;
 }
 
 // The best of a group: the value, then the choice of history, then the least of what rides along.
@@ -54,15 +108,25 @@ bool left_to_history(const Predicate& p, const Component& c) {
     return p.aggregate == Aggregate::First || ((p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max) && rides && c.recursive);
 }
 
-bool reduce(const Predicate& p, const std::vector<Row>& derived, const Rows* chosen, Rows& out) {
+bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen, Rows& out) {
     out.clear();
     if (p.aggregate == Aggregate::None) {
-        out.insert(derived.begin(), derived.end());
+        for (const Derived& d : derived) out.insert(d.row);
         return true;
     }
     std::map<Row, std::vector<Row>> groups;
-    for (const Row& row : derived) groups[Row(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(p.aggregate_at))].push_back(row);
-    for (const auto& [key, group] : groups) {
+    std::map<Row, std::set<std::int64_t>> heard;
+    for (const Derived& d : derived) {
+        const Row key(d.row.begin(), d.row.begin() + static_cast<std::ptrdiff_t>(p.aggregate_at));
+        groups[key].push_back(d.row);
+        heard[key].insert(d.from.begin(), d.from.end());
+    }
+    for (auto& [key, group] : groups) {
+        if (p.complete_link.valid()) {
+            const std::set<std::int64_t> needed = waited_for(scene, facts, p, key[0].integer());
+            if (!std::includes(heard[key].begin(), heard[key].end(), needed.begin(), needed.end())) continue;
+        }
+        if (p.aggregate == Aggregate::Append || p.aggregate == Aggregate::Custom) std::sort(group.begin(), group.end());
         Row result = key;
         result.emplace_back();
         switch (p.aggregate) {
@@ -70,10 +134,12 @@ bool reduce(const Predicate& p, const std::vector<Row>& derived, const Rows* cho
                 if (!add_up(group, p.aggregate_at, result.back())) return false;
                 break;
             case Aggregate::Count: result.back() = value_of(static_cast<std::int64_t>(group.size())); break;
-            case Aggregate::SetUnion:
-            case Aggregate::Append:
-            case Aggregate::Collect:
-            case Aggregate::Custom: return false;
+            case Aggregate::SetUnion: result.back() = united(group, p.aggregate_at); break;
+            case Aggregate::Append: result.back() = appended(group, p.aggregate_at); break;
+            case Aggregate::Custom:
+                if (!folded(scene, p, group, result.back())) return false;
+                break;
+            case Aggregate::Collect: return false;
             default: result = best(p, group, chosen);
         }
         out.insert(std::move(result));
@@ -93,7 +159,7 @@ std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const E
     return row;
 }
 
-bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Row, const Environment&)>& visit) {
+bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Derived, const Environment&)>& visit) {
     Solver solver(sight);
     Environment env(rule.variables.count());
     env[rule.home.index()] = value_of(home);
@@ -101,7 +167,10 @@ bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::
     solver.solve(rule.body, env, [&] {
         std::optional<Row> row = head_row(sight.scene, rule.heads[0].atom, env);
         failed = failed || !row;
-        return failed || !visit(std::move(*row), env);
+        if (failed) return true;
+        Derived made{.row = std::move(*row)};
+        for (const check::VariableId v : rule.contributors) made.from.insert(env[v.index()]->integer());
+        return !visit(std::move(made), env);
     });
     return !failed && !solver.failed();
 }
@@ -117,18 +186,19 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
                 m.settled = false;
                 return m;
             }
-            std::map<PredicateId, std::vector<Row>> derived;
+            std::map<PredicateId, std::vector<Derived>> derived;
             std::size_t count = 0;
             // What does not count derivations keeps each fact once.
             std::map<PredicateId, Rows> seen;
-            for (const PredicateId p : c.predicates) derived[p].assign(given[p.index()].begin(), given[p.index()].end());
+            for (const PredicateId p : c.predicates)
+                for (const Row& row : given[p.index()]) derived[p].push_back({row});
             for (const check::RuleId id : c.rules) {
                 const Rule& rule = program.rules[id];
                 const PredicateId head = rule.heads[0].atom.predicate;
-                const bool once = !check::folds(program.predicates[head].aggregate);
+                const bool once = !program.predicates[head].needs_all();
                 for (const auto& [home, links] : scene.links) {
-                    const bool done = derive(rule, {scene, m.facts}, home, [&](Row row, const Environment&) {
-                        if (!once || seen[head].insert(row).second) derived[head].push_back(std::move(row));
+                    const bool done = derive(rule, {scene, m.facts}, home, [&](Derived made, const Environment&) {
+                        if (!once || seen[head].insert(made.row).second) derived[head].push_back(std::move(made));
                         return ++count <= kMaxDerivations;
                     });
                     m.too_large = count > kMaxDerivations;
@@ -140,7 +210,7 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
             for (const PredicateId p : c.predicates) {
                 Rows rows;
                 const Predicate& predicate = program.predicates[p];
-                m.failed = !reduce(predicate, derived[p], left_to_history(predicate, c) ? &chosen[p.index()] : nullptr, rows) || m.failed;
+                m.failed = !reduce(scene, m.facts, predicate, derived[p], left_to_history(predicate, c) ? &chosen[p.index()] : nullptr, rows) || m.failed;
                 changing = changing || rows != m.facts[p.index()];
                 m.facts[p.index()] = std::move(rows);
             }

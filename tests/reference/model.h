@@ -21,16 +21,21 @@ struct Model {
 // wins. A choice that is not possible, or hangs on itself, is not taken, and shows as a difference.
 Model make_model(const Scene& scene, const Facts& given, const Facts& chosen);
 
-// The facts of one predicate, of all that was given or derived, with repeats. chosen: null where the language decides.
-// Returns false where a sum grew too large.
-bool reduce(const check::Predicate& p, const std::vector<Row>& derived, const Rows* chosen, Rows& out);
+// What was given or derived, and of which neighbours it is a contribution.
+struct Derived {
+    Row row;
+    std::set<std::int64_t> from = {};
+};
+// The facts of one predicate, of all that was given or derived, with repeats. chosen: null where the language decides. facts: what
+// it waits for is seen there. Returns false where a sum grew too large.
+bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, const std::vector<Derived>& derived, const Rows* chosen, Rows& out);
 
 // Whether one of several facts that a group may have is chosen by history.
 bool left_to_history(const check::Predicate& p, const check::Component& component);
 
-// Calls visit(row, variables) for everything the view rule makes at one catom, until it returns false. Returns whether all
+// Calls visit(made, variables) for everything the view rule makes at one catom, until it returns false. Returns whether all
 // expressions met on the way had values.
-bool derive(const check::Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Row, const Environment&)>& visit);
+bool derive(const check::Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Derived, const Environment&)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.
 std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env);

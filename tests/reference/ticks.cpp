@@ -4,8 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "model.h"
-
 namespace meld::reference {
 
 using check::Clause;
@@ -166,10 +164,11 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
     for (const Component& c : program_.components) {
         if (!certain_[c.predicates[0].index()]) continue;
         for (bool changing = true; changing && !failed_;) {
-            std::map<PredicateId, std::vector<Row>> derived;
-            for (const PredicateId p : c.predicates) derived[p].assign(catom.given[p.index()].begin(), catom.given[p.index()].end());
+            std::map<PredicateId, std::vector<Derived>> derived;
+            for (const PredicateId p : c.predicates)
+                for (const Row& row : catom.given[p.index()]) derived[p].push_back({row});
             for (const check::RuleId rule : c.rules) {
-                std::vector<Row>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
+                std::vector<Derived>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
                 derive_at(scene, id, catom, rule, seen, rows);
             }
             changing = false;
@@ -177,7 +176,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
                 const Predicate& predicate = program_.predicates[p];
                 const std::size_t i = p.index();
                 Rows rows;
-                failed_ = !reduce(predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows) || failed_;
+                failed_ = !reduce(scene, seen, predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows) || failed_;
                 if (rows == catom.views[i]) continue;
                 changing = c.recursive;
                 for (const Row& row : catom.views[i]) seen[i].erase(row);
@@ -189,13 +188,13 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
 }
 
 // A delayed fact is there when its derivation has held without a break for so long.
-void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Row>& rows) {
+void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows) {
     const check::Head& head = program_.rules[rule].heads[0];
-    const bool delayed = head.delay.op != check::Op::Anonymous, counted = check::folds(program_.predicates[head.atom.predicate].aggregate);
+    const bool delayed = head.delay.op != check::Op::Anonymous, counted = program_.predicates[head.atom.predicate].needs_all();
     std::map<Row, std::int64_t> since;
-    const bool done = derive(program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Row row, const Environment& env) {
+    const bool done = derive(program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Derived made, const Environment& env) {
         if (delayed) {
-            Row key = row;
+            Row key = made.row;
             for (const std::optional<Value>& v : env)
                 if (counted && v) key.push_back(*v);
             const auto held = catom.since[rule].find(key);
@@ -203,7 +202,7 @@ void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::
             since[key] = from;
             if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
         }
-        rows.push_back(std::move(row));
+        rows.push_back(std::move(made));
         return true;
     });
     failed_ = failed_ || !done;

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "application.h"
+#include "model.h"
 
 namespace meld::reference {
 
@@ -65,7 +66,7 @@ class Ticks {
     void send(const Scene& scene, std::int64_t from, Message&& message);
     void deliver(Message&& message);
     bool receive_one(std::int64_t now, Catom& catom);
-    void derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Row>& rows);
+    void derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows);
     void settle(const Scene& scene, std::int64_t id, Catom& catom);
     bool fire(const check::Rule& rule, const Scene& scene, std::int64_t id, Catom& catom);
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;

@@ -9,9 +9,9 @@ namespace meld::reference {
 
 namespace {
 
-std::string signature(const std::string& name, const std::vector<Kind>& arguments, const std::string& modifiers = "", const std::string& aggregate = "", std::size_t at = 0) {
+std::string signature(const std::string& name, const std::vector<Kind>& arguments, const std::string& modifiers = "", const std::string& aggregate = "", std::size_t at = 0, const std::string& waits = "") {
     std::string text = "type " + modifiers + name + "(node";
-    for (std::size_t i = 0; i < arguments.size(); ++i) text += std::string(", ") + (!aggregate.empty() && at == i ? aggregate + " " : "") + name_of(arguments[i]);
+    for (std::size_t i = 0; i < arguments.size(); ++i) text += std::string(", ") + (!aggregate.empty() && at == i ? aggregate + " " : "") + name_of(arguments[i]) + (at == i ? waits : "");
     return text + ").";
 }
 
@@ -114,14 +114,31 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         constexpr const char* kAggregates[] = {"min", "max", "sum", "count", "first"};
         aggregate = kAggregates[below(random, 5)];
         at = static_cast<std::size_t>(below(random, static_cast<std::int64_t>(kinds.size())));
-        if (aggregate == "sum" || aggregate == "count") at = kinds.size() - 1;
-        if (aggregate == "count") kinds[at] = Kind::Int;
+        if (chance(random, 15)) {
+            // One that is not commutative, so that the order shows.
+            aggregate = fmt::format("f{}", names);
+            block.declarations.push_back({aggregate, fmt::format("fun {}(int SoFar, int Value) : int = (3 * (SoFar % 1000) - Value % 1000) % 1000.", aggregate)});
+        }
+        const bool function = aggregate.starts_with("f") && aggregate != "first";
+        if (aggregate == "sum" || aggregate == "count" || function) at = kinds.size() - 1;
+        if (aggregate == "count" || function) kinds[at] = Kind::Int;
+        if (kinds[at] == Kind::List && chance(random, 40)) {
+            kinds.resize(at + 1);
+            aggregate = "append";
+        }
         if (aggregate == "sum") kinds[at] = chance(random, 70) ? Kind::Int : Kind::Float;
     }
-    block.declarations.push_back({name, signature(name, kinds, "", aggregate, at)});
+    std::string waits;
+    if (!aggregate.empty() && chance(random, 35)) {
+        std::vector<std::string> links{"neighbor"};
+        for (const Known& k : known)
+            if (k.route) links.push_back(k.name);
+        waits = fmt::format(" [{} {}]", chance(random, 50) ? "<-" : "->", pick(random, links));
+    }
+    block.declarations.push_back({name, signature(name, kinds, "", aggregate, at, waits)});
     for (int rules = chance(random, 25) ? 2 : 1; rules > 0; --rules) {
         Body body(random, known);
-        fill(body, random, some_links(random));
+        fill(body, random, waits.empty() ? some_links(random) : 1 + below(random, 2));
         std::vector<std::string> arguments;
         for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
         // A change is seen where the rule runs, which is where its head is.
