@@ -72,6 +72,9 @@ class Steady {
     std::vector<bool> seen_;
 };
 
+// As in runtime/abi/module_abi.h.
+constexpr std::uint64_t kWake = 8, kGroups = 32;
+
 class Component {
   public:
     Component(Plan& plan, ComponentPlan& component) : plan_(plan), component_(component), head_(plan.program.predicates[component.predicates[0]]) {}
@@ -86,13 +89,8 @@ class Component {
         Deltas& deltas = component_.deltas;
         deltas.inputs = followed();
         for (const RulePlan& r : component_.rules) deltas.groups.push_back(group(r));
-        // Groups that wait in quarantine are woken one by one, where there is a place to say which.
-        constexpr std::uint64_t wake = 8, groups = 32;  // As in runtime/abi/module_abi.h.
         const auto is_head = [&](const Touch& t) { return !t.at_home && t.predicate == component_.predicates[0]; };
-        if (component_.inputs & wake && std::any_of(touches_.begin(), touches_.end(), is_head)) {
-            deltas.inputs |= groups;
-            component_.inputs |= groups;
-        }
+        if (component_.inputs & kWake && std::any_of(touches_.begin(), touches_.end(), is_head)) deltas.inputs |= kGroups;
         for (Touch& t : touches_) {
             t.plan.unchanged &= deltas.inputs;
             if (!t.at_home || is_given(t.predicate)) plan_.columns[plan_.of(t.predicate).column].follows_rows = true;
@@ -240,6 +238,11 @@ class Component {
 
 void plan_deltas(Plan& plan) {
     for (ComponentPlan& c : plan.components) Component(plan, c).run();
+    // Groups that wait in quarantine are woken one by one, where there is a place to say which: in the rows that readers follow,
+    // whoever these are. Where the predicate itself does not follow them, all of it is settled then.
+    for (ComponentPlan& c : plan.components)
+        for (const PredicateId p : c.predicates)
+            if (c.inputs & kWake && plan.of(p).column.valid() && plan.columns[plan.of(p).column].follows_rows) c.inputs |= kGroups;
 }
 
 }  // namespace meld::plan
