@@ -35,7 +35,7 @@ Result<check::Program> checked(const std::string& text) {
     return program;
 }
 
-Workshop::Workshop() {
+Workshop::Workshop(Level the_level) : level(the_level) {
     std::string name = (std::filesystem::temp_directory_path() / "meld-reference-XXXXXX").string();
     folder_ = mkdtemp(name.data()) == nullptr ? "." : name;
 }
@@ -49,7 +49,9 @@ Result<Module> Workshop::module(const std::string& text) {
     const std::string path = folder_ + "/program.meld";
     std::ofstream(path) << text;
     driver::Compilation compilation;
-    const Result<void> done = driver::compile(path, {.cache_dir = folder_ + "/cache"}, compilation);
+    driver::CompileOptions options{.cache_dir = folder_ + "/cache"};
+    if (level == Level::Quick) options.optimisation = 0;
+    const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());
     if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));
     return load_module(compilation.result, kAbiVersion);

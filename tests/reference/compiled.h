@@ -13,16 +13,21 @@ namespace meld::reference {
 // Errors: what the compiler says against the program.
 Result<check::Program> checked(const std::string& text);
 
+// How Clang compiles modules. At -O0 it takes a sixth of the time, so most random programs are; what a user gets is the other.
+enum class Level { Quick, Shipped };
+
 // A folder for programs and modules that is removed in the end.
 class Workshop {
   public:
-    Workshop();
+    explicit Workshop(Level level = Level::Shipped);
     ~Workshop();
     Workshop(const Workshop&) = delete;
     Workshop& operator=(const Workshop&) = delete;
 
     // Errors: what the compiler says, or that the module is refused.
     Result<Module> module(const std::string& text);
+
+    Level level;
 
   private:
     std::string folder_;

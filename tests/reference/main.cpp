@@ -3,8 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <sys/mman.h>
+
+#include <atomic>
 #include <chrono>
 #include <fstream>
+#include <new>
 #include <sstream>
 
 #include "generate.h"
@@ -18,6 +22,8 @@ namespace {
 struct Options {
     std::uint64_t first = 1, seeds = 200, worlds = 3;
     double minutes = 0;                 // 0: as long as it takes.
+    int jobs = 1;                       // Processes that work at once.
+    std::uint64_t shipped = 10;         // One in so many programs is compiled as it is shipped, the others as quickly as can be.
     int shrink_attempts = 3000;
     std::string out = "random_failures";
     std::string replay, show;
@@ -74,6 +80,8 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
     return v;
 }
 
+Level level_of(std::uint64_t seed, const Options& options) { return options.shipped > 0 && seed % options.shipped == 0 ? Level::Shipped : Level::Quick; }
+
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
@@ -109,7 +117,7 @@ void report(const Verdict& v, std::uint64_t seed, const Options& options, Worksh
     std::fflush(stdout);
 }
 
-int replay(const Options& options, Workshop& workshop) {
+int replay(const Options& options) {
     std::ifstream in(options.replay);
     std::stringstream text;
     text << in.rdbuf();
@@ -118,34 +126,84 @@ int replay(const Options& options, Workshop& workshop) {
         fmt::print(stderr, "{}: {}\n", options.replay, trial ? "cannot be read" : trial.error().message());
         return 2;
     }
-    const std::string trouble = isolated([&] { return trouble_of(*trial, workshop, kSettings); });
+    std::string trouble;
+    for (const Level level : {Level::Shipped, Level::Quick}) {
+        Workshop workshop(level);
+        if (trouble.empty()) trouble = isolated([&] { return trouble_of(*trial, workshop, kSettings); });
+    }
     fmt::print("{}\n", trouble.empty() ? "no difference" : trouble);
     return trouble.empty() ? 0 : 1;
 }
 
-int run_seeds(const Options& options, Workshop& workshop) {
+// What all jobs together have done.
+struct Sum {
+    Tally tally = {};
+    std::uint64_t done = 0, failures = 0, tried = 0, kept = 0, rules = 0;
+    void add(const Sum& other) {
+        tally.add(other.tally);
+        done += other.done;
+        failures += other.failures;
+        tried += other.tried;
+        kept += other.kept;
+        rules += other.rules;
+    }
+};
+// Out of a job into its parent.
+std::string encode(const Sum& s) {
+    return fmt::format("{} {} {}", s.done, s.failures, encode(Verdict{.tally = s.tally, .tried = s.tried, .kept = s.kept, .rules = s.rules}));
+}
+Sum decode(const std::string& text) {
+    Sum s;
+    std::istringstream in(text);
+    if (text.starts_with("crash") || !(in >> s.done >> s.failures)) return {.failures = 1};
+    std::string rest;
+    std::getline(in, rest);
+    const Verdict v = decode(rest + "\n", 0);
+    s.tally = v.tally;
+    s.tried = v.tried;
+    s.kept = v.kept;
+    s.rules = v.rules;
+    return s;
+}
+
+// Takes seeds, as long as there are some, each in a process of its own.
+Sum work(const Options& options, std::atomic<std::uint64_t>& next) {
     const auto start = std::chrono::steady_clock::now();
     const auto minutes = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60; };
-    Verdict sum;
-    std::uint64_t failures = 0, done = 0;
+    Workshop workshop;
     // What is loaded here need not be loaded by every child.
     static_cast<void>(workshop.module("type p(node).\np(A) :- id(A, 0).\n"));
-    for (; done < options.seeds && (options.minutes == 0 || minutes() < options.minutes); ++done) {
-        const std::uint64_t seed = options.first + done;
+    Sum sum;
+    while (options.minutes == 0 || minutes() < options.minutes) {
+        const std::uint64_t number = next++;
+        if (number >= options.seeds) break;
+        const std::uint64_t seed = options.first + number;
+        workshop.level = level_of(seed, options);
         const Verdict v = decode(isolated([&] { return encode(examine(seed, options, workshop)); }), seed);
-        sum.tally.add(v.tally);
-        sum.tried += v.tried;
-        sum.kept += v.kept;
-        sum.rules += v.rules;
+        sum.add({.tally = v.tally, .done = 1, .failures = !v.trouble.empty(), .tried = v.tried, .kept = v.kept, .rules = v.rules});
         if (v.trouble.empty()) continue;
-        ++failures;
+        if (!options.keep_going) next = options.seeds;
         report(v, seed, options, workshop);
-        if (!options.keep_going) return 1;
+    }
+    return sum;
+}
+
+int run_seeds(const Options& options) {
+    void* const shared = mmap(nullptr, sizeof(std::atomic<std::uint64_t>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) return 2;
+    auto& next = *new (shared) std::atomic<std::uint64_t>(0);
+    std::vector<Child> jobs;
+    for (int j = 0; j < options.jobs; ++j) jobs.emplace_back([&] { return encode(work(options, next)); }, 0);
+    Sum sum;
+    for (Child& job : jobs) {
+        const std::string answer = job.answer();
+        if (answer.starts_with("crash")) fmt::print("{}\n", answer);
+        sum.add(decode(answer));
     }
     const Tally& t = sum.tally;
-    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large for the reference; {} failures\n", done, sum.rules, sum.kept, sum.tried,
-               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, t.too_large, failures);
-    return failures > 0;
+    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large for the reference; {} failures\n", sum.done, sum.rules, sum.kept, sum.tried,
+               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, t.too_large, sum.failures);
+    return sum.failures > 0;
 }
 
 int show(std::uint64_t seed) {
@@ -161,6 +219,8 @@ int main(int argc, char** argv) {
     app.add_option("--seeds", options.seeds, "How many");
     app.add_option("--worlds", options.worlds, "Worlds for each program");
     app.add_option("--minutes", options.minutes, "Stop after this many");
+    app.add_option("--jobs", options.jobs, "Processes that work at once")->check(CLI::Range(1, 256));
+    app.add_option("--shipped", options.shipped, "Compile one in so many programs at the level of meldc, the others at -O0; 0: none");
     app.add_option("--out", options.out, "Where failing trials are written");
     app.add_option("--replay", options.replay, "Run a written trial again");
     app.add_option("--show", shown, "Print the trial of a seed");
@@ -168,8 +228,7 @@ int main(int argc, char** argv) {
     app.add_flag("--keep-going", options.keep_going, "Do not stop at the first failure");
     CLI11_PARSE(app, argc, argv);
     if (shown != 0) return show(shown);
-    Workshop workshop;
-    return options.replay.empty() ? run_seeds(options, workshop) : replay(options, workshop);
+    return options.replay.empty() ? run_seeds(options) : replay(options);
 }
 
 }  // namespace
