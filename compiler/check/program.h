@@ -221,8 +221,10 @@ enum class Select { None, Ascending, Descending, Random };
 struct Rule {
     std::string name;                 // "dist@12": the head and the line.
     std::string text;                 // As Meld, printed from the syntax tree.
+    std::string file;                 // Its name without folders.
     std::uint32_t line = 0;
     Span span;
+    std::vector<PredicateId> derives; // By its heads, as the program says them; the planner may have them pass through others.
     bool linear = false;              // Consumes facts; else a view with exactly one head.
     VariableId home;                  // The catom where it runs: the head's of a view, the consumed facts' of a linear rule.
     Table<Variable> variables;

@@ -1,6 +1,7 @@
 // Pass 2: rules. Names become ids, terms get types, views with several heads become one rule a head.
 // Assumes declare().
 #include <algorithm>
+#include <filesystem>
 
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
@@ -16,6 +17,7 @@ void Resolver::rule(const syntax::Rule& tree) {
     Rule rule;
     rule.span = tree.span;
     rule.line = files_.begin(tree.span).line;
+    rule.file = std::filesystem::path(files_.file(tree.span).path()).filename().string();
     rule.text = syntax::print(tree);
     dialect_linear_ = linear_files_.contains(tree.span.file);
     Scope scope(program_, names_, rule, report_, !dialect_linear_);
@@ -216,6 +218,10 @@ void Resolver::add(Rule rule) {
     for (const Rule& other : program_.rules)
         if (other.name == rule.name || other.name.starts_with(rule.name + ".")) ++twin;
     if (twin > 1) rule.name += fmt::format(".{}", twin);
+    each_head(rule.heads, [&](const Head& h) {
+        const PredicateId p = h.atom.predicate;
+        if (h.kind == Head::Kind::Fact && std::find(rule.derives.begin(), rule.derives.end(), p) == rule.derives.end()) rule.derives.push_back(p);
+    });
     program_.rules.add(std::move(rule));
 }
 

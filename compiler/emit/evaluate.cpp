@@ -13,8 +13,11 @@ namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
+// What a failure in a rule is told by.
+std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
+
 void run_all_rules(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
-    for (const RulePlan& r : c.rules) w.line("{}(s);", rule_function(plan.program, r.rule));
+    for (const RulePlan& r : c.rules) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
 }
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
@@ -235,7 +238,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("s.again = false;");
     if (!plan.births.empty()) {
         w.open("if (todo & kDirtyBorn) {");
-        for (const RulePlan& r : plan.births) w.line("{}(s);", rule_function(plan.program, r.rule));
+        for (const RulePlan& r : plan.births) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
         w.raw("todo |= s.raised;");
         w.raw("s.raised = 0;");
         w.close();
@@ -254,6 +257,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("bool again = false;");
         w.open("for (u32 r = 0; r < kLinearRules && e.trap == Trap::None; ++r) {");
         w.raw("if (!s.active[r]) continue;");
+        w.raw("e.rule = kLinearNumbers[r];");
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
         w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<i64>(e.part->max_derivations));");
@@ -268,6 +272,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.close();
     }
     w.raw("if (e.trap != Trap::None) return;");
+    w.raw("e.rule = kNone32;");
     w.raw("act(s);");
     if (plan.reads_tick) w.raw("e.host->wake(&e, e.part->now + 1, kDirtyTick);");
     w.raw("save(s);");

@@ -23,6 +23,7 @@ void RuleEmitter::branches() {
         w_.open("{");
         const std::size_t outside = w_.depth();
         scope_.rule_index = b.rule.index();
+        w_.line("s.e->rule = {};", b.rule.index());
         steps(b.steps);
         propose(b.heads[0]);
         close_to(outside);

@@ -167,9 +167,17 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
 }
 
 void emit_rule_table(const plan::Plan& plan, Writer& w) {
+    for (const RuleId id : plan.program.rules.ids()) {
+        std::string heads;
+        for (const PredicateId p : plan.program.rules[id].derives) heads += fmt::format("{}{}", heads.empty() ? "" : ", ", p.index());
+        if (!heads.empty()) w.line("static constexpr u16 kHeads{}[] = {{{}}};", id.index(), heads);
+    }
     w.open("static constexpr RuleInfo kRules[] = {");
-    for (const check::Rule& r : plan.program.rules) w.line("{{{}, {}, {}}},", quoted(r.name), quoted(r.text), r.line);
-    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0},");
+    for (const RuleId id : plan.program.rules.ids()) {
+        const check::Rule& r = plan.program.rules[id];
+        w.line("{{{}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(), r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()));
+    }
+    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr},");
     w.close("};");
 }
 

@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 6;
+inline constexpr u32 kAbiVersion = 7;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -132,6 +132,9 @@ struct RuleInfo {
     const char* name;  // As in --explain-rules.
     const char* text;  // The rule as Meld.
     u32 line;
+    const char* file;  // Where it stands; empty: made by the compiler.
+    u32 head_count;    // The predicates that it derives or makes, as the program says.
+    const u16* heads;
 };
 
 // One part of the ensemble as a module sees it. The runtime owns all arrays.
@@ -193,6 +196,7 @@ struct Eval {
     bool trap_real = false;   // The operands are floats.
     u32 draws = 0;            // Random numbers drawn for this catom in this tick.
     u32 depth = 0;            // Calls of functions that are open.
+    u32 rule = kNone32;       // The one at work, for failures that only the runtime notices; kNone32: none.
 };
 
 // What the runtime does for a module. All calls concern the catom under evaluation.

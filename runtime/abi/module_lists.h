@@ -32,7 +32,7 @@ inline u32 count_of(ListRef l) { return l == nullptr ? 0 : l->count; }
 inline ListRef list_over(Eval& e, const u64* items, u64 count) {
     if (count == 0) return nullptr;
     if (count > e.part->max_list) {
-        trap(e, Trap::TooLong, kNone32, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
+        trap(e, Trap::TooLong, e.rule, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
         return nullptr;
     }
     List* l = static_cast<List*>(scratch(e, sizeof(List)));

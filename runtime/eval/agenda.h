@@ -45,6 +45,15 @@ class Agenda {
         return true;
     }
 
+    // Calls visit(catom) for each that has something new.
+    template <class Visit>
+    void each(const Visit& visit) const {
+        for (std::size_t w = 0; w < words_.size(); ++w)
+            for (u64 bits = words_[w]; bits != 0; bits &= bits - 1) {
+                const u32 catom = static_cast<u32>(w * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
+                if (dirty_[catom] != 0) visit(catom);
+            }
+    }
     // Moves the agenda out, catoms ascending; those for which keep(catom) is false are dropped.
     template <class Keep>
     void take(std::vector<u32>& catoms, std::vector<u64>& dirty, const Keep& keep) {

@@ -81,6 +81,7 @@ struct Evaluator::Thread : Eval {
     std::vector<GroupWake> group_wakes;
     u32 sequence = 0;
     u32 sequence_of = kNone32;
+    u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
     Failure failure;
 
     std::size_t keep(const void* from, std::size_t count) {
@@ -106,7 +107,7 @@ struct Evaluator::Thread : Eval {
             const List* kept = owner->columns_.lists().keep(tuple::type_of(owner->module_, predicate.fields[i]), from[i].list, number);
             values[at + i].list = kept;
             if (kept != nullptr) owned.push_back(kept);
-            check_length();
+            check_length(predicate.column);
         }
         return reinterpret_cast<const Value*>(at * sizeof(Value));
     }
@@ -114,10 +115,12 @@ struct Evaluator::Thread : Eval {
         for (const List* list : owned) owner->columns_.lists().release(list, number);
         owned.clear();
     }
-    // After lists were kept.
-    void check_length() {
-        if (const std::size_t items = owner->columns_.lists().too_long(number))
-            meld::trap(*this, Trap::TooLong, kNone32, static_cast<i64>(items), static_cast<i64>(part->max_list));
+    // After lists were kept for facts of this column.
+    void check_length(u16 column) {
+        const std::size_t items = owner->columns_.lists().too_long(number);
+        if (items == 0) return;
+        if (trap == Trap::None) failed_column = column;
+        meld::trap(*this, Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(part->max_list));
     }
     // Before a private column is written: lists that rows of the catom have lost stay alive until it has written all its
     // columns, for it may hand them from one to the next.
@@ -146,7 +149,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         Thread& t = of(e);
         const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
         const std::size_t size = std::max<std::size_t>(before * 2, bytes * 2);
-        if (size > kMostChunk) meld::trap(*e, Trap::TooMuchMemory, kNone32, static_cast<i64>(size));
+        if (size > kMostChunk) meld::trap(*e, Trap::TooMuchMemory, e->rule, static_cast<i64>(size));
         // After that the evaluation ends at its next check; until then it has what it asks for.
         t.new_chunk(size > kMostChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
@@ -161,7 +164,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             t.begin_write(c);
             all.set_record(column, e->catom, record, t.number);
         }
-        if (c.list_count > 0) t.check_length();
+        if (c.list_count > 0) t.check_length(column);
     };
     host_.assign_rows = [](Eval* e, u16 column, const void* rows, u32 count) {
         Thread& t = of(e);
@@ -174,7 +177,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             t.begin_write(c);
             all.set_rows(column, e->catom, rows, count, t.number);
         }
-        if (c.list_count > 0) t.check_length();
+        if (c.list_count > 0) t.check_length(column);
     };
     host_.change_rows = [](Eval* e, u16 column, const RowChanges* changes) {
         Thread& t = of(e);
@@ -239,6 +242,7 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
     for (auto& t : threads_) {
         t->part = &part;
         t->trap = Trap::None;
+        t->failed_column = kNone32;
         t->failure = {};
         t->derivations = 0;
         t->dropped = 0;
@@ -256,9 +260,10 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        const Failure failure{t.trap, t.trap_rule, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real};
+        const Failure failure{t.trap, t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real};
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
+        t.failed_column = kNone32;
     });
     columns_.changes().end_evaluation();
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(part, static_cast<int>(i), on_export); });
@@ -356,13 +361,37 @@ void Evaluator::order_messages() {
     }
 }
 
+namespace {
+
+// The file of a rule, where it is not the program's own.
+std::string place(const ModuleInfo& module, const RuleInfo& rule) {
+    const std::string_view file = rule.file;
+    return file.empty() || file == std::string(module.program_name) + ".meld" ? "" : fmt::format(" of {}", file);
+}
+
+// The predicates of a column as the program names them; what the compiler has made of `p` is called p@...
+std::string kept_in(const ModuleInfo& module, u32 column) {
+    std::string names;
+    if (column >= module.column_count) return names;
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        if (module.predicates[i].column != column) continue;
+        const std::string_view name = module.predicates[i].name;
+        names += fmt::format("{}`{}`", names.empty() ? "" : " or ", name.substr(0, name.find('@')));
+    }
+    return names;
+}
+
+}  // namespace
+
 std::string describe(const ModuleInfo& module, const Failure& f) {
     std::string where = fmt::format("at catom @{} in tick {}", f.catom, f.tick);
     if (f.rule != kNone32) {
         const RuleInfo& rule = module.rules[f.rule];
         std::string_view text = rule.text;
         if (text.ends_with('.')) text.remove_suffix(1);
-        where = fmt::format("in rule {} {}: {}", rule.name, where, text);
+        where = fmt::format("in rule {}{} {}: {}", rule.name, place(module, rule), where, text);
+    } else if (const std::string names = kept_in(module, f.column); !names.empty()) {
+        where = fmt::format("among the facts of {} {}", names, where);
     }
     const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
     switch (f.trap) {

@@ -35,6 +35,7 @@ struct Action {
 struct Failure {
     Trap trap = Trap::None;
     u32 rule = 0;          // kNone32: of none in particular.
+    u32 column = kNone32;  // Where no rule is to blame: what the catom could not keep.
     u64 catom = 0;         // Id
     i64 tick = 0;
     Value left = {}, right = {};  // The operands; of floats where `real`.

@@ -65,7 +65,9 @@ Result<void> Simulation::tick() {
     if (auto done = each_module(step); !done) return done;
     part_.happen();
     if (!codes_.empty()) codes_.run(part_);
+    if (unsettled_) unsettled_->before(part_);
     const Totals& t = part_.end_tick();
+    if (unsettled_) unsettled_->after(part_);
     summary_.ticks = part_.abi.now;
     summary_.catoms = t.catoms;
     summary_.evaluations += t.tick.awake;
@@ -86,6 +88,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     const bool may_end = codes_.empty() || limits.ticks < 0;
     summary_.ending = Ending::Ticks;
     while (part_.abi.now < most) {
+        if (limits.ticks < 0 && !unsettled_ && part_.abi.now >= most - Unsettled::kTicks) unsettled_.emplace(part_.module);
         if (auto done = tick(); !done) {
             result = done;
             break;
@@ -118,7 +121,8 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         }
     }
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
-        result = fail("the run did not settle within " + std::to_string(most) + " ticks", "Give --ticks N, or raise [limits] max_ticks in the world", ExitCode::LimitHit);
+        result = fail("the run did not settle within " + std::to_string(most) + " ticks",
+                      "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->tell(part_), ExitCode::LimitHit);
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
             module->finish(part_);

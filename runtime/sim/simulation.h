@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "runtime/sim/code_modules.h"
 #include "runtime/sim/extension.h"
 #include "runtime/sim/part_state.h"
+#include "runtime/sim/unsettled.h"
 
 namespace meld::sim {
 
@@ -65,6 +67,7 @@ class Simulation {
     PartState part_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     CodeModules codes_;
+    std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to settle.
     Summary summary_;
 };
 

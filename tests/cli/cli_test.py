@@ -248,11 +248,11 @@ class Endings(Case):
 
     def test_list_that_doubles(self):
         self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n", code=4,
-                  says=["a list has 192 items, and 100 are the most at catom @0 in tick 1", "max_list"])
+                  says=["a list has 192 items, and 100 are the most in rule l@3 at catom @0 in tick 1", "max_list"])
 
     def test_list_that_grows_for_ever_in_scratch_memory(self):
         self.ends("type linear l(node, list int).\nl(@0, []).\nl(A, L) -o l(A, [1 | L]).\n", code=4, processes=(1,),
-                  says=["the rules of a catom take more than 1 GiB of memory in one tick at catom @0 in tick 1"])
+                  says=["the rules of a catom take more than 1 GiB of memory in one tick in rule l@3 at catom @0 in tick 1"])
 
     def test_given_list_that_is_too_long(self):
         self.write("d.meld", "type l(node, list int).\ntype n(node, int).\nn(A, llength(L)) :- l(A, L).\n")
@@ -266,7 +266,7 @@ class Endings(Case):
         self.refused("meldsim", "run", "d.meld", "--quiet", *["--arg", "1"] * 10, code=2, says="no more than nine")
 
     def test_token_that_never_rests(self):
-        self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks"])
+        self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
 
     def test_arithmetic_that_goes_wrong_names_operands_rule_catom_and_tick(self):
         where = "at catom @1 in tick 1"

@@ -2,6 +2,7 @@
 
     // RUN: meldc check %s           The command; %s is the program. One line.
     // WORLD: lattice = "square"     Lines of the world, for `meldsim run`.
+    // EXIT: 4                      How it ends, where that is neither 0 nor, for a file fail_..., 1.
     // KEEP: text                    Only output lines that hold one of these texts are compared.
     // CHECK: ...                    The exact output, together at the end of the file.
 
@@ -107,9 +108,12 @@ def run(test, tools):
         command = [tools[words[0]]] + words[1:]
         code, output = run_modes(command, folder) if words[:2] == ["meldsim", "run"] else call(command, folder)
         output = output.replace(str(folder) + "/", "")
-    wanted = 1 if test.path.name.startswith("fail_") else 0
+    refused = test.path.name.startswith("fail_")
+    wanted = int((test.values("EXIT") or [refused])[0])
+    if (wanted != 0) != refused:
+        raise Failure("a file starts with fail_ exactly if it ends with another code than 0")
     if code != wanted:
-        raise Failure(f"exit {code}, and the name of the file says {wanted}:\n{output}")
+        raise Failure(f"exit {code}, and the file says {wanted}:\n{output}")
     lines = [line.rstrip() for line in output.split("\n")]
     keep = test.values("KEEP")
     lines = [line for line in lines if not keep or any(text in line for text in keep)]

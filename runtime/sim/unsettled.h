@@ -1,0 +1,67 @@
+// What was still changing when a run that had to settle did not: which predicates, at how many catoms, what one catom held,
+// and the rules that make them, so that a person can find the loop.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld::sim {
+
+class PartState;
+
+class Unsettled {
+  public:
+    // Ticks that are looked at, the last of the run. Long enough for most delays, short enough to cost nothing.
+    static constexpr i64 kTicks = 128;
+
+    explicit Unsettled(const ModuleInfo& module);
+
+    // Around the evaluation of a tick, on every part at the same time. Catoms whose facts were given or taken by somebody
+    // else before it have not changed by themselves. Cost: the facts of the catoms that are awake, twice.
+    void before(PartState& part);
+    void after(PartState& part);
+
+    // One text for all parts, the same for any number of them; each calls it.
+    std::string tell(PartState& part) const;
+
+  private:
+    struct Seen {
+        u32 catom;
+        u64 id;
+    };
+    // One change of the catom that is followed.
+    struct Change {
+        i64 tick;
+        std::string text;
+    };
+    // Of a predicate; the numbers are the same on all parts.
+    struct Followed {
+        u32 predicate = 0;
+        i64 ticks = 0;            // In how many ticks it has changed,
+        i64 last = 0;             // the last of them,
+        u64 most = 0;             // and at how many catoms at most.
+        u64 id = kNobody;         // The catom that is followed,
+        i64 moved = 0;            // and when it changed last.
+        std::vector<std::string> facts = {};  // What it held before this tick, where it is of this part.
+        std::vector<Change> changes = {};     // The latest, where it was of this part.
+    };
+    static constexpr u64 kNobody = ~u64{0};
+
+    std::vector<std::string> facts_of(const PartState& part, u32 predicate, u32 catom) const;
+    u32 hash_of(const PartState& part, u32 predicate, u32 catom) const;
+    void note_changes(PartState& part, Followed& f, bool changed);
+    std::string changes_of(PartState& part, const Followed& f) const;
+    std::string rules_of(u32 predicate) const;
+    std::string waiting(PartState& part) const;
+
+    const ModuleInfo& module_;
+    std::vector<Followed> followed_;
+    std::vector<Seen> awake_;
+    std::vector<u32> hashes_;     // [catom of awake_][predicate of followed_]
+    u64 stride_ = 1;              // Where many are awake, those whose number it divides stand for all.
+    i64 looked_ = 0;              // Ticks
+};
+
+}  // namespace meld::sim
