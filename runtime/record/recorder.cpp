@@ -40,7 +40,7 @@ Result<void> Recorder::start(sim::PartState& part) {
     marks_.start(part.module);
     info_.lines = marks_.lines();
     for (const Recorded& r : recorded_)
-        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()))
+        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) || (r.name == "diameter" && part.diameter_of))
             return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate", "Derive a predicate of another name from it");
     std::vector<std::byte> outcome;
     Error error;
@@ -77,6 +77,7 @@ namespace {
 struct Row {
     u64 id;
     world::Vec3 position;
+    double diameter;
 };
 
 }  // namespace
@@ -85,6 +86,7 @@ struct Row {
 struct Recorder::Step {
     std::vector<u64> ids;
     std::vector<world::Vec3> positions;
+    std::vector<double> diameters;
     std::vector<std::uint8_t> colours;
     std::vector<std::string> labels;
     std::vector<std::vector<u64>> numbers;         // By recorded predicate, as words.
@@ -125,7 +127,7 @@ std::vector<std::byte> Recorder::pack(sim::PartState& part) {
     out.insert(out.end(), marks.begin(), marks.end());
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
-        put(out, Row{part.ensemble.id(c), part.ensemble.position(c)});
+        put(out, Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter_of ? part.diameter_of(c) : 1});
         for (const Recorded& r : recorded_) put_value(part, r, c, out);
     }
     return out;
@@ -156,6 +158,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         const auto row = take_value<Row>(at);
         step.ids.push_back(id);
         step.positions.push_back(row.position);
+        step.diameters.push_back(row.diameter);
         for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
         if (marks_.labels()) step.labels.push_back(marks_.label(id));
         for (std::size_t i = 0; i < recorded_.size(); ++i) {
@@ -184,6 +187,7 @@ Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::v
     Step step;
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
+    if (part.diameter_of) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     for (std::size_t i = 0; i < recorded_.size(); ++i) {
         const Recorded& r = recorded_[i];

@@ -10,7 +10,8 @@
 
 namespace meld::sim {
 
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double reach_m) {
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m) {
+    const double reach_m = 2 * largest_radius_m + touch_m;
     std::vector<std::byte> bytes;
     for (const FixedBody& body : mine) put(bytes, body);
     // By cells as wide as the reach, so that who touches a body is in its cell or next to it.
@@ -32,7 +33,7 @@ std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vecto
             if (others == cells.end()) continue;
             for (const FixedBody& a : bodies)
                 for (const FixedBody& b : others->second)
-                    if (a.id < b.id && length(b.position_m - a.position_m) < reach_m)
+                    if (a.id < b.id && length(b.position_m - a.position_m) < a.radius_m + b.radius_m + touch_m)
                         touches.push_back({{static_cast<physics::BodyId>(a.id), static_cast<std::uint32_t>(b.id), false}, true});
         }
     std::sort(touches.begin(), touches.end());

@@ -12,9 +12,10 @@ namespace meld::sim {
 struct FixedBody {
     std::uint64_t id = 0;
     physics::Vec3 position_m = {};
+    double radius_m = 0;
 };
 
-// The touches among those of all parts, sorted; every part calls it with its own. `reach_m`: from centre to centre.
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double reach_m);
+// The touches among those of all parts, sorted; every part calls it with its own. Surfaces nearer than `touch_m` touch.
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m);
 
 }  // namespace meld::sim

@@ -16,10 +16,7 @@ Result<void> FreeMotion::start(PartState& part) {
         return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id, physics::kMostBodies), "Make the body smaller", ExitCode::LimitHit);
     if (!part.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine), "Write [motion] engine = \"blocks\", or leave out -n");
-    auto made = make_physics_scene(world_);
-    if (!made) return tl::unexpected<Error>(made.error());
-    physics_ = std::move(*made);
-    if (auto done = agree_on_error(part, make_bodies(part)); !done) return done;
+    if (auto done = agree_on_error(part, make_scene(part)); !done) return done;
     actions_.start(part, world_);
     if (auto started = senses_.start(part, world_); !started) return started;
     if (!part.alone()) divided_.emplace(part, *physics_.scene);
@@ -28,18 +25,33 @@ Result<void> FreeMotion::start(PartState& part) {
     return {};
 }
 
-Result<void> FreeMotion::make_bodies(PartState& part) {
-    BodyMaker bodies(world_, physics_);
+Result<void> FreeMotion::make_scene(PartState& part) {
+    BodyMaker bodies(world_, part.next_id);
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) bodies.note(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
     part.start_cells = {};
     std::vector<std::byte> bytes;
-    for (const Surface& surface : bodies.surfaces()) put(bytes, surface);
+    if (part.ensemble.owned_count() > 0) {
+        put(bytes, bodies.radii());
+        for (const Surface& surface : bodies.surfaces()) put(bytes, surface);
+    }
+    RadiusRange radii;
     std::set<Surface> surfaces;
-    for (const auto& from : gather_bytes(part, bytes))
-        for (const std::byte* at = from.data(); at != from.data() + from.size();) surfaces.insert(take_value<Surface>(at));
-    fixed_touches_ = touches_among(part, bodies.at_rest(), 2 * world_.radius * (1 + physics::Settings{}.touch_share));
-    if (auto done = bodies.make(surfaces); !done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
+    for (const auto& from : gather_bytes(part, bytes)) {
+        if (from.empty()) continue;
+        const std::byte* at = from.data();
+        const auto theirs = take_value<RadiusRange>(at);
+        radii = {radii.least > 0 ? std::min(radii.least, theirs.least) : theirs.least, std::max(radii.largest, theirs.largest)};
+        while (at != from.data() + from.size()) surfaces.insert(take_value<Surface>(at));
+    }
+    const double touch_m = physics::Settings{}.touch_share * 2 * radii.least;
+    fixed_touches_ = touches_among(part, bodies.at_rest(), radii.largest, touch_m);
+    auto made = make_physics_scene(world_, radii);
+    if (!made) return tl::unexpected<Error>(made.error());
+    physics_ = std::move(*made);
+    if (auto done = bodies.make(physics_, surfaces); !done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
+    if (radii.least != world_.radius || radii.largest != world_.radius)
+        part.diameter_of = [this, &part](Catom c) { return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius; };
     return {};
 }
 

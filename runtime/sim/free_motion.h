@@ -29,7 +29,8 @@ class FreeMotion : public SimModule {
     std::string outcome() const override;
 
   private:
-    Result<void> make_bodies(PartState& part);
+    // The scene, alike on all parts, with the bodies of this one.
+    Result<void> make_scene(PartState& part);
     Result<void> step_once(PartState& part);
     // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
     void note_fixed_touches(const PartState& part);

@@ -1,6 +1,7 @@
 // Everything one part holds during a run: its catoms, columns, agenda, and what it says to other parts.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <deque>
 #include <optional>
@@ -106,6 +107,8 @@ class PartState {
     std::uint64_t next_id = 0;
     // Where catoms move freely: what they were told of their places, and, until motion has started, the cells they start in.
     std::vector<world::Vec3> sensed_positions;
+    // A catom's diameter in those of the world; empty where all have the world's.
+    std::function<double(Catom)> diameter_of;
     std::vector<std::int32_t> owners;  // Of catoms that move freely, by index.
     std::vector<Cell> start_cells;
     // Something moves by itself, so the run goes on though no program has anything to do.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -19,7 +20,7 @@ using world::World;
 
 physics::Vec3 vector_of(const world::Vec3& v) { return {v[0], v[1], v[2]}; }
 
-physics::Settings settings_of(const World& world) {
+physics::Settings settings_of(const World& world, RadiusRange radii) {
     const PhysicsOptions& p = world.physics;
     physics::Settings s;
     s.engine = p.engine == "hash" ? physics::EngineKind::Hash : p.engine == "ode" ? physics::EngineKind::Ode : physics::EngineKind::Blocks;
@@ -31,7 +32,7 @@ physics::Settings settings_of(const World& world) {
     s.sleep_speed_m_s = p.sleep_speed;
     s.greatest_speed_m_s = p.greatest_speed;
     s.deepest_overlap_share = p.deepest_overlap;
-    s.least_radius_m = s.largest_radius_m = world.radius;
+    s.least_radius_m = radii.least, s.largest_radius_m = radii.largest;
     return s;
 }
 
@@ -126,8 +127,8 @@ Error about_catoms(Error error) {
     return error;
 }
 
-Result<PhysicsScene> make_physics_scene(const World& world) {
-    auto scene = physics::Scene::make(settings_of(world));
+Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii) {
+    auto scene = physics::Scene::make(settings_of(world, radii));
     if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
     PhysicsScene out{std::move(*scene), {}, 0};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
@@ -148,6 +149,7 @@ void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& posi
     spec.inertia_factor = p.inertia;
     for (const world::CatomGroup& group : p.groups) {
         if (!group.where.contains(id, cell, position)) continue;
+        spec.radius_m = group.radius.value_or(spec.radius_m);
         spec.mass_kg = group.mass.value_or(spec.mass_kg);
         spec.inertia_factor = group.inertia.value_or(spec.inertia_factor);
         spec.fixed = group.fixed.value_or(spec.fixed);
@@ -156,6 +158,11 @@ void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& posi
         surface.friction = group.friction.value_or(surface.friction);
         surface.restitution = group.restitution.value_or(surface.restitution);
     }
+    if (id >= first_placed_) {
+        const world::PlacedCatom& placed = world_.placed[id - first_placed_];
+        spec.radius_m = placed.radius.value_or(spec.radius_m);
+        spec.mass_kg = placed.mass.value_or(spec.mass_kg);
+    }
     surfaces_.insert(surface);
     noted_.push_back({spec, surface});
 }
@@ -163,22 +170,29 @@ void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& posi
 std::vector<FixedBody> BodyMaker::at_rest() const {
     std::vector<FixedBody> found;
     for (const Noted& body : noted_)
-        if (body.spec.fixed && body.spec.velocity_m_s == physics::Vec3{}) found.push_back({body.spec.id, body.spec.position_m});
+        if (body.spec.fixed && body.spec.velocity_m_s == physics::Vec3{}) found.push_back({body.spec.id, body.spec.position_m, body.spec.radius_m});
     return found;
 }
 
-Result<void> BodyMaker::make(const std::set<Surface>& surfaces) {
+RadiusRange BodyMaker::radii() const {
+    if (noted_.empty()) return {};
+    RadiusRange range{noted_[0].spec.radius_m, noted_[0].spec.radius_m};
+    for (const Noted& body : noted_) range = {std::min(range.least, body.spec.radius_m), std::max(range.largest, body.spec.radius_m)};
+    return range;
+}
+
+Result<void> BodyMaker::make(PhysicsScene& scene, const std::set<Surface>& surfaces) {
     std::map<Surface, std::uint8_t> materials;
     for (const Surface& s : surfaces) {
-        const auto made = scene_.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
+        const auto made = scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
         if (!made) return tl::unexpected<Error>(made.error());
         materials[s] = *made;
     }
     for (Noted& body : noted_) {
         body.spec.material = materials[body.surface];
-        if (auto added = scene_.scene->add_body(body.spec); !added) return added;
-        if (scene_.features.empty()) continue;
-        if (auto equipped = scene_.scene->set_feature_table(body.spec.id, scene_.feature_table); !equipped) return equipped;
+        if (auto added = scene.scene->add_body(body.spec); !added) return added;
+        if (scene.features.empty()) continue;
+        if (auto equipped = scene.scene->set_feature_table(body.spec.id, scene.feature_table); !equipped) return equipped;
     }
     noted_ = {};
     return {};

@@ -13,12 +13,16 @@
 namespace meld::sim {
 
 // The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file where there is one.
+struct RadiusRange {
+    double least = 0, largest = 0;
+};
 struct PhysicsScene {
     std::unique_ptr<physics::Scene> scene;
     std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
 };
-Result<PhysicsScene> make_physics_scene(const world::World& world);
+// `radii`: those of all bodies of all parts.
+Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii);
 
 // What a catom is made of.
 struct Surface {
@@ -26,18 +30,21 @@ struct Surface {
     auto operator<=>(const Surface&) const = default;
 };
 
-// Gives catoms their bodies: first all are noted, then the materials of all parts' bodies are added alike everywhere, then the
-// bodies themselves.
+// Gives catoms their bodies: first all are noted, then the scene is made that fits all parts' bodies, their materials are added
+// alike everywhere, then the bodies themselves.
 class BodyMaker {
   public:
-    BodyMaker(const world::World& world, PhysicsScene& scene) : world_(world), scene_(scene) {}
+    // `catoms`: of all parts; the last of them are those at listed positions.
+    BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
     void note(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
+    // Of the bodies noted.
+    RadiusRange radii() const;
     // Those noted that are fixed and stand still.
     std::vector<FixedBody> at_rest() const;
     // `surfaces`: those of all parts.
-    Result<void> make(const std::set<Surface>& surfaces);
+    Result<void> make(PhysicsScene& scene, const std::set<Surface>& surfaces);
 
   private:
     struct Noted {
@@ -45,7 +52,7 @@ class BodyMaker {
         Surface surface;
     };
     const world::World& world_;
-    PhysicsScene& scene_;
+    std::uint64_t first_placed_;
     std::set<Surface> surfaces_;
     std::vector<Noted> noted_;
 };

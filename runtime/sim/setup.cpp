@@ -139,8 +139,8 @@ void PartState::populate_freely(const Counts& counts) {
             add(first + n, cell, position);
         }
     }
-    for (const world::Vec3& position : world.positions) {
-        if (comm.part() == 0) add(next_id, nearest_cell(position), position);
+    for (const world::PlacedCatom& placed : world.placed) {
+        if (comm.part() == 0) add(next_id, nearest_cell(placed.position), placed.position);
         ++next_id;
     }
 }

@@ -165,8 +165,8 @@ Result<WorldSize> measure(const World& world) {
         size.cells_upper_bound += 1;
         size.cells_estimate += 1;
     }
-    size.cells_upper_bound += static_cast<double>(world.positions.size());
-    size.cells_estimate += static_cast<double>(world.positions.size());
+    size.cells_upper_bound += static_cast<double>(world.placed.size());
+    size.cells_estimate += static_cast<double>(world.placed.size());
     if (size.cells_upper_bound == 0) {
         return fail("no catom: the body is empty", world.body.root() ? "make its shape larger" : "add a [[body]] with a shape or cells");
     }

@@ -19,9 +19,16 @@ struct FeatureOptions {
     std::string place;  // "world.toml:12:5"
 };
 
+// A catom that stands at a listed position.
+struct PlacedCatom {
+    Vec3 position{};             // In diameters.
+    std::optional<double> radius, mass;  // Metres, kg; as others have where they are not listed.
+};
+
 // Catoms that differ from the others; later groups outdo earlier ones.
 struct CatomGroup {
     Region where;
+    std::optional<double> radius;  // Metres
     std::optional<double> mass, inertia, friction, restitution;
     std::optional<bool> fixed;
     std::optional<Vec3> velocity;  // At the start, m/s.

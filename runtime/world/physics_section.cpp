@@ -84,9 +84,11 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 }
 
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
-    const Section section(reader, table, "[[motion.catoms]]", {"where", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
+    const Section section(reader, table, "[[motion.catoms]]", {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
+    if (section.has("radius")) section.read_positive("radius", value), group.radius = value;
+    value = 1;
     if (section.has("mass")) section.read_positive("mass", value), group.mass = value;
     value = 0.4;
     if (section.has("inertia")) section.read_number("inertia", value, 1e-6, 1), group.inertia = value;

@@ -184,7 +184,7 @@ void cells_of_brick(const World& world, const Lattice& lattice, BrickKey brick, 
 std::uint64_t count_catoms(const World& world, const Lattice& lattice) {
     std::uint64_t total = 0;
     for (const auto& [brick, cells] : count_bricks(world, lattice, 0, 1)) total += cells;
-    return total + world.positions.size();
+    return total + world.placed.size();
 }
 
 }  // namespace meld::world

@@ -19,10 +19,10 @@ inline bool names_columns(std::string_view line) {
     return c >= 'a' && c <= 'z' && !line.starts_with("nan") && !line.starts_with("inf");
 }
 
-// Calls `visit(line, number)`, which returns a Result<void>, for each line with numbers, counted from 1; a line of names at the
-// start, empty lines, and lines that start with '#' are passed over. Ends with the first error.
-template <class Visit>
-Result<void> each_row(std::string_view text, const Visit& visit) {
+// Calls `visit(line, number)`, which returns a Result<void>, for each line with numbers, counted from 1, and `visit_names` for
+// a line of names before the first; empty lines, and lines that start with '#', are passed over. Ends with the first error.
+template <class Visit, class VisitNames>
+Result<void> each_row(std::string_view text, const Visit& visit, const VisitNames& visit_names) {
     bool first = true;
     for (std::size_t number = 1; !text.empty(); ++number) {
         const std::string_view line = text.substr(0, text.find('\n'));
@@ -31,8 +31,24 @@ Result<void> each_row(std::string_view text, const Visit& visit) {
         if (content.empty() || content[0] == '#') continue;
         const bool header = first && names_columns(content);
         first = false;
-        if (header) continue;
-        if (Result<void> done = visit(line, number); !done) return done;
+        if (Result<void> done = header ? visit_names(line, number) : visit(line, number); !done) return done;
+    }
+    return {};
+}
+
+// The same where names mean nothing.
+template <class Visit>
+Result<void> each_row(std::string_view text, const Visit& visit) {
+    return each_row(text, visit, [](std::string_view, std::size_t) { return Result<void>(); });
+}
+
+// Calls `visit(field, column)` for what stands between the commas of a line; columns of text are counted from 1.
+template <class Visit>
+Result<void> each_field(std::string_view line, const Visit& visit) {
+    for (std::size_t at = 0; at <= line.size();) {
+        const std::size_t end = std::min(line.find(',', at), line.size());
+        if (Result<void> done = visit(trimmed(line.substr(at, end - at)), at + 1); !done) return done;
+        at = end + 1;
     }
     return {};
 }

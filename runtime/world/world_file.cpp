@@ -84,23 +84,23 @@ void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed
 }
 
 // positions = [[0, 0, 0.5], ...] or "points.csv", relative to the world file.
-void read_positions(TomlReader& reader, const Section& body, std::vector<Vec3>& positions) {
+void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedCatom>& placed) {
     const toml::node* node = body.find("positions");
     if (!node) return;
     if (node->is_array()) {
         std::vector<Vec3> listed;
         body.read("positions", listed);
-        positions.insert(positions.end(), listed.begin(), listed.end());
+        for (const Vec3& position : listed) placed.push_back({.position = position, .radius = {}, .mass = {}});
         return;
     }
     if (!node->is_string()) return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
     const std::string path = (std::filesystem::path(reader.path()).parent_path() / **node->as_string()).string();
     const Result<std::string> text = read_text(path);
     if (!text) return reader.wrong(node->source(), text.error().problem);
-    if (const Result<void> added = add_positions(*text, path, positions); !added) reader.wrong(added.error());
+    if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
 }
 
-void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed, std::vector<Vec3>& positions) {
+void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed, std::vector<PlacedCatom>& placed) {
     const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
     const int given = body.has("shape") + body.has("cells") + body.has("positions");
     if (given != 1) {
@@ -109,7 +109,7 @@ void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>&
                             "give each its own [[body]] with one of them");
     }
     if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
-    read_positions(reader, body, positions);
+    read_positions(reader, body, placed);
     const toml::node* cells = body.find("cells");
     if (!cells) return;
     if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
@@ -126,9 +126,9 @@ void read_bodies(TomlReader& reader, const Section& top, World& world) {
     std::vector<Shape> shapes;
     CellList listed(lattice);
     if (node->is_table()) {
-        read_body(reader, *node->as_table(), shapes, listed, world.positions);
+        read_body(reader, *node->as_table(), shapes, listed, world.placed);
     } else if (node->is_array_of_tables()) {
-        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed, world.positions);
+        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed, world.placed);
     } else {
         reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
     }
@@ -196,7 +196,7 @@ void read_time(TomlReader& reader, const toml::table& table, World& world) {
 // Whether no cell of the world's lattice lies in the body; false when a large body must be searched for long.
 bool surely_empty(const World& world, const Lattice& lattice) {
     int left = kBricksSearched;
-    bool found = !world.cells.empty() || !world.positions.empty();
+    bool found = !world.cells.empty() || !world.placed.empty();
     if (found) return false;
     for_each_brick(world.body, lattice, [&](Cell brick) {
         found = cells_in_shape(world.body, lattice, brick) != BrickCells{};
@@ -208,7 +208,7 @@ bool surely_empty(const World& world, const Lattice& lattice) {
 // What goes together with bodies that move freely, and what with cells.
 void check_free(TomlReader& reader, const Section& top, World& world) {
     if (!world.is_free()) {
-        if (!world.positions.empty())
+        if (!world.placed.empty())
             reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here", "give it cells, or the world [motion] kind = \"ode\"");
         return;
     }

@@ -56,13 +56,13 @@ struct Limits {
 struct World {
     std::string path;
     LatticeKind lattice = LatticeKind::Cubic;
-    double radius = 0.5;  // Metres; only recordings and physics see it.
+    double radius = 0.5;  // Metres; only recordings and physics see it. A diameter is twice this, also where catoms are of several sizes.
     Shape body;           // Union of all [[body]] shapes.
     // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may lie
     // in `body` too. See sort_cells.
     std::vector<Cell> cells;
     // Where catoms stand besides, in the order listed; only where they move freely.
-    std::vector<Vec3> positions;
+    std::vector<PlacedCatom> placed;
     std::optional<Shape> target;
     // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, that is
     // catoms times (1 + held). Target (target.h) chooses them.

@@ -189,6 +189,70 @@ def refuses(bodies):
     same((done.returncode, "the program reads cell with 4 arguments" in done.stderr), (2, True), "a program that reads cells")
 
 
+def have_sizes(bodies):
+    """Radius and mass by group and by column: where balls lie, how they part after a central collision without loss (with the
+    velocities of the formula), what the recording says."""
+    (bodies.folder / "sizes.csv").write_text("x,y,z,radius,mass\n0,0,2,1,8\n9,0,0.25,0.125,1\n")
+    lie = ('[[body]]\nshape = "box(1, 1, 1)"\n[[body]]\npositions = "sizes.csv"\n[motion]\nkind = "ode"\nground = 0\nsteps = 4\n' + FINE +
+           '[[motion.catoms]]\nwhere = "id == 0"\nradius = 0.4\n[[motion.obstacle]]\nkind = "box"\ncentre = [0, 0, 0.5]\nsize = [2, 2, 1]\n')
+    lie = lie.replace('"box(1, 1, 1)"', '"move(box(1, 1, 1), 5, 0, 1)"')
+    pressing = PLACE + "type pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
+    for processes in ("1", "3"):
+        facts, _ = bodies.run(pressing, lie, 200, "--record", bodies.folder / "out.vtkhdf", "-n", processes)
+        heights = {catom: z for catom, _, _, z in facts["place"]}
+        for catom, height in ((0, 0.4), (1, 1 + 1), (2, 0.125)):
+            close(heights[catom], height, 0.004, f"where catom {catom} lies")
+        for catom, radius, mass in ((0, 0.4, 1), (1, 1, 8), (2, 0.125, 1)):
+            wanted = mass * 9.81 / (4 * math.pi * radius**2)
+            close(dict(facts["pressed"])[catom], wanted, 0.06 * wanted, f"the pressure on catom {catom}")
+        same(list(Recorded(bodies.folder / "out.vtkhdf").values("diameter")[-1]), [0.8, 2, 0.25], "the recorded diameters")
+    meet = ('[[body]]\npositions = [[0, 0, 0], [4, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nrestitution = 1\nfriction = 0\n' + FINE +
+            '[[motion.catoms]]\nwhere = "id == 0"\nradius = 1\nmass = 8\nvelocity = [3, 0, 0]\n[[motion.catoms]]\nwhere = "id == 1"\nradius = 0.25\nmass = 2\n')
+    for processes in ("1", "2"):
+        facts, _ = bodies.run(SPEED, meet, 400, "-n", processes)
+        speeds = {catom: x for catom, x, _, _ in facts["speed"]}
+        close(speeds[0], 3 * (8 - 2) / (8 + 2), 1e-3, "the speed of the large one after the collision")
+        close(speeds[1], 3 * 2 * 8 / (8 + 2), 1e-3, "the speed of the small one after the collision")
+
+
+def wait_for_ports(bodies):
+    """Twenty small catoms around a large one, which has twelve ports: the last eight are no neighbours until others leave. All
+    fly through the world together, so that those who wait change processes too."""
+    around = []
+    for i in range(20):
+        z = 1 - (2 * i + 1) / 20
+        r, turn = math.sqrt(1 - z * z), i * math.pi * (3 - math.sqrt(5))
+        around.append([r * math.cos(turn), r * math.sin(turn), z])
+    places = [[0, 0, 0]] + [[2.25 * x for x in point] for point in around]
+    world = (f'[[body]]\npositions = {places}\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nsteps = 4\n[[motion.catoms]]\nwhere = "id >= 0"\n'
+             'radius = 0.25\nvelocity = [VELOCITY, 0, 0]\n[[motion.catoms]]\nwhere = "id == 0"\nradius = 2\nfixed = true\n')
+    away = " ".join(f"out(A, {x}, {y}, {z}) :- id(A, {i + 1})." for i, (x, y, z) in enumerate(around))
+    program = ("type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\ntype out(node, float, float, float).\ntype leaves(node, int T).\n"
+               f"{away}\nleaves(A, 20 + I) :- id(A, I), I > 0, I < 9.\n"
+               "force(A, 40 * X, 40 * Y, 40 * Z) :- leaves(A, T), out(A, X, Y, Z), tick(A, T).\n")
+    still = world.replace("VELOCITY", "0")
+    def beside_large(those):
+        return sorted({(0, a) for a in those} | {(a, 0) for a in those})
+
+    first, last = beside_large(range(1, 13)), beside_large(range(9, 21))
+    for ticks in (10, 26, 60):
+        beside = sorted(bodies.run(program, still, ticks)[0]["beside"])
+        # Half way, some have gone and as many of those that waited have come in their places.
+        if ticks == 26:
+            same((len(beside), beside in (first, last)), (24, False), "how many neighbours there are half way")
+        else:
+            same(beside, first if ticks == 10 else last, f"who is beside the large catom in tick {ticks}")
+        for processes in ("2", "4"):
+            same(sorted(bodies.run(program, still, ticks, "-n", processes)[0]["beside"]), beside, f"neighbours in tick {ticks} on {processes} processes")
+    flying = world.replace("VELOCITY", "30")
+    facts, _ = bodies.run(program, flying, 60)
+    same(sorted(facts["beside"]), last, "who is beside the large catom in flight")
+    for processes in ("2", "4"):
+        told, summary = bodies.run(program, flying, 60, "-n", processes)
+        same(told, facts, f"the facts on {processes} processes in flight")
+        same("times a catom has come to another process" in summary["outcomes"][0], True, summary["outcomes"][0])
+
+
 def divides_anew(bodies):
     """A crowd that flies from one side of the world to the other: no process keeps more than 1.25 of the mean of the work, and
     digests and facts stay the same bytes."""
@@ -212,7 +276,8 @@ def divides_anew(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, divides_anew, refuses):
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, have_sizes, wait_for_ports, divides_anew,
+                      refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

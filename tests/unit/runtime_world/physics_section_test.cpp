@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "runtime/world/positions_file.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/world_file.h"
 
@@ -69,6 +70,7 @@ kind = "terrain"
 heights = [[0, 1, 0], [1, 2, 1]]
 [[motion.catoms]]
 where = "id < 2"
+radius = 0.125
 mass = 9
 fixed = true
 velocity = [1, 0, 0]
@@ -76,7 +78,7 @@ velocity = [1, 0, 0]
     const PhysicsOptions& p = world.physics;
     EXPECT_TRUE(world.is_free());
     EXPECT_EQ(count_catoms(world, Lattice(world.lattice)), 10u);
-    EXPECT_EQ(world.positions[1], (Vec3{11.5, -2, 0.5}));
+    EXPECT_EQ(world.placed[1].position, (Vec3{11.5, -2, 0.5}));
     EXPECT_EQ(p.engine, "hash");
     EXPECT_EQ(p.solver, "pgs20");
     EXPECT_EQ(p.step, 2e-3);
@@ -107,6 +109,7 @@ velocity = [1, 0, 0]
     EXPECT_EQ(p.obstacles[0].friction, 0);
     EXPECT_EQ(p.obstacles[1].heights.size(), 2u);
     ASSERT_EQ(p.groups.size(), 1u);
+    EXPECT_EQ(p.groups[0].radius, 0.125);
     EXPECT_EQ(p.groups[0].mass, 9);
     EXPECT_EQ(p.groups[0].fixed, true);
     EXPECT_FALSE(p.groups[0].friction);
@@ -144,6 +147,36 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
               "w.toml:1:1: a [[body]] has positions, and catoms stand on cells here. give it cells, or the world [motion] kind = \"ode\"");
     EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0]]\n[motion]\nkind = \"ode\"\n"),
               "w.toml:2:14: an item of [[body]] positions is not a point [x, y, z] of three finite numbers");
+}
+
+std::string error_of_list(const std::string& text) {
+    std::vector<PlacedCatom> placed;
+    const Result<void> added = add_positions(text, "p.csv", placed);
+    return added ? "" : added.error().message();
+}
+
+TEST(PositionsFile, HasColumnsThatItsFirstLineNames) {
+    std::vector<PlacedCatom> placed;
+    ASSERT_TRUE(add_positions("# made by hand\nx, y, z, mass, radius\n1, 2, 3, 7, 0.25\n\n-1,0,0.5,8,1\n", "p.csv", placed));
+    ASSERT_TRUE(add_positions("4,5,6\n", "q.csv", placed));
+    ASSERT_TRUE(add_positions("places\n7,8,9\n", "r.csv", placed));
+    ASSERT_EQ(placed.size(), 4u);
+    EXPECT_EQ(placed[1].position, (Vec3{-1, 0, 0.5}));
+    EXPECT_EQ(placed[1].radius, 1);
+    EXPECT_EQ(placed[1].mass, 8);
+    EXPECT_EQ(placed[0].radius, 0.25);
+    EXPECT_EQ(placed[2].position, (Vec3{4, 5, 6}));
+    EXPECT_FALSE(placed[2].radius);
+    EXPECT_FALSE(placed[3].mass);
+}
+
+TEST(PositionsFile, SaysWhatIsWrongAndWhere) {
+    EXPECT_EQ(error_of_list("x,y,z,radios\n"), "p.csv:1:7: a list of positions has no column 'radios'. did you mean 'radius'?");
+    EXPECT_EQ(error_of_list("x,y,z,radius\n1,2,3,0\n"), "p.csv:2:7: 0 is not a number above zero");
+    EXPECT_EQ(error_of_list("x,y,z,radius\n1,2,3,wide\n"), "p.csv:2:7: 'wide' is not a number");
+    EXPECT_EQ(error_of_list("x,y,z,radius\n1,2,3\n"), "p.csv:2: here are 3 numbers, and the first line names 4 columns");
+    EXPECT_EQ(error_of_list("1,2,3,4\n"), "p.csv:1: a position has 3 coordinates, here are 4");
+    EXPECT_EQ(error_of_list("1,b,3\n"), "p.csv:1:3: 'b' is not a coordinate. write numbers, x,y,z");
 }
 
 }  // namespace
