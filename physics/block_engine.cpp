@@ -14,6 +14,7 @@
 #include "physics/broadphase.h"
 #include "physics/kernels.h"
 #include "physics/ode_library.h"
+#include "physics/pulls.h"
 
 namespace meld::physics {
 
@@ -88,6 +89,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return {};
         }
         case Stage::Kind::Accelerate: {
+            // A cold solver begins each substep with nothing: impulses that bodies have not felt would count as if they had.
+            if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
             const StageClock clock(world_.times.move);
             const Push* pushes = bodies.pushes.empty() ? nullptr : bodies.pushes.data();
             const Push* pulls = world_.has_features() ? pulls_.data() : nullptr;
@@ -141,7 +144,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Refresh:
             return refresh(workers);
         case Stage::Kind::Finish: {
-            if (world_.has_features()) settle_charges(workers);
+            if (world_.has_features()) settle_charges(world_, workers);
             find_events(workers);
             last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
             return {};
@@ -178,10 +181,8 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     if (world_.bounces()) contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
     if (!fresh_)
         if (auto refreshed = refresh(workers); !refreshed) return refreshed;
-    // Cold solvers forget, and so must all after a step that failed; a step of another length would make impulses of another size.
-    if (std::exchange(forget_, false) || world_.settings.solver.mode == SolverMode::Pgs ||
-        (last_substep_s_ != 0 && last_substep_s_ != times.substep_s()))
-        contacts_.forget(workers);
+    // All must forget after a step that failed; a step of another length would make impulses of another size.
+    if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
 }

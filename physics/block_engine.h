@@ -79,9 +79,6 @@ class BlockEngine final : public Engine {
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
-    // Returns the force of the latches that hold, N.
-    double actuate_pair(const Batch& batch, int lane);
-    void settle_charges(Workers& workers);
     Result<void> refresh(Workers& workers);
     // The error: a body that ODE fails at, and what ODE says.
     tl::expected<void, std::pair<BodyId, std::string>> refresh_obstacles(int worker, std::uint32_t block);

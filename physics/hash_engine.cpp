@@ -10,6 +10,7 @@
 #include "physics/contact_log.h"
 #include "physics/engine.h"
 #include "physics/kernels.h"
+#include "physics/pulls.h"
 
 namespace meld::physics {
 
@@ -42,7 +43,6 @@ class HashEngine final : public Engine {
     explicit HashEngine(World& world) : world_(world) {}
 
     Result<StepReport> step(const StepTimes& times, Workers& workers) override {
-        if (world_.has_features()) return fail("the engine 'hash' has no magnets, plates and latches", "Use the engine 'blocks'");
         world_.events.clear();
         if (auto dropped = drop_removed(workers); !dropped) return tl::unexpected(dropped.error());
         Bodies& bodies = world_.bodies;
@@ -55,8 +55,13 @@ class HashEngine final : public Engine {
         }
         world_.obstacles.prepare(workers.threads());
         const Rules rules = rules_for(pgs_settings(), times);
+        {
+            const StageClock clock(world_.times.actuation);
+            if (auto pulled = pulls_.find(world_, times.dt_s, workers); !pulled) return tl::unexpected(pulled.error());
+        }
         for (int substep = 0; substep < times.substeps; ++substep)
             if (auto done = substep_once(rules, workers); !done) return tl::unexpected(done.error());
+        if (world_.has_features()) settle_charges(world_, workers);
         report_events(times);
         return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = candidates_, .rebuilt = true};
     }
@@ -106,8 +111,8 @@ class HashEngine final : public Engine {
             const StageClock clock(world_.times.refresh);
             if (auto collided = collide(workers); !collided) return collided;
         }
-        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(), nullptr, 0, count,
-                   rules.move);
+        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(),
+                   pulls_.pulls().empty() ? nullptr : pulls_.pulls().data(), 0, count, rules.move);
         rule_ = rules.solve;
         {
             const StageClock clock(world_.times.solve);
@@ -234,12 +239,14 @@ class HashEngine final : public Engine {
             reports.push_back({touch, vector(c.normal), static_cast<double>(c.gap), per_second * static_cast<double>(c.impulse),
                                per_second * vector(c.tangent)});
         }
+        pulls_.discount(reports);
         log_.update(world_, std::move(reports));
     }
 
     World& world_;
     std::unique_ptr<Broadphase> broadphase_ = make_hash_broadphase();
     std::vector<FlatContact> contacts_;
+    FlatPulls pulls_;
     ContactLog log_;
     SweepRule rule_{};
     std::size_t candidates_ = 0;

@@ -9,6 +9,7 @@
 #include "physics/engine.h"
 #include "physics/ode_library.h"
 #include "physics/ode_shapes.h"
+#include "physics/pulls.h"
 
 namespace meld::physics {
 
@@ -24,6 +25,7 @@ struct Mirror {
     std::vector<dBodyID> bodies;
     std::vector<dGeomID> spheres;
     OdeShapes obstacles;
+    double damped_for_s = 0;
 
     Mirror() = default;
     Mirror(const Mirror&) = delete;
@@ -42,7 +44,6 @@ class OdeEngine final : public Engine {
     explicit OdeEngine(World& world) : world_(world) {}
 
     Result<StepReport> step(const StepTimes& times, Workers& workers) override {
-        if (world_.has_features()) return fail("the engine 'ode' has no magnets, plates and latches", "Use the engine 'blocks'");
         world_.events.clear();
         drop_removed(workers);
         Bodies& bodies = world_.bodies;
@@ -53,6 +54,11 @@ class OdeEngine final : public Engine {
             if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL))
                 return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
         world_.last_good = {bodies.motion, bodies.place, bodies.turn, true};
+        {
+            const StageClock clock(world_.times.actuation);
+            Workers one(1);
+            if (auto pulled = pulls_.find(world_, times.dt_s, one); !pulled) return tl::unexpected(pulled.error());
+        }
         try {
             enter_ode_thread();
             if (!mirror_) build();
@@ -70,6 +76,8 @@ class OdeEngine final : public Engine {
             return world_.wrong(fmt::format("ODE gave up ({})", failure.what()),
                                 "Check bodies that overlap or fly, or use the engine 'blocks'");
         }
+        if (world_.has_features()) settle_charges(world_, workers);
+        pulls_.discount(reports_);
         log_.update(world_, std::move(reports_));
         return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = log_.contacts().size(), .rebuilt = true};
     }
@@ -154,18 +162,27 @@ class OdeEngine final : public Engine {
         }
     }
 
+    // ODE's bodies keep the damping that their world had when they were made, and slow ones have none unless told so.
+    void set_damping(double step_s) {
+        const Settings& settings = world_.settings;
+        for (const dBodyID body : mirror_->bodies) {
+            dBodySetDamping(body, 1 - 1 / (1 + step_s * settings.linear_damping_per_s), 1 - 1 / (1 + step_s * settings.angular_damping_per_s));
+            dBodySetLinearDampingThreshold(body, 0);
+            dBodySetAngularDampingThreshold(body, 0);
+        }
+        mirror_->damped_for_s = step_s;
+    }
+
     void step_once(double step_s, bool last) {
         const Bodies& bodies = world_.bodies;
-        for (std::uint32_t slot = 0; slot < bodies.pushes.size(); ++slot) {
-            const Push& push = bodies.pushes[slot];
-            dBodyAddForce(mirror_->bodies[slot], static_cast<double>(push.force[0]), static_cast<double>(push.force[1]),
-                          static_cast<double>(push.force[2]));
-            dBodyAddTorque(mirror_->bodies[slot], static_cast<double>(push.torque[0]), static_cast<double>(push.torque[1]),
-                           static_cast<double>(push.torque[2]));
-        }
-        const Settings& settings = world_.settings;
-        dWorldSetLinearDamping(mirror_->world, 1 - 1 / (1 + step_s * settings.linear_damping_per_s));
-        dWorldSetAngularDamping(mirror_->world, 1 - 1 / (1 + step_s * settings.angular_damping_per_s));
+        const auto d = [](float value) { return static_cast<double>(value); };
+        for (const std::span<const Push> pushes : {std::span<const Push>(bodies.pushes), std::span<const Push>(pulls_.pulls())})
+            for (std::size_t slot = 0; slot < pushes.size(); ++slot) {
+                const Push& push = pushes[slot];
+                dBodyAddForce(mirror_->bodies[slot], d(push.force[0]), d(push.force[1]), d(push.force[2]));
+                dBodyAddTorque(mirror_->bodies[slot], d(push.torque[0]), d(push.torque[1]), d(push.torque[2]));
+            }
+        if (mirror_->damped_for_s != step_s) set_damping(step_s);
         reports_.clear();
         feedback_.clear();
         keep_reports_ = last;
@@ -226,6 +243,7 @@ class OdeEngine final : public Engine {
     std::unique_ptr<Mirror> mirror_;
     std::vector<ContactReport> reports_;
     std::vector<Feedback> feedback_;
+    FlatPulls pulls_;
     ContactLog log_;
     bool stale_ = true, changed_ = false, keep_reports_ = false;
 };

@@ -133,8 +133,6 @@ Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii) {
     PhysicsScene out{std::move(*scene), {}, 0};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
     if (auto done = add_features(world, out); !done) return tl::unexpected<Error>(done.error());
-    if (!out.features.empty() && world.physics.engine != "blocks")
-        return fail(fmt::format("{}: the engine \"{}\" has no features", world.path, world.physics.engine), "Write [motion] engine = \"blocks\"");
     return out;
 }
 

@@ -150,9 +150,30 @@ def switches(bodies):
     program = ("type spent(node, float J).\nspent(A, J) :- energy(A, J).\ntype refused(node, int C).\nfailed(A, C) -o refused(A, C).\n"
                "type go(node, int T).\ngo(A, T) :- tick(A, T).\n"
                "magnet(A, 2, 1) :- go(A, 3).\nmagnet(A, 2, 0) :- go(A, 23).\nmagnet(A, 6, 1) :- go(A, 5).\nmagnet(A, 7, 1) :- go(A, 6).\nlatch(A, 1, 1) :- go(A, 7).\nlatch(A, 6, 1) :- go(A, 8).\n")
-    facts, _ = bodies.run(program, ONE + "gravity = [0, 0, 0]\nsteps = 2\n[motion.sense]\nenergy = 0\n" + features, 40)
-    close(facts["spent"][0][1], 2 * 20 * 2 / 240 + 0.25, 1e-6, "the energy drawn")
-    same(sorted(facts["refused"]), [(0, 20), (0, 21)], "refusals of magnets and latches that are not there")
+    for engine in ("blocks", "hash", "ode"):
+        facts, _ = bodies.run(program, ONE + f'engine = "{engine}"\ngravity = [0, 0, 0]\nsteps = 2\n[motion.sense]\nenergy = 0\n' + features, 40)
+        close(facts["spent"][0][1], 2 * 20 * 2 / 240 + 0.25, 1e-6, f"the energy drawn, engine {engine}")
+        same(sorted(facts["refused"]), [(0, 20), (0, 21)], f"refusals of magnets and latches that are not there, engine {engine}")
+
+
+def pull(bodies):
+    """Under every engine magnets pull two catoms of 1 kg together with the force between two dipoles on an axis, and a latch then
+    carries one from the other, as long as it is on."""
+    far = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1.3]]\n[motion]\nkind = "ode"\nengine = "ENGINE"\nsolver = "pgs20"\ngravity = [0, 0, 0]\nsubsteps = 4\n' + FINE +
+           '[[motion.feature]]\ndirections = [[0, 0, 1], [0, 0, -1]]\nstrength = 200\ndepth = 0.2\nrange = 1.2\n'
+           '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n')
+    on = SPEED + "type go(node, int).\ngo(A, I) :- id(A, I).\nmagnet(A, 1, 1) :- go(A, 0).\nmagnet(A, 0, 0 - 1) :- go(A, 1).\n"
+    near = far.replace("-1.3", "-1").replace("[0, 0, 0]\nsub", "[0, 0, -9.81]\nsub").replace("strength = 200", 'kind = "latch"\nstrength = 30').replace("range = 1.2", "range = 0.05")
+    hold = PLACE + "type go(node, int).\ngo(A, T) :- tick(A, T).\nlatch(A, 0, 1) :- go(A, 1).\nlatch(A, 1, 1) :- go(A, 1).\nlatch(A, 1, 0) :- go(A, 120), id(A, 0).\n"
+    for engine in ("blocks", "hash", "ode"):
+        facts, _ = bodies.run(on, far.replace("ENGINE", engine), 5)
+        # In the tick after the switching and three more it has hardly moved: 6 mu0 m^2 / (4 pi r^4), r = 0.3 + 2 * 0.2 m.
+        force = 6e-7 * 200**2 / 0.7**4
+        close(dict((row[0], row[3]) for row in facts["speed"])[1], force * 4 / 240, 0.01 * force * 4 / 240, f"the speed that magnets give, engine {engine}")
+        for ticks, least, most in ((115, -1.03, -0.97), (200, -9, -1.2)):
+            facts, _ = bodies.run(hold, near.replace("ENGINE", engine), ticks)
+            z = {row[0]: row[3] for row in facts["place"]}[1]
+            same(least < z < most, True, f"whether it hangs, engine {engine}, tick {ticks}: {z}")
 
 
 def refuses(bodies):
@@ -165,7 +186,6 @@ def refuses(bodies):
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n', "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
         (two.format(9) + '[[motion.feature]]\ndirections = [[0, 0, 0]]\n', "w.toml:6:1: feature 0 points nowhere. Give it a direction that is not zero"),
         (two.format(9) + '[[motion.obstacle]]\nkind = "box"\nsize = [0, 1, 1]\n', "w.toml:6:1: the box is 0 x 1 x 1 m, which is no box"),
-        (two.format(9) + 'engine = "ode"\n[[motion.feature]]\ndirections = 6\n', 'the engine "ode" has no features. Write [motion] engine = "blocks"'),
     ]
     for world, message in cases:
         done = bodies.command(PLACE, world, 200, "--record", bodies.folder / "out.vtkhdf")
@@ -276,7 +296,7 @@ def divides_anew(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, have_sizes, wait_for_ports, divides_anew,
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, have_sizes, wait_for_ports, divides_anew,
                       refuses):
             check(bodies)
             print(f"{check.__name__}: fine")

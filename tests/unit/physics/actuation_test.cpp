@@ -91,8 +91,13 @@ TEST(FeatureTables, ImpossibleFeaturesAreRefused) {
     EXPECT_TRUE(check_features(std::vector<Feature>(32)));
 }
 
-class Actuation : public testing::Test {
+class Actuation : public testing::TestWithParam<EngineKind> {
   protected:
+    static std::unique_ptr<Scene> scene_with(Settings settings = {}) {
+        settings.engine = GetParam();
+        if (GetParam() != EngineKind::Blocks) settings.solver = SolverSettings::pgs20();
+        return make_scene(settings);
+    }
     // A table of the same feature in the given directions.
     static std::uint16_t add_table(Scene& scene, Feature feature, const std::vector<Vec3>& directions) {
         std::vector<Feature> features;
@@ -103,8 +108,8 @@ class Actuation : public testing::Test {
 };
 
 // Two balls with magnets face to face come together; what they gain in speed the field loses, and momentum stays.
-TEST_F(Actuation, MagnetsPullBallsTogetherAndKeepEnergy) {
-    auto scene = make_scene({.gravity_m_s2 = {}});
+TEST_P(Actuation, MagnetsPullBallsTogetherAndKeepEnergy) {
+    auto scene = scene_with({.gravity_m_s2 = {}});
     const Feature magnet{.strength = 400, .depth_m = 0.2, .range_m = 0.6};
     const auto table = add_table(*scene, magnet, {{1, 0, 0}, {-1, 0, 0}});
     const double gap = 0.3;
@@ -135,8 +140,8 @@ TEST_F(Actuation, MagnetsPullBallsTogetherAndKeepEnergy) {
     EXPECT_EQ(scene->contacts().size(), 1u);
 }
 
-TEST_F(Actuation, EqualPolesPushApart) {
-    auto scene = make_scene({.gravity_m_s2 = {}});
+TEST_P(Actuation, EqualPolesPushApart) {
+    auto scene = scene_with({.gravity_m_s2 = {}});
     const auto table = add_table(*scene, {.strength = 400, .depth_m = 0.2, .range_m = 0.6}, {{1, 0, 0}, {-1, 0, 0}});
     for (const BodyId id : {0u, 1u}) {
         need(scene->add_body({.id = id, .position_m = {1.001 * id, 0, 0}}));
@@ -149,11 +154,11 @@ TEST_F(Actuation, EqualPolesPushApart) {
 }
 
 // A chain of balls hangs from a fixed one by its latches as long as the uppermost holds the weight below.
-TEST_F(Actuation, ChainHangsFromLatchesThatAreStrongEnough) {
+TEST_P(Actuation, ChainHangsFromLatchesThatAreStrongEnough) {
     const int links = 6;
     const double weight = links * 9.81;
     for (const double strength : {1.15 * weight, 0.8 * weight}) {
-        auto scene = make_scene({.sleep_ticks = 0});
+        auto scene = scene_with({.sleep_ticks = 0});
         const auto table = add_table(*scene, {.kind = FeatureKind::Latch, .strength = strength, .range_m = 0.05}, {{0, 0, 1}, {0, 0, -1}});
         for (BodyId id = 0; id <= links; ++id) {
             need(scene->add_body({.id = id, .position_m = {0, 0, -1.0 * id}, .fixed = id == 0}));
@@ -178,8 +183,8 @@ TEST_F(Actuation, ChainHangsFromLatchesThatAreStrongEnough) {
     }
 }
 
-TEST_F(Actuation, LatchLetsGoWhenSwitchedOff) {
-    auto scene = make_scene();
+TEST_P(Actuation, LatchLetsGoWhenSwitchedOff) {
+    auto scene = scene_with();
     const auto table = add_table(*scene, {.kind = FeatureKind::Latch, .strength = 100, .range_m = 0.05}, {{0, 0, 1}, {0, 0, -1}});
     for (BodyId id = 0; id < 2; ++id) {
         need(scene->add_body({.id = id, .position_m = {0, 0, -1.0 * id}, .fixed = id == 0}));
@@ -188,7 +193,7 @@ TEST_F(Actuation, LatchLetsGoWhenSwitchedOff) {
     }
     run(*scene, 200, 2, workers_);
     EXPECT_NEAR(scene->state(1).position_m.z, -1, 5e-3);
-    EXPECT_TRUE(scene->asleep(1));
+    EXPECT_EQ(scene->asleep(1), GetParam() == EngineKind::Blocks);
     need(scene->set_features(0, 0, 0));
     run(*scene, 120, 2, workers_);
     EXPECT_LT(scene->state(1).position_m.z, -2);
@@ -196,8 +201,8 @@ TEST_F(Actuation, LatchLetsGoWhenSwitchedOff) {
 
 // One catom rolls around another: always the next pair of magnets along the way is on. Both have 12 in the plane, so that
 // each step turns the roller by 60 degrees and brings it 30 degrees around.
-TEST_F(Actuation, SwitchingMagnetsRollsOneBallAroundAnother) {
-    auto scene = make_scene({.gravity_m_s2 = {}, .linear_damping_per_s = 5, .angular_damping_per_s = 5});
+TEST_P(Actuation, SwitchingMagnetsRollsOneBallAroundAnother) {
+    auto scene = scene_with({.gravity_m_s2 = {}, .linear_damping_per_s = 5, .angular_damping_per_s = 5});
     const auto rough = need(scene->add_material({.friction = 1}));
     const int count = 12;
     std::vector<Vec3> ring;
@@ -222,8 +227,8 @@ TEST_F(Actuation, SwitchingMagnetsRollsOneBallAroundAnother) {
     }
 }
 
-TEST_F(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
-    auto scene = make_scene({.gravity_m_s2 = {}, .sleep_ticks = 0});
+TEST_P(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
+    auto scene = scene_with({.gravity_m_s2 = {}, .sleep_ticks = 0});
     const Feature magnet{.direction = {0, 0, 1}, .strength = 0, .power_w = 2, .switching_j = 0.25};
     const Feature plate{.direction = {1, 0, 0},
                         .kind = FeatureKind::Plate,
@@ -261,6 +266,9 @@ TEST_F(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
     EXPECT_NEAR(scene->energy_drawn_j(0) - before, charge / 2, 0.05 * charge);
     EXPECT_NEAR(scene->energy_drawn_j(1), charge / 2, 0.05 * charge);
 }
+
+INSTANTIATE_TEST_SUITE_P(Engines, Actuation, testing::Values(EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode),
+                         [](const auto& engine) { return engine.param == EngineKind::Blocks ? "Blocks" : engine.param == EngineKind::Hash ? "Hash" : "Ode"; });
 
 }  // namespace
 }  // namespace meld::physics

@@ -138,31 +138,24 @@ TEST(Errors, WhatWasSetOutlivesAStepThatDoesNotBegin) {
         for (BodyId id = 0; id < 3; ++id) need(scene->add_body({.id = id, .position_m = {3.0 * id, 0, 0}}));
         Workers workers(1);
         run(*scene, 3, 2, workers);
-        if (engine == EngineKind::Blocks)
-            need(scene->set_state(1, {.position_m = {1e9, 0, 0}}));
-        else
-            need(scene->add_feature_table({{}}));
+        // Too far away for the blocks; the others know no limit there, but no step takes no time.
+        const bool blocks = engine == EngineKind::Blocks;
+        need(scene->set_state(1, {.position_m = {blocks ? 1e9 : 7, 0, 0}, .velocity_m_s = {1, 0, 0}}));
         const Digest set = scene->digest();
         for (int tries = 0; tries < 2; ++tries) {
-            EXPECT_FALSE(scene->step(kTick, 2, workers));
+            EXPECT_FALSE(scene->step(blocks ? kTick : 0, 2, workers));
             EXPECT_EQ(scene->digest(), set);
             EXPECT_EQ(scene->tick(), 3u);
         }
     }
 }
 
-TEST(Errors, OdeHasALimitAndOthersHaveNoMagnets) {
+TEST(Errors, OdeHasALimit) {
     auto scene = make_scene({.engine = EngineKind::Ode});
     for (BodyId id = 0; id <= kMostOdeBodies; ++id)
         need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
     Workers workers(1);
     EXPECT_EQ(scene->step(kTick, 1, workers).error().problem, "the engine 'ode' holds at most 131072 bodies, not 131073");
-    for (const EngineKind engine : {EngineKind::Ode, EngineKind::Hash}) {
-        auto other = make_scene({.engine = engine});
-        need(other->add_body({.id = 0}));
-        need(other->set_feature_table(0, need(other->add_feature_table({{}}))));
-        EXPECT_FALSE(other->step(kTick, 1, workers));
-    }
 }
 
 // ODE ends the process when it meets what it takes for a bug; here it throws, is caught and becomes a value.

@@ -30,11 +30,13 @@ TEST_F(Mechanics, FreeFallFollowsTheParabola) {
 }
 
 TEST_F(Mechanics, DampingLosesItsShareASecond) {
-    auto scene = make_scene({.gravity_m_s2 = {}, .linear_damping_per_s = 0.5, .angular_damping_per_s = 1});
-    need(scene->add_body({.id = 0, .velocity_m_s = {1, 0, 0}, .spin_rad_s = {0, 0, 2}}));
-    run(*scene, 240, 1, workers_);
-    EXPECT_NEAR(speed(*scene, 0), std::exp(-0.5), 1e-3);
-    EXPECT_NEAR(scene->state(0).spin_rad_s.z, 2 * std::exp(-1.0), 4e-3);
+    for (const EngineKind engine : {EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode}) {
+        auto scene = make_scene({.engine = engine, .gravity_m_s2 = {}, .linear_damping_per_s = 0.5, .angular_damping_per_s = 1});
+        need(scene->add_body({.id = 0, .velocity_m_s = {1, 0, 0}, .spin_rad_s = {0, 0, 2}}));
+        run(*scene, 240, 1, workers_);
+        EXPECT_NEAR(speed(*scene, 0), std::exp(-0.5), 1e-3);
+        EXPECT_NEAR(scene->state(0).spin_rad_s.z, 2 * std::exp(-1.0), 4e-3);
+    }
 }
 
 TEST_F(Mechanics, PushesAndTorquesAccelerate) {
@@ -92,6 +94,23 @@ TEST_F(Mechanics, HollowBallsRollMoreSlowly) {
     need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .inertia_factor = 2.0 / 3}));
     run(*scene, 240, 2, workers_);
     EXPECT_NEAR(scene->state(0).velocity_m_s.x, 3.0 / 5 * kGravity * std::sin(angle), 0.01);
+}
+
+// In both modes, with any number of substeps: it is pressed with its weight, and slows by friction alone, mu g.
+TEST_F(Mechanics, WeightAndFrictionDoNotDependOnSubsteps) {
+    for (const SolverMode mode : {SolverMode::Soft, SolverMode::Pgs})
+        for (const int substeps : {1, 2, 5}) {
+            SolverSettings solver = SolverSettings::pgs20();
+            if (mode == SolverMode::Soft) solver = {};
+            auto scene = scene_on_plane({.solver = solver, .sleep_ticks = 0});
+            need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {4, 0, 0}, .inertia_factor = 1}));
+            run(*scene, 60, substeps, workers_);
+            // mu = 0.5; slipping ends when v = 4 / (1 + inertia factor), after the quarter of a second.
+            EXPECT_NEAR(scene->state(0).velocity_m_s.x, 4 - 0.5 * kGravity * 0.25, 0.03) << substeps;
+            run(*scene, 120, substeps, workers_);
+            ASSERT_EQ(scene->contacts().size(), 1u);
+            EXPECT_NEAR(scene->contacts()[0].normal_force_n, kGravity, 0.02 * kGravity) << substeps;
+        }
 }
 
 TEST_F(Mechanics, BallsBounceBackWithTheirRestitution) {

@@ -1,0 +1,150 @@
+// What the features of two bodies do to each other, body by body and pair by pair.
+#include "physics/pulls.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/actuation.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kSlotsPerJob = 4096;
+
+Vec3 position(const Place& place) { return {place.x, place.y, place.z}; }
+Quat orientation(const Turn& turn) {
+    return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)};
+}
+
+// The features of one body that are on and so near the other body that they can matter.
+struct Near {
+    std::uint8_t count = 0;
+    std::uint8_t index[kMostFeatures];
+};
+
+// `towards` leads to the other body, a unit vector in the world; a feature at angle t from it has its surface point as far
+// from the other's centre as the law of cosines says.
+Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius,
+                   double distance, double range) {
+    const Vec3 local = rotate(conjugate(turned), towards);
+    const double farthest = other_radius + range;
+    const double least_cosine = (radius * radius + distance * distance - farthest * farthest) / (2 * radius * distance);
+    Near near;
+    for (std::size_t i = 0; i < table.size(); ++i)
+        if ((on >> i & 1) != 0 && dot(table[i].direction, local) >= least_cosine) near.index[near.count++] = static_cast<std::uint8_t>(i);
+    return near;
+}
+
+void add_push(Push& push, Vec3 force, Vec3 torque) {
+    push.force[0] += static_cast<float>(force.x), push.force[1] += static_cast<float>(force.y),
+        push.force[2] += static_cast<float>(force.z);
+    push.torque[0] += static_cast<float>(torque.x), push.torque[1] += static_cast<float>(torque.y),
+        push.torque[2] += static_cast<float>(torque.z);
+}
+
+}  // namespace
+
+void begin_pulls(World& world, std::vector<Push>& pulls, double dt_s, Workers& workers) {
+    Bodies& bodies = world.bodies;
+    pulls.resize(bodies.count());
+    workers.run((bodies.count() + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
+        for (std::size_t slot = job * kSlotsPerJob; slot < std::min(bodies.count(), (job + 1) * kSlotsPerJob); ++slot) {
+            pulls[slot] = {};
+            Bodies::FeatureState& state = bodies.features[slot];
+            state.charge_before_j = std::exchange(state.charge_j, 0.0f);
+            const std::vector<Feature>& table = world.tables[state.table];
+            for (std::size_t i = 0; i < table.size(); ++i)
+                if (state.on >> i & 1) bodies.energy[slot] += table[i].power_w * dt_s;
+        }
+    });
+}
+
+// Charging a plate takes C V^2 from its supply, shared by both bodies; discharging gives nothing back. Bodies that sleep keep their charge.
+void settle_charges(World& world, Workers& workers) {
+    Bodies& bodies = world.bodies;
+    workers.run((bodies.count() + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
+        for (std::size_t slot = job * kSlotsPerJob; slot < std::min(bodies.count(), (job + 1) * kSlotsPerJob); ++slot) {
+            Bodies::FeatureState& state = bodies.features[slot];
+            if (bodies.motion[slot].inverse_mass == 0 && (bodies.nature[slot].flags & kFixed) == 0)
+                state.charge_j = state.charge_before_j;
+            else
+                bodies.energy[slot] += std::max(0.0, static_cast<double>(state.charge_j) - static_cast<double>(state.charge_before_j));
+        }
+    });
+}
+
+double pull_pair(World& world, std::vector<Push>& pulls, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m) {
+    Bodies& bodies = world.bodies;
+    Bodies::FeatureState &a_state = bodies.features[a], &b_state = bodies.features[b];
+    const std::vector<Feature>&a_table = world.tables[a_state.table], &b_table = world.tables[b_state.table];
+    const Place &a_place = bodies.place[a], &b_place = bodies.place[b];
+    const Quat a_turn = orientation(bodies.turn[a]), b_turn = orientation(bodies.turn[b]);
+    const double distance = gap_m + a_place.radius + b_place.radius, range = world.feature_range_m();
+
+    const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range);
+    if (a_near.count == 0) return 0;
+    const Near b_near = near_features(b_table, b_state.on, b_turn, -normal, b_place.radius, a_place.radius, distance, range);
+    const auto pose = [](const Place& place, Quat turned, const Feature& feature, std::uint32_t reversed, std::uint8_t index) {
+        const Vec3 direction = rotate(turned, feature.direction);
+        return FeaturePose{position(place) + place.radius * direction, direction, (reversed >> index & 1) != 0 ? -1.0 : 1.0};
+    };
+    double held = 0;
+    for (std::uint8_t i = 0; i < a_near.count; ++i)
+        for (std::uint8_t j = 0; j < b_near.count; ++j) {
+            const Feature &first = a_table[a_near.index[i]], &second = b_table[b_near.index[j]];
+            if (first.kind != second.kind) continue;
+            const FeaturePose first_pose = pose(a_place, a_turn, first, a_state.reversed, a_near.index[i]);
+            const FeaturePose second_pose = pose(b_place, b_turn, second, b_state.reversed, b_near.index[j]);
+            if (first.kind == FeatureKind::Latch) {
+                if (length(second_pose.surface - first_pose.surface) < std::min(first.range_m, second.range_m))
+                    held += std::min(first.strength, second.strength);
+                continue;
+            }
+            double charge = 0;
+            const Interaction done = interact(first, first_pose, second, second_pose, charge);
+            const Vec3 a_lever = a_place.radius * first_pose.direction, b_lever = b_place.radius * second_pose.direction;
+            add_push(pulls[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
+            add_push(pulls[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
+            a_state.charge_j += static_cast<float>(charge / 2);
+            b_state.charge_j += static_cast<float>(charge / 2);
+        }
+    return held;
+}
+
+Result<void> FlatPulls::find(World& world, double dt_s, Workers& workers) {
+    pulls_.clear(), held_.clear();
+    if (!world.has_features()) return {};
+    Bodies& bodies = world.bodies;
+    bodies.need_features();
+    begin_pulls(world, pulls_, dt_s, workers);
+    const double range = world.feature_range_m();
+    if (auto found = broadphase_->find(bodies, range, workers); !found) return found;
+    for (const auto& list : broadphase_->pairs)
+        for (const BodyPair pair : list) {
+            if (bodies.features[pair.first].on == 0 || bodies.features[pair.second].on == 0) continue;
+            const Place &a = bodies.place[pair.first], &b = bodies.place[pair.second];
+            const Vec3 apart = position(b) - position(a);
+            const double distance = length(apart), gap = distance - a.radius - b.radius;
+            if (!(distance > 0 && gap < range)) continue;
+            const Vec3 normal = (1 / distance) * apart;
+            const double held = pull_pair(world, pulls_, pair.first, pair.second, normal, gap);
+            if (held == 0) continue;
+            add_push(pulls_[pair.first], held * normal, {});
+            add_push(pulls_[pair.second], -held * normal, {});
+            held_.push_back({touch_of(bodies.nature[pair.first].id, bodies.nature[pair.second].id), held});
+        }
+    std::sort(held_.begin(), held_.end(), [](const Held& one, const Held& other) { return one.touch < other.touch; });
+    return {};
+}
+
+void FlatPulls::discount(std::vector<ContactReport>& reports) const {
+    std::vector<bool> done(held_.size());
+    for (ContactReport& report : reports) {
+        const auto found = std::lower_bound(held_.begin(), held_.end(), report.touch, [](const Held& held, const Touch& touch) { return held.touch < touch; });
+        if (found == held_.end() || found->touch != report.touch) continue;
+        if (auto once = done[static_cast<std::size_t>(found - held_.begin())]; !once) report.normal_force_n -= found->force_n, once = true;
+    }
+}
+
+}  // namespace meld::physics
