@@ -203,10 +203,16 @@ class Scene {
     double energy_drawn_j(BodyId body) const;
     bool asleep(BodyId body) const;
 
+    // Where the body is among all that the scene holds, below slot_count(); until the next step.
+    std::uint32_t slot(BodyId body) const;
+    std::size_t slot_count() const;
+
     // What began and ended to touch in the last step, sorted.
     std::span<const TouchEvent> events() const;
     // All that touch now, sorted, each once; made when first asked for after a step.
     std::span<const ContactReport> contacts();
+    // Adds the same in no order, which costs a fraction.
+    void collect_contacts(std::vector<ContactReport>& contacts) const;
     // Those of one body (in some of them it is `other`), as indices into contacts().
     std::span<const std::uint32_t> contacts_of(BodyId body);
 

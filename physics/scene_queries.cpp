@@ -80,6 +80,11 @@ double Scene::energy_drawn_j(BodyId body) const {
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
 
+std::uint32_t Scene::slot(BodyId body) const { return world_->bodies.slot(body); }
+std::size_t Scene::slot_count() const { return world_->bodies.count(); }
+
+void Scene::collect_contacts(std::vector<ContactReport>& contacts) const { engine_->report_contacts(contacts); }
+
 std::span<const ContactReport> Scene::contacts() {
     if (contacts_known_) return contacts_;
     contacts_.clear();

@@ -98,30 +98,28 @@ void BodySenses::place(PartState& part, const physics::Scene& scene, Catom first
 void BodySenses::sum_normal_forces(PartState& part, physics::Scene& scene, const DividedBodies* divided) {
     struct Press {
         physics::BodyId body;
-        bool by_obstacle;
-        std::uint32_t by;
         double force_n;
-        auto operator<=>(const Press&) const = default;
     };
-    std::vector<Press> all;
+    normal_force_n_.assign(scene.slot_count(), {});
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    const auto press = [&](const Press& p) {
-        const int owner = divided != nullptr ? divided->owner_of(p.body) : part.comm.part();
-        if (owner == part.comm.part()) all.push_back(p);
-        else put(out[static_cast<std::size_t>(owner)], p);
+    const auto press = [&](physics::BodyId body, double force_n) {
+        const int owner = divided != nullptr ? divided->owner_of(body) : part.comm.part();
+        if (owner == part.comm.part()) normal_force_n_[scene.slot(body)].add(force_n);
+        else put(out[static_cast<std::size_t>(owner)], Press{body, force_n});
     };
-    for (const physics::ContactReport& c : scene.contacts()) {
+    std::vector<physics::ContactReport> contacts;
+    scene.collect_contacts(contacts);
+    for (const physics::ContactReport& c : contacts) {
         if (!(c.normal_force_n > 0)) continue;
-        press({c.touch.body, c.touch.other_is_obstacle, c.touch.other, c.normal_force_n});
-        if (!c.touch.other_is_obstacle) press({c.touch.other, false, c.touch.body, c.normal_force_n});
+        press(c.touch.body, c.normal_force_n);
+        if (!c.touch.other_is_obstacle) press(c.touch.other, c.normal_force_n);
     }
-    if (divided != nullptr)
-        for (const comm::Packet& packet : exchange_bytes(part, out))
-            for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) all.push_back(take_value<Press>(at));
-    // In an order of its own, so that sums have the same bits however the bodies are divided.
-    std::sort(all.begin(), all.end());
-    normal_force_n_.clear();
-    for (const Press& p : all) normal_force_n_[p.body] += p.force_n;
+    if (divided == nullptr) return;
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
+            const auto theirs = take_value<Press>(at);
+            normal_force_n_[scene.slot(theirs.body)].add(theirs.force_n);
+        }
 }
 
 void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
@@ -136,55 +134,74 @@ void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodi
     if (sensors_.empty() && !touches_at_) return;
     const bool presses = std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; });
     if (presses) sum_normal_forces(part, *physics.scene, divided);
-    for (Catom c = 0; c < count; ++c) {
-        if (!part.owned(c)) continue;
-        for (const Sensor& sensor : sensors_) tell(part, *physics.scene, sensor, c);
-        if (touches_at_ && !physics.features.empty()) tell_contacts(part, physics, c);
-    }
+    tell_changes(part, *physics.scene);
+    if (!touches_at_ || physics.features.empty()) return;
+    for (Catom c = 0; c < count; ++c)
+        if (part.owned(c)) tell_contacts(part, physics, c);
 }
 
-std::vector<double> BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const {
-    const auto numbers = [](physics::Vec3 v) { return std::vector<double>{v.x, v.y, v.z}; };
+void BodySenses::tell_changes(PartState& part, const physics::Scene& scene) {
+    struct Change {
+        Catom catom;
+        const Sensor* sensor;
+        Numbers now;
+    };
+    const auto count = static_cast<Catom>(part.ensemble.index_count());
+    std::vector<std::vector<Change>> changes((count + kCatomsOfJob - 1) / kCatomsOfJob);
+    part.workers.run(changes.size(), [&](int, std::size_t job) {
+        const auto first = static_cast<Catom>(job) * kCatomsOfJob;
+        for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) {
+            if (!part.owned(c)) continue;
+            const auto body = static_cast<physics::BodyId>(part.ensemble.id(c));
+            for (const Sensor& sensor : sensors_)
+                if (const Numbers now = measure(scene, sensor.quantity, body); differs(sensor, told(part, sensor, c), now)) changes[job].push_back({c, &sensor, now});
+        }
+    });
+    for (const auto& list : changes)
+        for (const Change& change : list) tell(part, *change.sensor, change.catom, change.now);
+}
+
+BodySenses::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const {
+    const auto numbers = [](physics::Vec3 v) { return Numbers{{v.x, v.y, v.z, 0}, 3}; };
     switch (quantity) {
         case Quantity::Orientation: {
             const physics::Quat q = scene.state(body).orientation;
-            return {q.w, q.x, q.y, q.z};
+            return {{q.w, q.x, q.y, q.z}, 4};
         }
         case Quantity::Velocity: return numbers(scene.state(body).velocity_m_s);
         case Quantity::Acceleration: return numbers(scene.acceleration(body));
-        case Quantity::Pressure: {
-            const auto force = normal_force_n_.find(body);
-            return {force == normal_force_n_.end() ? 0 : force->second / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body))};
-        }
-        case Quantity::Energy: return {scene.energy_drawn_j(body)};
+        case Quantity::Pressure: return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0}, 1};
+        case Quantity::Energy: return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
     }
     return {};
 }
 
-bool BodySenses::differs(const Sensor& sensor, const std::vector<double>& told, const std::vector<double>& now) {
-    if (told.empty()) return true;
+bool BodySenses::differs(const Sensor& sensor, const Numbers& told, const Numbers& now) {
+    if (told.count == 0) return true;
     if (sensor.quantity == Quantity::Pressure || sensor.quantity == Quantity::Energy)
-        return std::abs(now[0] - told[0]) > sensor.threshold * std::abs(told[0]);
+        return std::abs(now.at[0] - told.at[0]) > sensor.threshold * std::abs(told.at[0]);
     if (sensor.quantity == Quantity::Orientation) {
         // Half the angle between two rotations has this cosine.
-        const double cosine = std::abs(now[0] * told[0] + now[1] * told[1] + now[2] * told[2] + now[3] * told[3]);
+        const double cosine = std::abs(now.at[0] * told.at[0] + now.at[1] * told.at[1] + now.at[2] * told.at[2] + now.at[3] * told.at[3]);
         return 2 * std::acos(std::min(1.0, cosine)) > sensor.threshold;
     }
     double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += (now[i] - told[i]) * (now[i] - told[i]);
+    for (std::size_t i = 0; i < 3; ++i) sum += (now.at[i] - told.at[i]) * (now.at[i] - told.at[i]);
     return sum > sensor.threshold * sensor.threshold;
 }
 
-void BodySenses::tell(PartState& part, const physics::Scene& scene, const Sensor& sensor, Catom catom) {
-    std::vector<double> told;
+BodySenses::Numbers BodySenses::told(const PartState& part, const Sensor& sensor, Catom catom) const {
+    Numbers found;
     tuple::each_fact(part.module, part.columns, part.abi.geometry, sensor.predicate, catom, [&](const Value* v) {
-        for (std::size_t i = 0; i < (sensor.vector ? 3 : part.module.predicates[sensor.predicate].arity); ++i)
-            told.push_back(sensor.vector ? tuple::item(v[0].list, i).real : v[i].real);
+        found.count = sensor.vector ? 3 : part.module.predicates[sensor.predicate].arity;
+        for (std::size_t i = 0; i < found.count; ++i) found.at[i] = sensor.vector ? tuple::item(v[0].list, i).real : v[i].real;
     });
-    const std::vector<double> now = measure(scene, sensor.quantity, static_cast<physics::BodyId>(part.ensemble.id(catom)));
-    if (!differs(sensor, told, now)) return;
-    std::vector<Value> values(now.size());
-    for (std::size_t i = 0; i < now.size(); ++i) values[i].real = now[i] + 0.0;
+    return found;
+}
+
+void BodySenses::tell(PartState& part, const Sensor& sensor, Catom catom, const Numbers& now) {
+    std::array<Value, 4> values{};
+    for (std::size_t i = 0; i < now.count; ++i) values[i].real = now.at[i] + 0.0;
     if (!sensor.vector) {
         part.give(sensor.predicate, catom, values.data());
         return;

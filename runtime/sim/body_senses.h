@@ -1,12 +1,13 @@
 // What catoms feel of their bodies, told to those programs that read it, and only when it has changed by enough.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "runtime/sim/divided_bodies.h"
+#include "runtime/sim/exact_sum.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/sim/physics_scene.h"
 
@@ -37,17 +38,25 @@ class BodySenses {
     void find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
     // Places of some catoms; those that are to be told something are added.
     void place(PartState& part, const physics::Scene& scene, Catom first, Catom last, std::vector<Moved>& moved);
-    void tell(PartState& part, const physics::Scene& scene, const Sensor& sensor, Catom catom);
+    // Of one quantity, what was told or is now; nothing was told: no numbers.
+    struct Numbers {
+        std::array<double, 4> at{};
+        std::size_t count = 0;
+    };
+    Numbers told(const PartState& part, const Sensor& sensor, Catom catom) const;
+    void tell(PartState& part, const Sensor& sensor, Catom catom, const Numbers& now);
+    // Tells catoms what has changed enough; all are looked at on all workers, and those told one after another.
+    void tell_changes(PartState& part, const physics::Scene& scene);
     void tell_contacts(PartState& part, PhysicsScene& physics, Catom catom);
-    std::vector<double> measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const;
+    Numbers measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const;
     // Of this part's bodies; what presses at the rim of the part is known to the part next to it.
     void sum_normal_forces(PartState& part, physics::Scene& scene, const DividedBodies* divided);
-    static bool differs(const Sensor& sensor, const std::vector<double>& told, const std::vector<double>& now);
+    static bool differs(const Sensor& sensor, const Numbers& told, const Numbers& now);
 
     const world::World* world_ = nullptr;
     bool reads_place_ = false;
     std::vector<Sensor> sensors_;
-    std::unordered_map<physics::BodyId, double> normal_force_n_;
+    std::vector<ExactSum> normal_force_n_;  // By slot of the scene.
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
 };
 
