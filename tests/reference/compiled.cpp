@@ -54,7 +54,11 @@ Result<Module> Workshop::module(const std::string& text) {
     const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());
     if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));
-    return load_module(compilation.result, kAbiVersion);
+    Result<Module> module = load_module(compilation.result, kAbiVersion);
+    // It is hardly ever asked for again, and looking through a large cache takes long.
+    std::error_code ignored;
+    std::filesystem::remove(compilation.result, ignored);
+    return module;
 }
 
 }  // namespace meld::reference

@@ -100,7 +100,9 @@ class Watcher {
             const Change& c = burst[next_];
             const auto here = mirror_.at.find(c.cell);
             const std::int64_t id = here == mirror_.at.end() ? 0 : static_cast<std::int64_t>(here->second);
-            if (!mirror_.apply(c) || !linear_) continue;
+            const bool applied = mirror_.apply(c);
+            scene_is_old_ = scene_is_old_ || (applied && c.kind > Change::Kind::Take);
+            if (!applied || !linear_) continue;
             if (c.kind != Change::Kind::Give && c.kind != Change::Kind::Take) continue;
             const PredicateId p = predicate_of(program_, trial_.draft.given[c.given]);
             retraction::Row raw{id};
@@ -165,7 +167,12 @@ class Watcher {
     }
 
   private:
-    Scene scene(std::int64_t now) const { return make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size()); }
+    const Scene& scene(std::int64_t now) {
+        if (scene_is_old_) scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
+        else set_tick(scene_, now);
+        scene_is_old_ = false;
+        return scene_;
+    }
     void count_losses(const Facts& now) {
         for (std::size_t p = 0; p < before_.size(); ++p)
             for (const Row& row : before_[p]) tally.lost += !now[p].contains(row);
@@ -176,6 +183,8 @@ class Watcher {
     const check::Program& program_;
     Ticks ticks_;
     Mirror mirror_;
+    Scene scene_ = {};
+    bool scene_is_old_ = true;
     bool linear_ = false;
     std::size_t burst_ = 0, next_ = 0;
     std::int64_t start_ = 0;

@@ -32,12 +32,18 @@ std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, world
     }
 }
 
+// Its tables take longer to make than all the rest of a scene.
+const world::Lattice& lattice_of(world::LatticeKind kind) {
+    static std::map<world::LatticeKind, world::Lattice> made;
+    return made.try_emplace(kind, kind).first->second;
+}
+
 }  // namespace
 
 std::uint64_t Chance::next() { return random_bits(seed, catom, tick, draws++); }
 
 Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind kind, std::int64_t tick, std::size_t first_catoms) {
-    const world::Lattice lattice(kind);
+    const world::Lattice& lattice = lattice_of(kind);
     Scene scene{.program = &program, .tick = tick, .first_catoms = static_cast<std::int64_t>(first_catoms), .links = {}, .world = {}};
     scene.world.resize(program.predicates.count());
     for (const auto& [cell, id] : at) {
@@ -48,6 +54,16 @@ Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64
             for (Row& row : sensed(program.predicates[p].world, lattice, cell, static_cast<std::int64_t>(id), links, tick)) scene.world[p.index()].insert(std::move(row));
     }
     return scene;
+}
+
+void set_tick(Scene& scene, std::int64_t tick) {
+    scene.tick = tick;
+    for (const PredicateId p : scene.program->predicates.ids()) {
+        if (scene.program->predicates[p].world != WorldSource::Tick) continue;
+        Rows& rows = scene.world[p.index()];
+        rows.clear();
+        for (const auto& [id, links] : scene.links) rows.insert({value_of(id), value_of(tick)});
+    }
 }
 
 }  // namespace meld::reference

@@ -32,5 +32,7 @@ struct Scene {
 };
 
 Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind lattice, std::int64_t tick, std::size_t first_catoms);
+// The same at another time.
+void set_tick(Scene& scene, std::int64_t tick);
 
 }  // namespace meld::reference

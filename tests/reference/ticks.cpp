@@ -91,7 +91,7 @@ void Ticks::step(const Scene& now) {
         Catom& catom = catoms_.try_emplace(id, empty()).first->second;
         catom.before = catom.views;
         for (const Rule& rule : program_.rules)
-            if (born && rule.birth) fire(rule, scene, id, catom);
+            if (born && rule.birth) fire(rule, scene, visible(scene, id, catom), id, catom);
         evaluate(scene, id, catom);
     }
     shown_.clear();
@@ -106,7 +106,8 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
         if (firings > kMaxFirings) ran_away_ = true;
         settle(scene, id, catom);
         if (receive_one(scene.tick, catom)) continue;
-        const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) { return rule.linear && !rule.birth && fire(rule, scene, id, catom); });
+        const Facts seen = visible(scene, id, catom);
+        const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) { return rule.linear && !rule.birth && fire(rule, scene, seen, id, catom); });
         if (!fired) return;
     }
 }
@@ -209,8 +210,7 @@ void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::
     if (delayed) catom.since[rule] = std::move(since);
 }
 
-bool Ticks::fire(const Rule& rule, const Scene& scene, std::int64_t id, Catom& catom) {
-    const Facts seen = visible(scene, id, catom);
+bool Ticks::fire(const Rule& rule, const Scene& scene, const Facts& seen, std::int64_t id, Catom& catom) {
     Application application(rule, {scene, seen, nullptr, &catom.before, &links_before_, rule.home}, catom.linear);
     const bool fired = application.run(id);
     failed_ = failed_ || application.failed;

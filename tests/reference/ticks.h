@@ -68,7 +68,7 @@ class Ticks {
     bool receive_one(std::int64_t now, Catom& catom);
     void derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows);
     void settle(const Scene& scene, std::int64_t id, Catom& catom);
-    bool fire(const check::Rule& rule, const Scene& scene, std::int64_t id, Catom& catom);
+    bool fire(const check::Rule& rule, const Scene& scene, const Facts& seen, std::int64_t id, Catom& catom);
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
 
     const Program& program_;
