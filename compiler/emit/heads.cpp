@@ -84,12 +84,12 @@ void RuleEmitter::propose(const HeadPlan& h) {
         for (const std::string& r : scope_.ranks) ranks += (ranks.empty() ? "" : ", ") + r;
         w_.line("row.rank = {};", ranks.empty() ? "0" : "rank_above(" + ranks + ")");
     }
-    if (plan_.of(h.predicate).waits) heard_from();
+    if (plan_.of(h.predicate).waits) heard_from(h);
     w_.line("s.{}.propose(*s.e, row);", name);
 }
 
-void RuleEmitter::heard_from() {
-    for (const VariableId v : scope_.rule.contributors) {
+void RuleEmitter::heard_from(const HeadPlan& h) {
+    for (const VariableId v : h.contributors) {
         if (scope_.places.contains(v)) w_.line("row.from |= u32{{1}} << {};", scope_.port(v));
         else if (scope_.values.contains(v)) w_.line("row.from |= port_bit(s, {});", scope_.value(v));
     }

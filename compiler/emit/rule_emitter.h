@@ -128,7 +128,7 @@ class RuleEmitter {
     void make_row(const HeadPlan& h);
     void propose(const HeadPlan& h);
     // Of a row for an aggregate that waits: the ports of the neighbours it comes from.
-    void heard_from();
+    void heard_from(const HeadPlan& h);
     void consume();
     void raise(PredicateId id) { w_.line("s.raised |= {};", own_bit(id)); }
     // Facts less let no rule fire that could not before, but one that asks what is not there.

@@ -435,6 +435,7 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
     if (rule.selected.valid()) used.insert(rule.selected);
     out.steps = orderer.order(rule.body, state, rule.linear, used);
     out.heads = plan_heads(orderer, rule.heads, state);
+    for (HeadPlan& h : out.heads) h.contributors = rule.contributors;
     const Inputs inputs(plan);
     out.inputs = inputs.of(out.steps) | inputs.of(out.heads);
     if (rule.linear) out.absent = inputs.absent(out.steps);
@@ -459,6 +460,7 @@ RulePlan order_fresh(const Plan& plan, RuleId id, std::vector<Clause> body, std:
     out.steps = orderer.start_changed(body, first, used, state);
     for (Step& s : orderer.order(std::move(body), state, false, used)) out.steps.push_back(std::move(s));
     out.heads = plan_heads(orderer, rule.heads, state);
+    for (HeadPlan& h : out.heads) h.contributors = rule.contributors;
     return out;
 }
 
@@ -472,6 +474,7 @@ RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component
     out.rule = id;
     out.steps = orderer.order(body, state, false, used);
     out.heads = plan_heads(orderer, rule.heads, state);
+    for (HeadPlan& h : out.heads) h.contributors = rule.contributors;
     out.given = given;
     return out;
 }

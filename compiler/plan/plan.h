@@ -99,6 +99,7 @@ struct HeadPlan {
     PredicateId predicate;
     VariableId place;
     std::vector<Term> arguments = {};
+    std::vector<VariableId> contributors = {};  // As of the rule.
     std::vector<Step> steps = {};     // Comprehension, Aggregate
     std::vector<HeadPlan> heads = {};
     std::vector<HeadPlan> others = {};     // Aggregate: after all matches; If: else

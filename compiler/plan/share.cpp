@@ -137,6 +137,7 @@ class Sharer {
             for (HeadPlan& h : branch.heads) {
                 rename(h.place);
                 for (Term& t : h.arguments) rewrite_variables(t, rename);
+                for (VariableId& v : h.contributors) rename(v);
             }
             out.inputs |= b.inputs;
             out.branches.push_back(std::move(branch));

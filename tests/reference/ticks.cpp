@@ -24,7 +24,10 @@ std::int64_t evaluate_delay(const Scene& scene, const check::Term& delay) { retu
 
 }  // namespace
 
-Ticks::Ticks(const Program& program, std::uint64_t seed) : program_(program), seed_(seed), certain_(program.predicates.count(), true) { find_certain(); }
+Ticks::Ticks(const Program& program, std::uint64_t seed) : program_(program), seed_(seed), certain_(program.predicates.count(), true) {
+    find_certain();
+    name_anonymous();
+}
 
 Ticks::Catom Ticks::empty() const {
     const std::size_t n = program_.predicates.count();
@@ -64,6 +67,22 @@ void Ticks::find_certain() {
         // Which of equal values a recursive predicate keeps is a matter of ranks.
         for (const PredicateId p : c.predicates) certain = certain && !(c.recursive && left_to_history(program_.predicates[p], c));
         for (const PredicateId p : c.predicates) certain_[p.index()] = certain;
+    }
+}
+
+// Facts that differ only in what the rule does not look at are derivations of their own.
+void Ticks::name_anonymous() {
+    for (const check::RuleId id : program_.rules.ids()) {
+        const Rule& rule = program_.rules[id];
+        if (rule.linear || rule.heads[0].delay.op == check::Op::Anonymous || !program_.predicates[rule.heads[0].atom.predicate].needs_all()) continue;
+        Rule named = rule;
+        for (Clause& c : named.body)
+            for (check::Term& t : c.atom.arguments) {
+                if (c.kind != Clause::Kind::Atom || t.op != check::Op::Anonymous) continue;
+                t.op = check::Op::Variable;
+                t.variable = named.variables.add({"_", t.span, t.type});
+            }
+        counted_.emplace(id, std::move(named));
     }
 }
 
@@ -191,9 +210,9 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
 // A delayed fact is there when its derivation has held without a break for so long.
 void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows) {
     const check::Head& head = program_.rules[rule].heads[0];
-    const bool delayed = head.delay.op != check::Op::Anonymous, counted = program_.predicates[head.atom.predicate].needs_all();
+    const bool delayed = head.delay.op != check::Op::Anonymous, counted = counted_.contains(rule);
     std::map<Row, std::int64_t> since;
-    const bool done = derive(program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Derived made, const Environment& env) {
+    const bool done = derive(counted ? counted_.at(rule) : program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Derived made, const Environment& env) {
         if (delayed) {
             Row key = made.row;
             for (const std::optional<Value>& v : env)

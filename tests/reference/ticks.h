@@ -60,6 +60,7 @@ class Ticks {
 
     Catom empty() const;
     void find_certain();
+    void name_anonymous();
     bool looks_far(const check::Rule& rule) const;
     void evaluate(const Scene& scene, std::int64_t id, Catom& catom);
     void put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made);
@@ -72,6 +73,7 @@ class Ticks {
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
 
     const Program& program_;
+    std::map<check::RuleId, check::Rule> counted_;  // Delayed rules whose derivations count, with a variable for each `_`.
     std::uint64_t seed_;
     std::vector<bool> certain_;
     std::map<std::int64_t, Catom> catoms_;
