@@ -6,12 +6,15 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/rounds.h"
+#include "compiler/check/values_read.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
 namespace {
+
+constexpr const char* kGetWorse = "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
 
 struct Edge {
     PredicateId from, to;  // The head reads this.
@@ -131,7 +134,7 @@ class Strata {
             }
         }
         if (c.tree) check_tree(c, inside);
-        if (c.recursive && !c.tree) warn_growth(c, inside);
+        if (c.recursive && !c.tree && !warn_growth(c, inside)) warn_improvement(c, inside);
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
@@ -231,7 +234,8 @@ class Strata {
 
     // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
     template <class Inside>
-    void warn_growth(const Component& c, const Inside& inside) {
+    bool warn_growth(const Component& c, const Inside& inside) {
+        bool warned = false;
         for (const RuleId id : c.rules) {
             const Rule& rule = program_.rules[id];
             const Atom& head = rule.heads[0].atom;
@@ -239,14 +243,80 @@ class Strata {
             for (std::size_t i = 1; i < head.arguments.size(); ++i) {
                 const Term& t = head.arguments[i];
                 if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
-                if (p.aggregate == Aggregate::First || (p.aggregate == Aggregate::Min && i == p.aggregate_at && t.op == Op::Add)) continue;
+                const bool worse = (p.aggregate == Aggregate::Min && t.op == Op::Add) || (p.aggregate == Aggregate::Max && t.op == Op::Subtract);
+                if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
                 if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
                 if (!comes_from(rule, t, inside)) continue;
+                warned = true;
+                // A bound would not help the value of a min or max: at it, values come and go for ever.
                 report_.add(Kind::UnboundedArithmetic, t.span, fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name)).help =
-                    p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition" : "bound it with a condition";
+                    p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition" : i == p.aggregate_at ? kGetWorse : "bound it with a condition";
+            }
+        }
+        return warned;
+    }
+
+    // A rule by which a value goes from one predicate of the component to another.
+    struct Way {
+        PredicateId from, to;
+        Span span;
+        bool improves;
+    };
+    // m(B, D + 1) :- m(A, D), with max: at a bound the values would replace those they were made from.
+    template <class Inside>
+    void warn_improvement(const Component& c, const Inside& inside) {
+        Aggregate best = Aggregate::None;
+        for (const PredicateId p : c.predicates) {
+            const Aggregate a = program_.predicates[p].aggregate;
+            if (a == Aggregate::Min || a == Aggregate::Max) best = best == Aggregate::None || best == a ? a : Aggregate::First;
+        }
+        if (best != Aggregate::Min && best != Aggregate::Max) return;
+        std::vector<Way> ways;
+        for (const RuleId id : c.rules)
+            each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) {
+                if (!negated && inside(a.predicate)) add_ways(program_.rules[id], a, best, ways);
+            });
+        for (const Way& w : ways) {
+            const std::vector<const Way*> back = w.improves ? way_back(ways, w) : std::vector<const Way*>{};
+            if (!w.improves || (w.from != w.to && back.empty())) continue;
+            const std::string& name = program_.predicates[w.to].name;
+            auto& d = report_.add(Kind::ImprovesItself, w.span, fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
+            d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
+            for (const Way* b : back) d.labels.push_back({b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
+            d.help = kGetWorse;
+            return;
+        }
+    }
+    void add_ways(const Rule& rule, const Atom& a, Aggregate best, std::vector<Way>& ways) const {
+        const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
+        const auto carries = [](const Predicate& p, std::size_t i) { return p.aggregate == Aggregate::None || i == p.aggregate_at; };
+        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
+            if (!carries(from, i) || !a.arguments[i].is_variable() || !a.arguments[i].type.numeric()) continue;
+            const VariableId value = a.arguments[i].variable;
+            for (std::size_t k = 1; k < to.arguments.size(); ++k) {
+                const Term& made = rule.heads[0].atom.arguments[k];
+                if (!carries(to, k) || !to.arguments[k].type.numeric()) continue;
+                if (computed_from(rule, made, value)) ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best)});
             }
         }
     }
+    // How a value goes from where this way leads to where it begins; the shortest.
+    static std::vector<const Way*> way_back(const std::vector<Way>& ways, const Way& through) {
+        std::map<PredicateId, const Way*> came;
+        std::vector<PredicateId> todo{through.to};
+        for (std::size_t i = 0; i < todo.size(); ++i)
+            for (const Way& w : ways)
+                if (w.from == todo[i] && w.to != through.to && came.emplace(w.to, &w).second) todo.push_back(w.to);
+        std::vector<const Way*> back;
+        for (PredicateId at = through.from; at != through.to; at = back.back()->from) {
+            const auto step = came.find(at);
+            if (step == came.end()) return {};
+            back.push_back(step->second);
+        }
+        std::reverse(back.begin(), back.end());
+        return back;
+    }
+
     template <class Inside>
     static bool comes_from(const Rule& rule, const Term& t, const Inside& inside) {
         bool found = false, bounded = false;

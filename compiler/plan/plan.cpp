@@ -35,6 +35,7 @@ constexpr Pass kPasses[] = {
     {"watch", false, watch_changes, nullptr},
     {"wait", false, wait_for_neighbours, nullptr},
     {"given", false, separate_base, nullptr},
+    {"exists", false, ask_for_existence, nullptr},
     {"localize", false, localize, nullptr},
     {"push", true, push_aggregates, nullptr},
     {"merge", true, merge_auxiliaries, nullptr},

@@ -186,6 +186,8 @@ void watch_changes(check::Program& program);
 void wait_for_neighbours(check::Program& program);
 // Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
 void separate_base(check::Program& program);
+// Lets recursive rules that ask whether a min or max has a value ask a view of the groups instead.
+void ask_for_existence(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
 void localize(check::Program& program);
 // Takes the least or greatest of a neighbour's rows there, so that one value is sent instead of them.

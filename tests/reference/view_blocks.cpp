@@ -211,6 +211,7 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
     const Kind group_kind = chance(random, 50) ? Kind::Node : Kind::Int;
     const bool group = chance(random, 35), ride = chance(random, 35);
     const int ways = chance(random, 25) ? 2 : 1;
+    bool guarded = false;
     std::vector<Known> own;
     for (int i = 0; i < ways; ++i) {
         std::vector<Kind> kinds;
@@ -250,16 +251,23 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
             if (key != "K" && group) read[0] = chance(random, 50) ? "_" : body.has(Kind::Int) ? body.variable(Kind::Int) : "_";
             body.read(own[(i + 1) % own.size()], from, read);
             // Better values satisfy it all the more.
-            if (chance(random, 30)) body.clause(least ? fmt::format("D < {}", real ? "6.0" : "12") : fmt::format("D > {}", real ? "-6.0" : "-12"));
+            const bool guards = chance(random, 30);
+            guarded = guarded || guards;
+            if (guards) body.clause(least ? fmt::format("D < {}", real ? "6.0" : "12") : fmt::format("D > {}", real ? "-6.0" : "-12"));
             block.rules.push_back({.heads = {atom(own[i].name, to, arguments(key, value, rider))}, .body = body.shuffled()});
         }
     }
     if (!group && chance(random, 20)) {
-        // A set within the same component. What it leads to is worse than what it comes from.
+        // A set within the same component. What it leads to is worse than what it comes from; or, where it asks only whether there
+        // is a value, and nothing that leads to one depends on values, better than all others.
         const std::string name = fmt::format("m{}", names + ways);
+        const bool better = !guarded && chance(random, 50);
         block.declarations.push_back({name, signature(name, {})});
-        block.rules.push_back({.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", "D", "_")), fmt::format("D {}3{}", least ? "< " : "> -", real ? ".0" : "")}});
-        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", fmt::format("{}4{}", least ? "" : "-", real ? ".0" : ""), "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
+        DraftRule some{.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", better ? "_" : "D", "_"))}};
+        if (!better) some.body.push_back(fmt::format("D {}3{}", least ? "< " : "> -", real ? ".0" : ""));
+        block.rules.push_back(std::move(some));
+        const std::string value = fmt::format("{}{}{}", least == better ? "-" : "", better ? 9 : 4, real ? ".0" : "");
+        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", value, "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
         block.known.push_back({.name = name});
     }
     block.known.insert(block.known.end(), own.begin(), own.end());
