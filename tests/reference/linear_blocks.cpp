@@ -83,7 +83,7 @@ class LinearRules {
     }
 
     std::string delay(int percent) { return chance(random_, percent) ? pick(random_, std::vector<std::string>{"@+1", "@+2", "@+5", "@+3ms"}) : ""; }
-    std::string small() { return chance(random_, 25) ? "randint(4)" : std::to_string(below(random_, 4)); }
+    std::string small() { return chance(random_, 40) ? "randint(4)" : std::to_string(below(random_, 4)); }
     std::string list() { return lists_.empty() ? "[" + small() + "]" : chance(random_, 50) ? lists_[0] : fmt::format("ltake([{} | {}], 3)", small(), lists_[0]); }
 
     // A token that this rule may make without running for ever, or none.
@@ -94,7 +94,7 @@ class LinearRules {
         return atom(next, at, small(), list()) + delay(15);
     }
 
-    std::string mark(Body& body, const std::string& at) { return mark_with(at, counted_ && chance(random_, 50) ? "L" : chance(random_, 10) ? small() : body.expression(Kind::Int)) + delay(12); }
+    std::string mark(Body& body, const std::string& at) { return mark_with(at, counted_ && chance(random_, 50) ? "L" : chance(random_, 25) ? small() : body.expression(Kind::Int)) + delay(12); }
     std::string mark_with(const std::string& at, const std::string& value) { return fmt::format("{}({}{})", mark_.name, at, mark_.arguments.empty() ? "" : ", " + value); }
 
     std::string head(Body& body) {
