@@ -87,7 +87,7 @@ function(meld_program name folder)
   endif()
 endfunction()
 
-# meld_test(NAME SOURCES ... DEPENDS layer folders ...): a GoogleTest program run by ctest.
+# meld_test(NAME SOURCES ... DEPENDS layer folders ...): a GoogleTest program run by ctest, part of the target unit_tests.
 function(meld_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -98,6 +98,7 @@ function(meld_test name)
     target_link_libraries(${name} PRIVATE ${dependency})
   endforeach()
   target_link_libraries(${name} PRIVATE GTest::gtest_main GTest::gmock)
+  add_dependencies(unit_tests ${name})
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 600)
 endfunction()

@@ -1,6 +1,7 @@
 # Recordings as an outsider reads them: with h5py.
 add_executable(test_runtime_record_writer ${CMAKE_CURRENT_LIST_DIR}/python/write_recording.cpp)
 target_link_libraries(test_runtime_record_writer PRIVATE runtime_record)
+add_dependencies(unit_tests test_runtime_record_writer)
 foreach(check layout killed full-disk)
   add_test(NAME test_runtime_record_${check}
            COMMAND ${CLAYMELD_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/check_recording.py $<TARGET_FILE:test_runtime_record_writer> ${check})

@@ -8,7 +8,7 @@ namespace meld::world {
 namespace {
 
 Ensemble row_of(std::uint64_t count) {
-    Ensemble ensemble(Lattice(LatticeKind::Cubic), std::function<bool(Cell)>());
+    Ensemble ensemble{Lattice(LatticeKind::Cubic), std::function<bool(Cell)>()};
     ensemble.set_free([](const Vec3& at) { return at[0] > 10; });
     for (std::uint64_t id = 0; id < count; ++id) ensemble.add_at(1000 + id, Vec3{static_cast<double>(id), 0, 0}, kCatomOwned);
     return ensemble;
