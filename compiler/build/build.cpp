@@ -17,7 +17,7 @@ namespace {
 
 // Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more;
 // Clang's version is part of it.
-constexpr const char* kRecipe = "2, clang " CLAYMELD_LLVM_VERSION;
+constexpr const char* kRecipe = "3, clang " CLAYMELD_LLVM_VERSION;
 
 class ContentHash {
   public:
@@ -136,19 +136,18 @@ Result<std::string> build_module(const std::string& cpp_text, const std::string&
     if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
     const Result<const Backend*> backend = load_backend();
     if (!backend) return tl::unexpected(backend.error());
-    const Result<std::string> object = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
+    Result<std::vector<std::string>> objects = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
                                                                   {.optimisation = options.optimisation, .target_cpu = target});
-    if (!object) return object;
-    std::vector<std::string> objects = {*object};
+    if (!objects) return tl::unexpected(objects.error());
     std::vector<ExternObject> linked;
     for (const ExternSource& source : options.linked) {
         Result<ExternObject> compiled = (*backend)->compile_extern(source, options.extern_header, {.optimisation = options.optimisation, .target_cpu = target});
         if (!compiled) return tl::unexpected(compiled.error());
-        objects.push_back(compiled->object);
+        objects->push_back(std::move(compiled->object));
         linked.push_back(std::move(*compiled));
     }
     if (const Result<void> defined = check_externs(linked, options); !defined) return tl::unexpected(defined.error());
-    if (const Result<void> published = link_and_publish(**backend, objects, module_path, options); !published)
+    if (const Result<void> published = link_and_publish(**backend, *objects, module_path, options); !published)
         return tl::unexpected(published.error());
     evict(options.cache_dir, module_path, options.limits);
     return module_path;

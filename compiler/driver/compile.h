@@ -17,7 +17,7 @@ enum class Stage { Tokens, Tree, Program, Plan, Explain, Cpp, Module };
 
 struct CompileOptions {
     Stage last = Stage::Module;
-    int optimisation = 1;                          // -O2 compiles a fifth longer and gains a few percent at most.
+    std::optional<int> optimisation = {};          // 0 to 3, as in -O2; without one, the length of the module decides.
     std::string cache_dir = {};                    // Empty: the default.
     std::vector<std::string> library_paths = {};
     plan::PlanOptions plan = {};

@@ -141,7 +141,7 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
 void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
     const std::string name = predicate_name(plan.program, c.predicates[0]);
     w.raw("");
-    w.open(fmt::format("[[gnu::noinline]] static bool settle_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
+    w.open(fmt::format("MELD_STEP static bool settle_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
     w.line("Touched<{}_t> touched;", name);
     constexpr std::uint64_t kGroups = 32;  // As in runtime/abi/module_abi.h.
     if (c.deltas.inputs & kGroups)
@@ -180,7 +180,7 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
     if (rows) emit_rows_settling(plan, c, number, w);
     w.raw("");
     w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);
-    w.open(fmt::format("[[gnu::noinline]] static u64 settle_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
+    w.open(fmt::format("MELD_STEP static u64 settle_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
     w.raw("u64 changed = 0;");
     for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
     constexpr std::uint64_t kBornOrLinks = 3;  // As in runtime/abi/module_abi.h.
@@ -203,7 +203,7 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
 // An action is carried out when it newly holds at the end of the tick; a repeating one in every tick in which it holds.
 void emit_actions(const plan::Plan& plan, Writer& w) {
     w.raw("");
-    w.open("[[gnu::noinline]] static void act(Self& s) {");
+    w.open("MELD_STEP static void act(Self& s) {");
     w.raw("(void)s;");
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];

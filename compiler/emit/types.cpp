@@ -248,7 +248,7 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     const std::string name = predicate_name(plan.program, id);
     const std::string view = "s." + name;
     w.raw("");
-    w.open(fmt::format("[[gnu::noinline]] static void open_{}(Self& s) {{", name));
+    w.open(fmt::format("MELD_STEP static void open_{}(Self& s) {{", name));
     w.line("s.loaded[{}] = true;", id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
@@ -327,7 +327,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         if (has_view(plan, id)) emit_load(plan, id, w);
     w.raw("");
     w.raw("// Writes what has changed back: exported columns at the end of the tick, the others now.");
-    w.open("[[gnu::noinline]] static void save(Self& s) {");
+    w.open("MELD_STEP static void save(Self& s) {");
     for (const plan::ColumnId column : plan.columns.ids()) {
         const plan::Column& c = plan.columns[column];
         if (c.rows) {

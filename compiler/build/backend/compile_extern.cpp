@@ -122,10 +122,10 @@ Result<ExternObject> compile_extern(const ExternSource& source, const std::strin
     auto files = llvm::makeIntrusiveRefCnt<llvm::vfs::OverlayFileSystem>(llvm::vfs::getRealFileSystem());
     files->pushOverlay(memory);
     ClangRun run = run_clang(arguments(path, cpp, options), files);
-    if (run.object.empty())
+    if (run.output.empty())
         return fail(fmt::format("{} does not compile:\n{}", source.path, run.messages), "One file is compiled at a time; of its own project it sees <meld/extern.h> only", ExitCode::ProgramWrong);
-    std::vector<std::string> symbols = defined_symbols(run.object);
-    return ExternObject{std::move(run.object), std::move(symbols)};
+    std::vector<std::string> symbols = defined_symbols(run.output);
+    return ExternObject{std::move(run.output), std::move(symbols)};
 }
 
 }  // namespace meld

@@ -5,6 +5,7 @@
 #include <llvm/TargetParser/Host.h>
 
 #include "compiler/build/backend/freestanding_headers.h"
+#include "compiler/build/backend/halves.h"
 #include "compiler/build/backend/run_clang.h"
 
 namespace meld {
@@ -23,7 +24,7 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         // Nobody reads the names of values; to keep them takes a few percent of the time.
         "-discard-value-names",
         // Loops here are over a dozen ports or a handful of rows: unrolled they are only larger, and take a third longer to compile.
-        "-fno-unroll-loops"};
+        "-fno-unroll-loops", options.optimisation < 2 ? "-DMELD_STEP=[[gnu::noinline]]" : "-DMELD_STEP="};
     // clang-format on
     arguments.push_back(source);
     return arguments;
@@ -43,14 +44,18 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> in_memory_files(const std::strin
 
 }  // namespace
 
-Result<std::string> compile_object(const std::string& cpp_text, const std::string& name,
-                                   const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options) {
+Result<std::vector<std::string>> compile_object(const std::string& cpp_text, const std::string& name,
+                                                const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options) {
     const std::string source = kMemoryRoot + name + ".cpp";
-    ClangRun run = run_clang(front_end_arguments(source, options), in_memory_files(source, cpp_text, headers));
-    if (run.object.empty())
+    const bool halved = cpp_text.size() >= kLongModule && options.optimisation > 0;
+    std::vector<std::string> arguments = front_end_arguments(source, options);
+    if (halved) arguments.push_back("-disable-llvm-passes");
+    ClangRun run = run_clang(arguments, in_memory_files(source, cpp_text, headers), halved ? ClangOutput::Bitcode : ClangOutput::Object);
+    if (run.output.empty())
         return fail(fmt::format("the C++ generated for {} does not compile:\n{}", name, run.messages),
                     "This is a bug in Claymeld; please report it with the program", ExitCode::OurBug);
-    return std::move(run.object);
+    if (halved) return compile_halves(run.output, options);
+    return std::vector<std::string>{std::move(run.output)};
 }
 
 }  // namespace meld

@@ -25,7 +25,7 @@ void initialise_native_target() {
 
 }  // namespace
 
-ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files) {
+ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files, ClangOutput output) {
     initialise_native_target();
     ClangRun out;
     llvm::raw_string_ostream message_stream(out.messages);
@@ -38,15 +38,17 @@ ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRef
     for (const std::string& argument : arguments) pointers.push_back(argument.c_str());
     auto invocation = std::make_shared<clang::CompilerInvocation>();
     if (!clang::CompilerInvocation::CreateFromArgs(*invocation, pointers, diagnostics)) return out;
-    llvm::SmallVector<char, 0> object;
+    llvm::SmallVector<char, 0> bytes;
     clang::CompilerInstance compiler;
     compiler.setInvocation(invocation);
     compiler.createDiagnostics(&printer, false);
     compiler.setVerboseOutputStream(std::make_unique<llvm::raw_null_ostream>());  // "1 error generated."
     compiler.createFileManager(std::move(files));
-    compiler.setOutputStream(std::make_unique<llvm::raw_svector_ostream>(object));
-    clang::EmitObjAction action;
-    if (compiler.ExecuteAction(action)) out.object.assign(object.begin(), object.end());
+    compiler.setOutputStream(std::make_unique<llvm::raw_svector_ostream>(bytes));
+    std::unique_ptr<clang::CodeGenAction> action;
+    if (output == ClangOutput::Object) action = std::make_unique<clang::EmitObjAction>();
+    else action = std::make_unique<clang::EmitBCAction>();
+    if (compiler.ExecuteAction(*action)) out.output.assign(bytes.begin(), bytes.end());
     return out;
 }
 
