@@ -29,7 +29,7 @@ class BlockEngine final : public Engine {
     void body_changed(std::uint32_t slot, bool moved) override;
     void state_restored() override;
     bool asleep(std::uint32_t slot) const override;
-    void report_contacts(std::vector<ContactReport>& contacts) const override;
+    void each_contact(const ContactVisitor& visit) const override;
     std::size_t bytes() const override;
     double residual() override;
 

@@ -59,11 +59,11 @@ void BlockEngine::find_events(Workers& workers) {
     std::sort(world_.events.begin(), world_.events.end());
 }
 
-void BlockEngine::report_contacts(std::vector<ContactReport>& contacts) const {
+void BlockEngine::each_contact(const ContactVisitor& visit) const {
     const Bodies& bodies = world_.bodies;
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
     const auto report = [&](const Batch& batch, int i, Touch touch, double sign) {
-        contacts.push_back({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]),
+        visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]),
                             per_second * static_cast<double>(batch.normal_impulse[i]),
                             (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };

@@ -55,8 +55,8 @@ class Engine {
     // The bodies are again as before the step; nothing learnt in it holds.
     virtual void state_restored() = 0;
     virtual bool asleep(std::uint32_t) const { return false; }
-    // Appends what touches now; forces are averages over the last step.
-    virtual void report_contacts(std::vector<ContactReport>& contacts) const = 0;
+    // Calls visit for what touches now, in no order; forces are averages over the last step.
+    virtual void each_contact(const ContactVisitor& visit) const = 0;
     virtual std::size_t bytes() const = 0;
     virtual double residual() { return 0; }
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 
 #include "physics/broadphase.h"
 #include "physics/contact_log.h"
@@ -69,9 +70,7 @@ class HashEngine final : public Engine {
     void structure_changed() override { removed_ = true; }
     void body_changed(std::uint32_t, bool) override {}
     void state_restored() override { contacts_.clear(); }
-    void report_contacts(std::vector<ContactReport>& contacts) const override {
-        contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end());
-    }
+    void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
     std::size_t bytes() const override { return contacts_.capacity() * sizeof(FlatContact) + log_.bytes(); }
     double residual() override {
         double change = 0, impulse = 0;

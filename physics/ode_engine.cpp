@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <ode/ode.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 
 #include "physics/contact_log.h"
 #include "physics/engine.h"
@@ -85,9 +88,7 @@ class OdeEngine final : public Engine {
     void structure_changed() override { mirror_.reset(), changed_ = true; }
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
     void state_restored() override { stale_ = true; }
-    void report_contacts(std::vector<ContactReport>& contacts) const override {
-        contacts.insert(contacts.end(), log_.contacts().begin(), log_.contacts().end());
-    }
+    void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
     std::size_t bytes() const override { return log_.bytes(); }
 
   private:

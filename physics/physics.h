@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -141,6 +142,8 @@ struct ContactReport {
     Vec3 friction_n;
 };
 
+using ContactVisitor = std::function<void(const ContactReport&)>;
+
 struct StepReport {
     std::uint64_t tick = 0;
     std::size_t bodies = 0;
@@ -211,8 +214,8 @@ class Scene {
     std::span<const TouchEvent> events() const;
     // All that touch now, sorted, each once; made when first asked for after a step.
     std::span<const ContactReport> contacts();
-    // Adds the same in no order, which costs a fraction.
-    void collect_contacts(std::vector<ContactReport>& contacts) const;
+    // The same in no order, none of them kept, which costs a fraction.
+    void each_contact(const ContactVisitor& visit) const;
     // Those of one body (in some of them it is `other`), as indices into contacts().
     std::span<const std::uint32_t> contacts_of(BodyId body);
 

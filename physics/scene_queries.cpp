@@ -83,12 +83,12 @@ std::span<const TouchEvent> Scene::events() const { return world_->events; }
 std::uint32_t Scene::slot(BodyId body) const { return world_->bodies.slot(body); }
 std::size_t Scene::slot_count() const { return world_->bodies.count(); }
 
-void Scene::collect_contacts(std::vector<ContactReport>& contacts) const { engine_->report_contacts(contacts); }
+void Scene::each_contact(const ContactVisitor& visit) const { engine_->each_contact(visit); }
 
 std::span<const ContactReport> Scene::contacts() {
     if (contacts_known_) return contacts_;
     contacts_.clear();
-    engine_->report_contacts(contacts_);
+    each_contact([&](const ContactReport& contact) { contacts_.push_back(contact); });
     std::sort(contacts_.begin(), contacts_.end(), [](const ContactReport& a, const ContactReport& b) { return a.touch < b.touch; });
     const std::size_t count = world_->bodies.count();
     contact_start_.assign(count + 1, 0);

@@ -107,13 +107,11 @@ void BodySenses::sum_normal_forces(PartState& part, physics::Scene& scene, const
         if (owner == part.comm.part()) normal_force_n_[scene.slot(body)].add(force_n);
         else put(out[static_cast<std::size_t>(owner)], Press{body, force_n});
     };
-    std::vector<physics::ContactReport> contacts;
-    scene.collect_contacts(contacts);
-    for (const physics::ContactReport& c : contacts) {
-        if (!(c.normal_force_n > 0)) continue;
+    scene.each_contact([&](const physics::ContactReport& c) {
+        if (!(c.normal_force_n > 0)) return;
         press(c.touch.body, c.normal_force_n);
         if (!c.touch.other_is_obstacle) press(c.touch.other, c.normal_force_n);
-    }
+    });
     if (divided == nullptr) return;
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {

@@ -1,9 +1,10 @@
 // The physics engines on one scene: k^3 touching balls on a plane, per stage and in total, side by side in one run.
 //
-//     bench_physics [--large] [--ticks N] [--threads N] [k ...]     k = 10 22 37 47 63 100, with --large also 171 and 272
+//     bench_physics [--large] [--ticks N] [--threads N] [k ...]     k = 10 22 37 47 63 100, with --large also 159 and 272
 //
 // Times are CPU seconds of the process, medians over ticks; wall times of stages are means. ODE and the seed design's engine
-// are left out where a tick would take them longer than a minute or they cannot run.
+// are left out where a tick would take them longer than a minute or they cannot run; from 10 million balls on there is one
+// scene, soft, without a copy of the state to go back to.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,6 +33,11 @@ constexpr double kSpacing = 0.999;
 // Above these sizes an engine is not tried.
 constexpr int kMostOdeSide = 47;
 constexpr int kMostHashSide = 63;
+constexpr int kMostFullSide = 200;
+// Larger than the caches.
+constexpr std::size_t kReadBytes = std::size_t{1} << 30;
+// What a sweep reads and writes of a contact and of a body, at least: a lane of a batch, its impulses, a motion.
+constexpr double kContactBytes = 44 + 16, kBodyBytes = 2 * 32;
 
 struct Options {
     std::vector<int> sides;
@@ -71,14 +77,32 @@ std::unique_ptr<Scene> cube(const Settings& settings, int side, double spacing) 
 struct Measured {
     double tick_cpu_ms, tick_wall_ms, first_cpu_ms;
     StageTimes first, rest;
-    std::size_t bytes, bodies;
+    std::size_t bytes, bodies, candidates;
 };
+
+// How fast one thread reads memory, bytes a second of CPU: the best of several passes over more than the caches hold.
+double read_bandwidth() {
+    std::vector<std::uint64_t> words(kReadBytes / sizeof(std::uint64_t), 1);
+    double best = 0;
+    std::uint64_t sum = 0;
+    for (int pass = 0; pass < 4; ++pass) {
+        const double begin = cpu_now();
+        std::uint64_t sums[4] = {};
+        for (std::size_t i = 0; i < words.size(); i += 4)
+            for (std::size_t k = 0; k < 4; ++k) sums[k] += words[i + k];
+        sum += sums[0] + sums[1] + sums[2] + sums[3];
+        best = std::max(best, static_cast<double>(kReadBytes) / (cpu_now() - begin));
+    }
+    // What is not used need not be read.
+    if (sum != 4 * words.size()) std::exit(1);
+    return best;
+}
 
 Measured measure(Scene& scene, int ticks, int substeps, int threads) {
     Workers workers(threads);
     Measured result{};
     const double begin = cpu_now();
-    need(scene.step(kTick, substeps, workers));
+    result.candidates = need(scene.step(kTick, substeps, workers)).candidates;
     result.first_cpu_ms = 1e3 * (cpu_now() - begin);
     result.first = scene.stage_times();
     std::vector<double> cpu, wall;
@@ -97,9 +121,9 @@ void print_row(const std::string& name, int threads, const Measured& m, int tick
     const double per_tick = 1e3 / (ticks - 1);
     const auto mean = [&](double StageTimes::* stage) { return per_tick * (m.rest.*stage - m.first.*stage); };
     fmt::print(
-        "  {:<22} T{} {:9.2f} cpu {:9.2f} wall | list {:8.1f} | actuate {:6.2f} refresh {:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} "
+        "  {:<22} T{} {:9.2f} cpu {:9.2f} wall | first {:9.1f} cpu, list {:8.1f} | actuate {:6.2f} refresh {:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} "
         "| {:4} B/body{}\n",
-        name, threads, m.tick_cpu_ms, m.tick_wall_ms, 1e3 * (m.first.sort + m.first.pairs), mean(&StageTimes::actuation),
+        name, threads, m.tick_cpu_ms, m.tick_wall_ms, m.first_cpu_ms, 1e3 * (m.first.sort + m.first.pairs), mean(&StageTimes::actuation),
         mean(&StageTimes::refresh), mean(&StageTimes::solve), mean(&StageTimes::move), mean(&StageTimes::events), m.bytes / m.bodies,
         ode_ms > 0 ? fmt::format(" | {:.0f} x ODE", ode_ms / m.tick_cpu_ms) : "");
     std::fflush(stdout);
@@ -121,7 +145,46 @@ Settings with(EngineKind engine, SolverSettings solver) {
     return settings;
 }
 
-void compare(int side, const Options& options) {
+// What memory has to bring and take in a tick of cold sweeps, as a share of what one thread can read in that time.
+void print_share(const Measured& m, int sweeps, double bandwidth) {
+    const double bytes = sweeps * (kContactBytes * static_cast<double>(m.candidates) + kBodyBytes * static_cast<double>(m.bodies));
+    fmt::print("  {:<22}    {:.0f} bytes a body and sweep, {:.1f} GB/s in the whole tick, {:.0f} % of what one thread reads\n", "  memory",
+               bytes / sweeps / static_cast<double>(m.bodies), bytes / m.tick_cpu_ms * 1e-6, 100 * bytes / (1e-3 * m.tick_cpu_ms) / bandwidth);
+}
+
+// The largest scene: how much memory it takes and how long a few ticks do.
+void fill(int side, const Options& options) {
+    fmt::print("\n{} bodies, soft, spacing 1, {} ticks\n", side * side * side, options.ticks);
+    Settings settings;
+    settings.keep_last_good = false;
+    auto scene = cube(settings, side, 1);
+    const int threads = options.threads.back();
+    print_row("blocks, soft, spacing 1", threads, measure(*scene, options.ticks, 2, threads), options.ticks, 0);
+}
+
+// 22 layers, touching, soft: how still they are and how far the top has come down.
+void compare_standing() {
+    constexpr int kSide = 22;
+    fmt::print("\nstanding: {} bodies, {} high, 240 ticks\n", kSide * kSide * kSide, kSide);
+    for (const bool may_sleep : {true, false}) {
+        Settings settings;
+        if (!may_sleep) settings.sleep_ticks = 0;
+        auto scene = cube(settings, kSide, 1);
+        Workers workers(1);
+        for (int tick = 0; tick < 240; ++tick) need(scene->step(kTick, 2, workers));
+        double squares = 0, top = 0;
+        for (const BodyId id : scene->bodies()) {
+            const BodyState state = scene->state(id);
+            squares += dot(state.velocity_m_s, state.velocity_m_s);
+            top = std::max(top, state.position_m.z);
+        }
+        fmt::print("  {:<22} {:.2e} m/s rms, the top {:.1f} mm lower\n", may_sleep ? "soft" : "soft, kept awake",
+                   std::sqrt(squares / (kSide * kSide * kSide)), 1e3 * (kSide - 0.5 - top));
+    }
+}
+
+void compare(int side, const Options& options, double bandwidth) {
+    if (side > kMostFullSide) return fill(side, options);
     fmt::print("\n{} bodies, spacing {}, {} ticks\n", side * side * side, kSpacing, options.ticks);
     double ode_ms = 0;
     if (side <= kMostOdeSide) {
@@ -143,7 +206,9 @@ void compare(int side, const Options& options) {
                                                                 {"blocks, 5 x 4 inner", inner}};
         for (const auto& [name, solver] : modes) {
             auto scene = cube(with(EngineKind::Blocks, solver), side, kSpacing);
-            print_row(name, threads, measure(*scene, options.ticks, 1, threads), options.ticks, ode_ms);
+            const Measured m = measure(*scene, options.ticks, 1, threads);
+            print_row(name, threads, m, options.ticks, ode_ms);
+            if (threads == 1 && solver.inner_sweeps == 1) print_share(m, solver.sweeps, bandwidth);
         }
         auto soft = cube(with(EngineKind::Blocks, {}), side, 1);
         print_row("blocks, soft, spacing 1", threads, measure(*soft, options.ticks, 2, threads), options.ticks, ode_ms);
@@ -223,7 +288,7 @@ Options parse(int count, char** arguments) {
             options.sides.push_back(side);
     }
     if (options.sides.empty()) options.sides = {10, 22, 37, 47, 63, 100};
-    if (large) options.sides.insert(options.sides.end(), {171, 272});
+    if (large) options.sides.insert(options.sides.end(), {159, 272});
     return options;
 }
 
@@ -236,6 +301,9 @@ int main(int count, char** arguments) {
     machine_line("ms, CPU, medians of ticks; stages by wall clock");
     compare_convergence(std::min(options.sides.back(), 22));
     compare_broadphases(std::min(options.sides.back(), 63));
-    for (const int side : options.sides) compare(side, options);
+    if (options.sides.back() >= 22) compare_standing();
+    const double bandwidth = options.sides.back() >= 22 ? read_bandwidth() : 1e10;
+    fmt::print("\none thread reads {:.1f} GB/s\n", 1e-9 * bandwidth);
+    for (const int side : options.sides) compare(side, options, bandwidth);
     return 0;
 }
