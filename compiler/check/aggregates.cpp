@@ -34,6 +34,15 @@ class Aggregates {
     }
 
   private:
+    // A rule can do by itself what the aggregate would.
+    static std::string linear_help(const Predicate& p, const std::string& aggregate) {
+        const std::string out = fmt::format("leave out `{}`", aggregate);
+        if (p.arguments.size() != 2 || (aggregate != "min" && aggregate != "max" && aggregate != "sum")) return out;
+        const std::string both = fmt::format("{0}(A, X), {0}(A, Y)", p.name);
+        if (aggregate == "sum") return out + fmt::format(", and add: `{} -o {}(A, X + Y).`", both, p.name);
+        return out + fmt::format(", and keep one of two: `{}, X {} Y -o {}(A, X).`", both, aggregate == "min" ? "<=" : ">=", p.name);
+    }
+
     void argument(const syntax::Declaration& d, std::size_t i, Predicate& p) {
         const syntax::Argument& a = d.arguments[i];
         if (a.aggregate.empty()) {
@@ -46,7 +55,8 @@ class Aggregates {
         p.aggregate_at = i;
         if (i == 0) complain(a.aggregate_span, "the catom itself cannot be aggregated", "");
         if (p.kind == PredicateKind::Linear || p.kind == PredicateKind::Action)
-            complain(a.aggregate_span, fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"), "");
+            complain(a.aggregate_span, fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"),
+                     p.linear() ? linear_help(p, a.aggregate) : "leave it out");
         if (i + 1 != d.arguments.size() && folds(p.aggregate))
             complain(a.aggregate_span, fmt::format("no argument can ride along with {}: no single fact wins", article(a.aggregate)), "put the arguments of the group before the aggregate");
         if (p.aggregate == Aggregate::Custom) function(a, p);

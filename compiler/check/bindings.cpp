@@ -124,6 +124,13 @@ class Bindings {
             }
         }
     }
+    void set(const Head& h, const Bound& bound, Bound& inner) {
+        if (h.term.op != Op::Fresh) need(h.term, bound, "in this head");
+        if (h.term.op != Op::Fresh && bound.contains(h.variable))
+            report_.add(Kind::SyntaxError, h.span, fmt::format("`{}` has a value already, and a head asks for nothing", rule_.variables[h.variable].name)).help =
+                "a condition belongs on the body's side of the arrow";
+        inner.insert(h.variable);
+    }
     void heads(const std::vector<Head>& all, const Bound& bound) {
         for (const Head& h : all) {
             Bound inner = bound;
@@ -131,7 +138,7 @@ class Bindings {
             body(h.body, inner);
             for (const Term& a : h.atom.arguments) need(a, inner, "in this head");
             if (h.kind == Head::Kind::If) need(h.term, bound, "in this condition");
-            if (h.kind == Head::Kind::Set) inner.insert(h.variable);
+            if (h.kind == Head::Kind::Set) set(h, bound, inner);
             for (const Fold& f : h.folds) need(f.initial, bound, "in what a fold starts from");
             Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
             for (const Fold& f : h.folds) {

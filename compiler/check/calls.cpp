@@ -18,14 +18,35 @@ bool is_struct_of_floats(const Type& type) {
 Term Scope::call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted) {
     if (const auto own = names_.functions.find(name); own != names_.functions.end()) return call_function(own->second, arguments, span);
     if (const LibraryFunction* f = library_function(name, arguments.size())) return call_library(*f, arguments, span, wanted);
-    return unknown_function(name, span);
+    if (std::optional<Term> told = scheduling(name, arguments, span)) return *told;
+    return unknown_function(name, arguments, span);
+}
+
+// What Linear Meld tells of the processor at which a node runs: here they are all at one, which changes no result.
+std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& arguments, Span span) {
+    Term term;
+    term.span = span;
+    if (name == "@cpus") {
+        term.op = Op::Int;
+        term.type = Type::Int;
+        term.integer = 1;
+        report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here").help = "programs cannot tell processors apart; results do not depend on them";
+        return term;
+    }
+    const bool number = name == "cpu-id" || name == "cpu-static", flag = name == "is-static" || name == "is-moving";
+    if ((!number && !flag) || arguments.size() != 1 || names_.tree.is_lost(name)) return std::nullopt;
+    resolve(*arguments[0], Type::Node, fmt::format("`{}`", name));
+    term.op = number ? Op::Int : Op::Bool;
+    term.type = number ? Type::Int : Type::Bool;
+    report_.add(Kind::HintIgnored, span, fmt::format("`{}` is {} for every catom here", name, number ? "0" : "false")).help = "programs cannot tell processors apart; results do not depend on them";
+    return term;
 }
 
 bool Scope::is_function(const std::string& name) const { return names_.functions.contains(name) || library_function(name, 0) != nullptr; }
 
 Term Scope::condition(const syntax::Atom& atom) { return convert(call(atom.name.text, atom.arguments, atom.span, Type::Bool), Type::Bool, "a condition"); }
 
-Term Scope::unknown_function(const std::string& name, Span span) {
+Term Scope::unknown_function(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
     term.span = span;
     if (names_.tree.is_lost(name)) return term;
@@ -36,13 +57,29 @@ Term Scope::unknown_function(const std::string& name, Span span) {
             d.labels = {{program_.predicates[id].span, "declared here"}};
             return term;
         }
+    if (name == "priority" && arguments.size() == 1) {
+        report_.add(Kind::UnknownFunction, span, "catoms have no priority").help = "what a condition on it leaves out must be said by the rules; leave the condition out";
+        return term;
+    }
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);
     const std::string near = diagnostics::nearest_name(name, known);
     report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
-        near.empty() ? fmt::format("declare it: `fun {}(int X) : int = ...`", name) : fmt::format("did you mean `{}`?", near);
+        near.empty() ? fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name, parameters(arguments, Named::Yes), parameters(arguments, Named::No))
+                     : fmt::format("did you mean `{}`?", near);
     return term;
+}
+
+// The arguments of a call as a declaration would say them.
+std::string Scope::parameters(const Arguments& arguments, Named named) {
+    std::string text;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const Type type = infer(*arguments[i]);
+        text += fmt::format("{}{}", i == 0 ? "" : ", ", has_unknown(type) ? "int" : type_name(type));
+        if (named == Named::Yes) text += " " + std::string(1, static_cast<char>('A' + i % 26));
+    }
+    return text;
 }
 
 void Scope::wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared) {
@@ -94,6 +131,8 @@ Term Scope::call_library(const LibraryFunction& f, const Arguments& arguments, S
             fmt::format("`{}` is {}", f.name, f.signature);
     if (const auto record = bindings.find('S'); record != bindings.end() && !is_struct_of_floats(record->second))
         report_.add(Kind::TypeMismatch, arguments.back()->span, fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
+    if (const auto table = bindings.find('R'); table != bindings.end() && !is_struct_of_floats(table->second) && table->second != Type::list_of(Type::Float))
+        report_.add(Kind::TypeMismatch, arguments[0]->span, fmt::format("`{}` needs a list or a struct of floats, and this is {}", f.name, type_name(table->second)));
     // What was refused is of any type, so that one mistake gives one message.
     term.type = report_.error_count() > errors ? Type::Error : substitute(f.result, bindings);
     return term;

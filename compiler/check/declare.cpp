@@ -5,6 +5,7 @@
 #include <set>
 
 #include "compiler/check/check.h"
+#include "compiler/check/library.h"
 #include "compiler/check/types.h"
 
 namespace meld::check {
@@ -112,7 +113,9 @@ class Declarer {
         }
         Predicate& before = program_.predicates[found->second];
         if (!before.prelude || p.prelude) {
-            report_.add(Kind::DuplicateDeclaration, d.name.span, fmt::format("`{}` is declared twice", p.signature())).labels = {{before.span, "first declared here"}};
+            auto& twice = report_.add(Kind::DuplicateDeclaration, d.name.span, fmt::format("`{}` is declared twice", p.signature()));
+            twice.labels = {{before.span, "first declared here"}};
+            twice.help = "leave out one of the two";
             return;
         }
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
@@ -196,6 +199,9 @@ class Declarer {
         f.name = tree.name.text;
         f.span = tree.name.span;
         f.external = true;
+        if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size()))
+            report_.add(Kind::HidesLibrary, tree.name.span, fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text)).help =
+                fmt::format("to call the library's, {}, leave the declaration out", same->signature);
         for (std::size_t i = 0; i < tree.arguments.size(); ++i) f.variables.add({fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
         f.result = to_type(*tree.result, types_, tree_, report_);
         add(std::move(f));

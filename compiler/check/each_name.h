@@ -139,6 +139,7 @@ class EachName {
     }
     void clause(syntax::Proved& p) {
         expr(p.count);
+        expr(p.at);
         visit_.predicate(p.predicate, std::nullopt);
     }
     void clause(syntax::BodyAggregate& a) {
@@ -169,6 +170,7 @@ class EachName {
         heads(i.then_head);
         heads(i.else_head);
     }
+    void head(syntax::HeadLet& l) { expr(l.value); }
     void head(syntax::Nothing&) {}
 
     Visit& visit_;

@@ -1,8 +1,10 @@
 // Pass 3: locality. Gives each rule its home catom and refuses bodies whose catoms no link connects to it.
 // A link is an atom of a route predicate (neighbor, or one declared `route`) whose second argument is a variable; it is
 // followed in both directions, because neighbours hear each other.
+#include <algorithm>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "compiler/check/check.h"
 
@@ -78,16 +80,34 @@ class Homes {
     void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
         auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span, fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
         d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
+        if (blame_pointer(body, at, d)) return;
+        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`" : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
+    }
+
+    // A predicate that names the catom where a link would is not declared as one.
+    bool blame_pointer(const std::vector<Clause>& body, VariableId at, diagnostics::Diagnostic& d) const {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
             const Predicate& p = program_.predicates[c.atom.predicate];
-            if (!p.route && c.atom.arguments.size() > 1 && c.atom.arguments[1].is_variable() && c.atom.arguments[1].variable == at && !p.prelude) {
-                d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
-                d.help = fmt::format("declare it `type route {}(...)`", p.name);
-                return;
-            }
+            if (p.route || p.prelude || p.linear() || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable() || c.atom.arguments[1].variable != at) continue;
+            d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
+            d.help = fmt::format("declare it `type route {}(...)`", p.name);
+            return true;
         }
-        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`" : fmt::format("add `neighbor({}, {})`, or another route between them", name(rule_.home), name(at));
+        return false;
+    }
+
+    // A link that the program knows: the first of its own routes, or `neighbor`.
+    std::string link(std::string_view from, std::string_view to) const {
+        for (const Predicate& p : program_.predicates) {
+            if (!p.route || p.prelude || p.auxiliary || p.linear()) continue;
+            // One that names a third catom may lead to that one as well.
+            if (std::any_of(p.arguments.begin() + 2, p.arguments.end(), [](const Argument& a) { return a.type == Type::Node; })) continue;
+            std::string text = fmt::format("{}({}, {}", p.name, from, to);
+            for (std::size_t i = 2; i < p.arguments.size(); ++i) text += ", _";
+            return text + ")";
+        }
+        return fmt::format("neighbor({}, {})", from, to);
     }
 
     void view() {
@@ -111,9 +131,10 @@ class Homes {
                     const VariableId at = c.atom.arguments[0].variable;
                     d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
                     d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_") ? "a head must be at a catom of the body or its neighbour"
-                                                                                            : fmt::format("add `neighbor({}, {})`", name(at), name(rule_.home));
+                                                                                            : fmt::format("add `{}`", link(name(at), name(rule_.home)));
                     break;
                 }
+            blame_pointer(rule_.body, rule_.home, d);
             return;
         }
         check_body(rule_.body, {});
@@ -170,17 +191,20 @@ class Homes {
         Graph graph;
         links(rule_.body, graph);
         check_body(rule_.body, {});
+        around_ = {&rule_.body};
         check_heads(rule_.heads, graph);
     }
 
     void check_heads(const std::vector<Head>& heads, const Graph& around) {
         for (const Head& h : heads) {
             Graph graph = around;
-            if (h.kind == Head::Kind::Set) made_.insert(h.variable);
+            if (h.kind == Head::Kind::Set && h.term.op == Op::Fresh) made_.insert(h.variable);
             if (h.kind != Head::Kind::Fact) {
                 check_body(h.body, around);
                 links(h.body, graph);
+                around_.push_back(&h.body);
                 check_heads(h.heads, graph);
+                around_.pop_back();
                 check_heads(h.others, h.kind == Head::Kind::Aggregate ? around : graph);
                 continue;
             }
@@ -188,7 +212,7 @@ class Homes {
             const VariableId at = h.atom.arguments[0].variable;
             if (at == rule_.home) continue;
             if (made_.contains(at)) {
-                report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("{} is a new value, and no catom is at it", shown(at))).help =
+                if (refused_.insert(at).second) report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("{} is a new value, and no catom is at it", shown(at))).help =
                     "no catom is made from nothing: ask for one with the action `create`";
                 continue;
             }
@@ -198,10 +222,13 @@ class Homes {
                 continue;
             }
             if (!refused_.insert(at).second) continue;
-            if (reached(graph, rule_.home).contains(at)) refused_.erase(at);
-            else
-                report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(at))).help =
-                    fmt::format("add `neighbor({}, {})`", name(rule_.home), name(at));
+            if (reached(graph, rule_.home).contains(at)) {
+                refused_.erase(at);
+                continue;
+            }
+            auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
+            d.help = fmt::format("add `{}`", link(name(rule_.home), name(at)));
+            for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
         }
     }
 
@@ -210,6 +237,7 @@ class Homes {
     diagnostics::Reporter& report_;
     std::set<VariableId> refused_;
     std::set<VariableId> made_;  // By `exists`.
+    std::vector<const std::vector<Clause>*> around_;  // The bodies around a head.
 };
 
 // An aggregate waits for neighbours, and none of its rules follows a link to one.

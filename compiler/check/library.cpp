@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <string_view>
 
 #include "compiler/check/types.h"
 #include "runtime/base/assert.h"
@@ -81,6 +82,13 @@ std::vector<LibraryFunction> make_library() {
     return all;
 }
 
+// Older programs say in the name what the elements of a list are: `intlistsort` is `listsort`.
+std::string without_element(const std::string& name) {
+    for (const std::string_view element : {"int", "float", "node", "string"})
+        if (name.starts_with(element) && name.compare(element.size(), 4, "list") == 0 && name.size() > element.size() + 4) return name.substr(element.size());
+    return name;
+}
+
 }  // namespace
 
 const std::vector<LibraryFunction>& library() {
@@ -94,7 +102,7 @@ const LibraryFunction* library_function(const std::string& name, std::size_t arg
         for (const LibraryFunction& f : library()) map.emplace(f.name, &f);
         return map;
     }();
-    const auto [first, last] = by_name.equal_range(name);
+    const auto [first, last] = by_name.equal_range(without_element(name));
     for (auto f = first; f != last; ++f)
         if (f->second->parameters.size() == arguments) return f->second;
     return first == last ? nullptr : first->second;

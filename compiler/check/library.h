@@ -10,7 +10,7 @@
 
 namespace meld::check {
 
-// A type in a signature: T stands for any type, N for int or float, S for a struct of floats.
+// A type in a signature: T stands for any type, N for int or float, S for a struct of floats, R for a list or a struct of them.
 struct LibraryType {
     Type::Kind kind = Type::Kind::Error;
     char variable = 0;

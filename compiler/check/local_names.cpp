@@ -53,7 +53,10 @@ void LocalNames::add(const Clauses& clauses, Names& out) const {
     for (const syntax::Clause& clause : clauses) {
         if (const auto* atom = std::get_if<syntax::Atom>(&clause.node)) add(*atom, out);
         if (const auto* test = std::get_if<syntax::Constraint>(&clause.node)) add(*test->condition, out);
-        if (const auto* proved = std::get_if<syntax::Proved>(&clause.node)) add(*proved->count, out);
+        if (const auto* proved = std::get_if<syntax::Proved>(&clause.node)) {
+            add(*proved->count, out);
+            if (proved->at != nullptr) add(*proved->at, out);
+        }
         if (const auto* aggregate = std::get_if<syntax::BodyAggregate>(&clause.node)) out.insert(aggregate->result.text);
         if (const auto* element = std::get_if<syntax::Element>(&clause.node)) {
             add(*element->element, out);
@@ -69,6 +72,10 @@ void LocalNames::add(const Clauses& clauses, Names& out) const {
 void LocalNames::add(const Heads& heads, Names& out) const {
     for (const syntax::HeadItem& item : heads) {
         if (const auto* fact = std::get_if<syntax::HeadFact>(&item.node)) add(fact->atom, out);
+        if (const auto* let = std::get_if<syntax::HeadLet>(&item.node)) {
+            out.insert(let->variable.text);
+            add(*let->value, out);
+        }
         if (const auto* choice = std::get_if<syntax::HeadIf>(&item.node)) {
             add(*choice->condition, out);
             add(choice->then_head, out);

@@ -14,6 +14,8 @@ void Resolver::rule(const syntax::Rule& tree) {
     errors_before_ = report_.error_count();
     refused_ = false;
     places_.clear();
+    hinted_.clear();
+    tree_ = &tree;
     Rule rule;
     rule.span = tree.span;
     rule.line = files_.begin(tree.span).line;
@@ -63,7 +65,7 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         each_atom(rule.body, [&](const Atom& a, bool) {
             if (program_.predicates[a.predicate].linear()) d.labels.push_back({a.span, "this is linear"});
         });
-        d.help = "write the rule with -o: `" + swapped(tree) + "`";
+        d.help = "write the rule with -o: `" + consuming(tree) + "`";
         return;
     }
     if (tree.selector && !consumes) {
@@ -111,8 +113,9 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 one.heads = {h};
                 if (program_.predicates[h.atom.predicate].linear()) {
                     if (!axiom && !program_.predicates[h.atom.predicate].sensed) {
+                        if (refused_) return;
                         report_.add(Kind::InfiniteLinear, h.span, fmt::format("nothing is consumed here, so `{}` would be made without end", program_.predicates[h.atom.predicate].name))
-                            .help = "consume a linear fact in the body";
+                            .help = birth_help(h);
                         return;
                     }
                     one.linear = one.birth = true;
@@ -134,6 +137,15 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 break;
             }
             case Head::Kind::Set:
+                if (h.term.op != Op::Fresh) {
+                    Term equation;
+                    equation.op = Op::Equal;
+                    equation.type = Type::Bool;
+                    equation.span = h.span;
+                    equation.operands = {variable_term(h.variable, h.span), h.term};
+                    views(rule, joined({test(std::move(equation))}), h.heads, axiom);
+                    break;
+                }
                 report_.add(Kind::OnlyConsuming, h.span, "only a rule that consumes linear facts makes values that are new: a view holds again and again").help =
                     "consume a linear fact in the body";
                 return;
@@ -197,8 +209,13 @@ void Resolver::place_counts(Rule& rule) const {
     visit_heads(visit_heads, rule.heads);
 }
 
-std::string Resolver::swapped(const syntax::Rule& tree) {
-    const std::string text = syntax::print(tree);
+std::string Resolver::consuming(const syntax::Rule& tree) const {
+    std::string text = syntax::print(tree);
+    for (const Predicate& p : program_.predicates) {
+        if (!p.linear()) continue;
+        const std::string signed_name = "!" + p.name + "(";
+        for (std::size_t at = text.find(signed_name); at != std::string::npos; at = text.find(signed_name, at)) text.erase(at, 1);
+    }
     const std::size_t arrow = text.find(":-");
     if (arrow == std::string::npos) return text;
     std::string head = text.substr(0, arrow), body = text.substr(arrow + 2);
@@ -225,15 +242,32 @@ void Resolver::add(Rule rule) {
     program_.rules.add(std::move(rule));
 }
 
-void Resolver::find_single_use(Rule& rule) {
+// A linear fact that every catom has from its birth starts the rule once.
+std::string Resolver::birth_help(const Head& head) const {
+    const Term& place = head.atom.arguments[0];
+    const std::string& at = place.is_variable() ? rule_->variables[place.variable].name : "";
+    if (at.empty() || at[0] == '_' || tree_->arrow == syntax::Arrow::Axiom) return "consume a linear fact in the body";
+    std::string once = "start";
+    for (const char* name : {"start", "begin", "once"})
+        if (once = name; !names_.predicates.contains({once, 1})) break;
+    return fmt::format("to make it once, consume what each catom has from its birth:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`", once, at, consuming(*tree_));
+}
+
+void Resolver::find_single_use(Rule& rule) const {
     if (rule.body.empty()) return;  // p(A): at every catom.
+    // A rule that only consumes has nothing to say of its catom.
+    std::set<VariableId> places;
+    if (rule.heads.empty())
+        for (const Clause& c : rule.body)
+            if (c.kind == Clause::Kind::Atom) places.insert(c.atom.arguments[0].variable);
     std::vector<int> uses(rule.variables.count(), 0);
     const auto count = [&](VariableId v) { ++uses[v.index()]; };
     for (const Clause& c : rule.body) each_variable(c, count);
     for (const Head& h : rule.heads) each_variable(h, count);
     if (rule.selected.valid()) count(rule.selected);
+    for (const VariableId v : hinted_) count(v);
     for (const VariableId id : rule.variables.ids())
-        if (uses[id.index()] == 1 && !rule.variables[id].name.starts_with("_")) rule.used_once.push_back(id);
+        if (uses[id.index()] == 1 && !places.contains(id) && !rule.variables[id].name.starts_with("_")) rule.used_once.push_back(id);
 }
 
 void Resolver::note_lower_case() {

@@ -225,6 +225,7 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
         any.span = tree.predicate.span;
         fact.atom.arguments.push_back(std::move(any));
     }
+    if (tree.at != nullptr) fact.atom.arguments[0] = location(*tree.at, &out);
     c.inner.push_back(std::move(fact));
     Term count = scope_->resolve(*tree.count, Type::Int, "a number of facts", true);
     if (count.is_variable()) {
@@ -287,6 +288,8 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
         refused_ = true;
         return std::nullopt;
     }
+    // Its name in Linear Meld.
+    if (const auto colour = names_.predicates.find({"setColor", atom.arguments.size()}); atom.name.text == "setcolor" && colour != names_.predicates.end()) return colour->second;
     // There may be several of the name.
     std::string counts;
     std::size_t last = 0;
@@ -315,6 +318,7 @@ void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) 
     if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
     report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
         name.text == "stable" ? "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks"
+        : name.text == "terminate" ? "to end the run, write `stop-program(...)`"
         : near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
 }
 
@@ -347,7 +351,8 @@ void Resolver::visit_anyway(const syntax::Atom& tree) {
 
 void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     using syntax::Sigil;
-    if (!dialect_linear_ && tree.sigil == Sigil::Persistent) return;  // Original Meld's mark of linear facts.
+    // Original Meld's mark of linear facts; where they stand in a view, that is said.
+    if ((!dialect_linear_ || tree_->arrow == syntax::Arrow::View) && tree.sigil == Sigil::Persistent) return;
     const bool wrong = (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
     if (!wrong) return;
     auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));

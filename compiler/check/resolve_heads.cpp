@@ -1,14 +1,33 @@
 // Pass 2, heads: items of the syntax tree to heads of the checked program.
+#include <algorithm>
+
 #include "compiler/check/resolver.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
-std::vector<Head> Resolver::heads(const std::vector<syntax::HeadItem>& items) {
+std::vector<Head> Resolver::heads(std::span<const syntax::HeadItem> items) {
     std::vector<Head> out;
-    for (const syntax::HeadItem& item : items) head(item, out);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        if (const auto* let = std::get_if<syntax::HeadLet>(&items[i].node)) {
+            out.push_back(head_let(*let, items.subspan(i + 1)));
+            return out;
+        }
+        head(items[i], out);
+    }
     return out;
+}
+
+// The heads behind it are inside it.
+Head Resolver::head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind) {
+    Head h{.kind = Head::Kind::Set, .span = tree.variable.span};
+    h.variable = scope_->variable(tree.variable.text, tree.variable.span);
+    const Type type = rule_->variables[h.variable].type;
+    h.term = scope_->resolve(*tree.value, type, fmt::format("`{}`", tree.variable.text));
+    if (type == Type::Error) rule_->variables[h.variable].type = h.term.type;
+    h.heads = heads(behind);
+    return h;
 }
 
 void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
@@ -35,6 +54,7 @@ void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
 
 void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const syntax::Atom& tree = item.atom;
+    if (is_scheduling(tree)) return note_scheduling(tree);
     const std::optional<PredicateId> id = find(tree);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
@@ -54,6 +74,19 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     if (p.prelude && p.name == "watch" && h.atom.arguments.size() == 2) check_watched(h.atom.arguments[1]);
     if (item.delay) h.delay = delay(*item.delay);
     out.push_back(std::move(h));
+}
+
+// Linear Meld lets a rule say when which node runs. Here that changes nothing, unless the program means a predicate of its own.
+bool Resolver::is_scheduling(const syntax::Atom& tree) const {
+    static const std::set<std::string> words = {"set-priority", "add-priority", "set-default-priority", "remove-priority", "schedule-next", "set-static",
+                                                "set-moving", "set-affinity", "set-cpu", "setprio"};
+    if (!words.contains(tree.name.text)) return false;
+    return std::none_of(names_.predicates.begin(), names_.predicates.end(), [&](const auto& p) { return p.first.first == tree.name.text; });
+}
+
+void Resolver::note_scheduling(const syntax::Atom& tree) {
+    report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text)).help = "results do not depend on it; it can be left out";
+    for (const auto& argument : tree.arguments) each_variable(scope_->resolve(*argument, Type::Error, "a hint"), [&](VariableId v) { hinted_.insert(v); });
 }
 
 // The run would find out too, but late.

@@ -19,6 +19,10 @@ void Resolver::type_heads(const std::vector<syntax::HeadItem>& heads) {
             type_heads(all->head);
         }
         if (const auto* aggregate = std::get_if<syntax::RuleAggregate>(&item.node)) type_rule_aggregate(*aggregate);
+        if (const auto* let = std::get_if<syntax::HeadLet>(&item.node)) {
+            bool changed = false;
+            type_name(let->variable, scope_->infer(*let->value), changed);
+        }
         if (const auto* exists = std::get_if<syntax::Exists>(&item.node)) {
             const Inside inside(*scope_, *locals_, exists);
             type_fresh(exists->head);

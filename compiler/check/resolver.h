@@ -1,6 +1,7 @@
 // Pass 2's state: one rule at a time from syntax tree to checked rule. Used by the resolve*.cpp files only.
 #pragma once
 
+#include <span>
 #include <map>
 #include <optional>
 #include <set>
@@ -60,9 +61,12 @@ class Resolver {
     void sigil(const syntax::Atom& tree, const Predicate& p);
 
     // ---- heads (resolve_heads.cpp)
-    std::vector<Head> heads(const std::vector<syntax::HeadItem>& items);
+    std::vector<Head> heads(std::span<const syntax::HeadItem> items);
+    Head head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind);
     void head(const syntax::HeadItem& item, std::vector<Head>& out);
     void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    bool is_scheduling(const syntax::Atom& tree) const;
+    void note_scheduling(const syntax::Atom& tree);
     void check_watched(const Term& name);
     void rule_aggregate(const syntax::RuleAggregate& tree, Span span, std::vector<Head>& out);
     void exists(const syntax::Exists& tree, Span span, std::vector<Head>& out);
@@ -77,8 +81,10 @@ class Resolver {
     void view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void place_counts(Rule& rule) const;
     void add(Rule rule);
-    static std::string swapped(const syntax::Rule& tree);
-    static void find_single_use(Rule& rule);
+    // The rule with -o, and without signs that contradict a declaration.
+    std::string consuming(const syntax::Rule& tree) const;
+    std::string birth_help(const Head& head) const;
+    void find_single_use(Rule& rule) const;
     void note_lower_case();
 
     const source::FileSet& files_;
@@ -89,6 +95,8 @@ class Resolver {
     Scope* scope_ = nullptr;
     const LocalNames* locals_ = nullptr;
     Rule* rule_ = nullptr;
+    const syntax::Rule* tree_ = nullptr;
+    std::set<VariableId> hinted_;               // What stands in hints that are left out.
     std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
     bool dialect_linear_ = false;
     std::size_t errors_before_ = 0;

@@ -85,7 +85,10 @@ Type Scope::infer(const syntax::Expr& e) const {
     };
     if (std::holds_alternative<syntax::IntLiteral>(e.node) || std::holds_alternative<syntax::WorldSize>(e.node)) return Type::Int;
     if (std::holds_alternative<syntax::FloatLiteral>(e.node)) return Type::Float;
-    if (std::holds_alternative<syntax::BoolLiteral>(e.node)) return Type::Bool;
+    if (const auto* b = std::get_if<syntax::BoolLiteral>(&e.node)) {
+        const auto own = names_.constants.find(b->value ? "true" : "false");
+        return own == names_.constants.end() ? Type::Bool : program_.constants[own->second].type;
+    }
     if (std::holds_alternative<syntax::StringLiteral>(e.node)) return Type::String;
     if (std::holds_alternative<syntax::CatomLiteral>(e.node)) return Type::Node;
     if (const auto* c = std::get_if<syntax::Call>(&e.node)) return infer_call(*c);
@@ -207,6 +210,9 @@ Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {
         term.type = Type::Float;
         term.real = f->value;
     } else if (const auto* b = std::get_if<syntax::BoolLiteral>(&e.node)) {
+        // A program may have constants of its own by these names.
+        const char* constant = b->value ? "true" : "false";
+        if (names_.constants.contains(constant)) return constant_name({constant, {}, false}, e.span);
         term.op = Op::Bool;
         term.type = Type::Bool;
         term.integer = b->value;

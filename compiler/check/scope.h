@@ -77,7 +77,10 @@ class Scope {
     Term call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted);
     Term call_function(FunctionId id, const Arguments& arguments, Span span);
     Term call_library(const LibraryFunction& f, const Arguments& arguments, Span span, const Type& wanted);
-    Term unknown_function(const std::string& name, Span span);
+    std::optional<Term> scheduling(const std::string& name, const Arguments& arguments, Span span);
+    Term unknown_function(const std::string& name, const Arguments& arguments, Span span);
+    enum class Named { No, Yes };
+    std::string parameters(const Arguments& arguments, Named named);
     void wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared);
     Term unary(const syntax::Unary& u, Span span);
     Term binary(const syntax::Binary& b, Span span);

@@ -94,7 +94,8 @@ class TypeNames {
         for (const auto& [name, alias] : aliases_) names.push_back(name);
         const std::string near = diagnostics::nearest_name(t.name, names);
         report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help =
-            near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
+            t.name == "thread" ? "a program has catoms and no threads of the machine: keep such facts at a catom, `node`"
+        : near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
     }
 
     void recursive(const std::string& name, Span use) {

@@ -28,7 +28,8 @@ void unknown_type(const syntax::Type& type, const TypeNames& names, diagnostics:
     for (const auto& [name, t] : names) known.push_back(name);
     const std::string near = diagnostics::nearest_name(type.name, known);
     report.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)).help =
-        near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
+        type.name == "thread" ? "a program has catoms and no threads of the machine: keep such facts at a catom, `node`"
+        : near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
 }
 
 // Whether both are made alike, so that only their parts can differ.

@@ -13,6 +13,17 @@ namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
+// The rule to blame for a recursion that does not end: one that reads what it helps to derive.
+RuleId culprit(const plan::Plan& plan, const ComponentPlan& c) {
+    const auto recursive = [&](const RulePlan& r) {
+        bool reads = false;
+        each_atom(plan.program.rules[r.rule].body, [&](const Atom& a, bool) { reads = reads || std::find(c.predicates.begin(), c.predicates.end(), a.predicate) != c.predicates.end(); });
+        return reads;
+    };
+    const auto found = std::find_if(c.rules.begin(), c.rules.end(), recursive);
+    return found == c.rules.end() ? c.rules.back().rule : found->rule;
+}
+
 // What a failure in a rule is told by.
 std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
 
@@ -94,7 +105,7 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
         for (const PredicateId p : c.predicates) w.line("carried += {}.count;", view(plan, p));
         made += " + carried";
     }
-    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", made, c.rules.back().rule.index());
+    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", made, culprit(plan, c).index());
     w.close();
     for (const PredicateId p : c.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -128,7 +139,7 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
-    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", c.rules[0].rule.index());
+    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", culprit(plan, c).index());
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();

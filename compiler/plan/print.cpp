@@ -92,6 +92,14 @@ class Printer {
         return text;
     }
 
+    // A catom that the rule names by its number has a variable without a name.
+    std::string home_of(const check::Rule& rule) const {
+        for (const check::Clause& c : rule.body)
+            if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
+                for (const std::size_t side : {0u, 1u})
+                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home) return print(program_, rule, c.test.operands[1 - side]);
+        return rule.variables[rule.home].name;
+    }
     void explain_view(const RulePlan& r, const std::string& how) {
         if (r.branches.empty()) return explain_rule(r, how);
         check::Rule rule = rule_of(plan_, r);
@@ -105,7 +113,7 @@ class Printer {
     }
     void explain_rule(const RulePlan& r, const std::string& how) { explain_rule(r, program_.rules[r.rule], how); }
     void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
-        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, rule.variables[rule.home].name, how);
+        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, home_of(rule), how);
         std::string order;
         std::size_t reads_made = 0;
         for (const Step& s : r.steps)

@@ -2,6 +2,8 @@
 // a fact. This pass looks at the neighbours of each word and gives it the kind of a keyword only where nothing else makes sense.
 #include <algorithm>
 #include <array>
+#include <set>
+#include <string>
 #include <string_view>
 
 #include "compiler/syntax/tokens.h"
@@ -41,7 +43,7 @@ TokenKind item_keyword(std::string_view word) {
     if (word == "module") return TokenKind::Module;
     if (word == "include") return TokenKind::Include;
     if (word == "use") return TokenKind::Use;
-    if (is_one_of(word, {"priority", "index", "compact", "data"})) return TokenKind::Hint;
+    if (is_one_of(word, {"priority", "index", "compact", "data", "allocator"})) return TokenKind::Hint;
     return TokenKind::Name;
 }
 
@@ -165,7 +167,7 @@ class Classifier {
             return close != 0 && tokens_[close + 1].kind == TokenKind::Colon;
         }
         if (follower == TokenKind::Name) return !in_let_or_if(follower, token(1).text) && !token(1).first_on_line;
-        if (follower == TokenKind::Variable) return !token(1).first_on_line;
+        if (follower == TokenKind::Variable) return !token(1).first_on_line || next(2) == TokenKind::Colon;
         return follower == TokenKind::Colon || follower == TokenKind::Int || follower == TokenKind::Float || follower == TokenKind::Anonymous;
     }
 
@@ -246,6 +248,51 @@ std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
     return partners;
 }
 
-void classify_words(std::vector<Token>& tokens) { Classifier(tokens).run(); }
+namespace {
+
+// A name with `-` at its end, `over-(A)`, looks like a difference. It is a name where the file declares it, in an item that
+// starts with `type`: then its two tokens become one, everywhere in the file.
+class TrailingHyphens {
+  public:
+    explicit TrailingHyphens(std::vector<Token>& tokens) : tokens_(tokens) {}
+
+    void run() {
+        bool start = true, declaration = false;
+        for (std::size_t i = 0; i < tokens_.size(); ++i) {
+            if (start) declaration = tokens_[i].kind == TokenKind::Name && tokens_[i].text == "type";
+            start = tokens_[i].kind == TokenKind::Period;
+            if (declaration && ends_with_hyphen(i)) names_.insert(tokens_[i].text);
+        }
+        if (names_.empty()) return;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < tokens_.size(); ++i) {
+            const bool joins = ends_with_hyphen(i) && names_.contains(tokens_[i].text);
+            Token token = std::move(tokens_[i]);
+            if (joins) {
+                token.text += '-';
+                token.span.end = tokens_[++i].span.end;
+            }
+            tokens_[kept++] = std::move(token);
+        }
+        tokens_.resize(kept);
+    }
+
+  private:
+    // name-( without blanks
+    bool ends_with_hyphen(std::size_t i) const {
+        return i + 2 < tokens_.size() && tokens_[i].kind == TokenKind::Name && tokens_[i + 1].kind == TokenKind::Minus && tokens_[i + 2].kind == TokenKind::LeftParen &&
+               tokens_[i].span.end == tokens_[i + 1].span.begin && tokens_[i + 1].span.end == tokens_[i + 2].span.begin;
+    }
+
+    std::vector<Token>& tokens_;
+    std::set<std::string> names_;
+};
+
+}  // namespace
+
+void classify_words(std::vector<Token>& tokens) {
+    TrailingHyphens(tokens).run();
+    Classifier(tokens).run();
+}
 
 }  // namespace meld::syntax

@@ -110,6 +110,7 @@ item:
   | parts Period                            { build.rule(Arrow::Axiom, {}, $1, @1); }
   | parts ViewArrow parts Period            { build.rule(Arrow::View, $3, $1, @1.to(@3)); }
   | parts LinearArrow parts Period          { build.rule(Arrow::Linear, $1, $3, @1.to(@3)); }
+  | parts LinearArrow Period                { build.rule(Arrow::Linear, $1, {}, @1.to(@2)); }
   ;
 
 constant_name: Name | Variable ;
@@ -174,7 +175,7 @@ part:
   | Not LeftParen parts RightParen        { $$ = Part{meld::syntax::Not{build.clauses($3)}, {}, @$}; }
   | Forall atom LeftBracket parts RightBracket
                                           { $$ = Part{meld::syntax::Forall{$2, build.clauses($4)}, {}, @$}; }
-  | expr In expr                          { $$ = Part{Element{$1, $3}, {}, @$}; }
+  | expr In expr                          { $$ = build.element($1, $3, @$); }
   | Delta LeftParen Variable Semicolon atom RightParen compare expr
                                           { $$ = Part{meld::syntax::Delta{Builder::to_name(*$3), $5, $7, $8}, {}, @$}; }
   | expr Equal Aggregate aggregate_value Colon LeftBrace parts RightBrace
@@ -284,6 +285,7 @@ primary:
   | Catom                                    { $$ = build.literal(*$1); }
   | RunArgument                              { $$ = build.literal(*$1); }
   | World                                    { $$ = build.literal(*$1); }
+  | AtName                                   { $$ = build.at_name(*$1); }
   | Anonymous                                { $$ = build.literal(*$1); }
   | Variable                                 { $$ = build.expr(meld::syntax::Variable{$1->text}, @$); }
   | Name                                     { $$ = build.name(*$1); }

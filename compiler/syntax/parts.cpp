@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string_view>
 #include <utility>
 
 #include "compiler/syntax/item_parser.h"
+#include "compiler/syntax/syntax_error.h"
 
 namespace meld::syntax {
 
@@ -29,6 +31,31 @@ Overload(Cases...) -> Overload<Cases...>;
 const Call* bare_name(const ExprPtr& expr) {
     const Call* call = std::get_if<Call>(&expr->node);
     return call != nullptr && !call->parentheses ? call : nullptr;
+}
+
+// proved(..., p)
+bool is_proved(const Call& call) { return call.parentheses && call.name == "proved" && call.arguments.size() == 2 && bare_name(call.arguments[1]) != nullptr; }
+
+// X = e in a head gives X its value for the heads behind it.
+std::optional<HeadLet> head_let(Expr& expr) {
+    auto* equation = std::get_if<Binary>(&expr.node);
+    if (equation == nullptr || equation->op != BinaryOp::Equal) return std::nullopt;
+    const auto* variable = std::get_if<Variable>(&equation->left->node);
+    if (variable == nullptr) return std::nullopt;
+    return HeadLet{{variable->name, equation->left->span}, std::move(equation->right)};
+}
+
+// Whether a section holds what stands before the first bar: names of variables.
+bool are_variables(const std::vector<Part>& parts) {
+    return std::all_of(parts.begin(), parts.end(), [](const Part& part) {
+        const auto* value = std::get_if<ExprPtr>(&part.node);
+        return value != nullptr && (std::holds_alternative<Variable>((*value)->node) || std::holds_alternative<Anonymous>((*value)->node) || bare_name(*value) != nullptr);
+    });
+}
+
+// A comprehension or aggregate without its part of variables, as Linear Meld allowed, gets an empty one.
+void add_variables(std::vector<std::vector<Part>>& sections, std::size_t most) {
+    if (sections.size() < most && !are_variables(sections.front())) sections.insert(sections.begin(), std::vector<Part>{});
 }
 
 }  // namespace
@@ -85,6 +112,12 @@ ExprPtr Builder::name(const Token& token) const {
     return expr(Call{token.text, {}, false}, token.span);
 }
 
+// @cpus, how many processors Linear Meld ran on.
+ExprPtr Builder::at_name(const Token& token) {
+    if (token.text != "@cpus") wrong(token.span, fmt::format("`{}` means nothing here", token.text), kBehindAt);
+    return expr(Call{token.text, {}, true}, token.span);
+}
+
 ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.text), std::move(atom.arguments), true}, atom.span); }
 
 // A minus and the digits behind it are one number: -3 is the literal, and so the smallest int can be written.
@@ -127,8 +160,27 @@ Delay Builder::delay(const Token& token) const {
 std::vector<Clause> Builder::clauses(std::vector<Part> parts) {
     std::vector<Clause> result;
     result.reserve(parts.size());
-    for (Part& part : parts) result.push_back(clause(std::move(part)));
+    for (Part& part : parts) {
+        if (auto* condition = std::get_if<ExprPtr>(&part.node)) count_proved(*condition, result);
+        result.push_back(clause(std::move(part)));
+    }
     return result;
+}
+
+// In proved(A, p) > 3 the count becomes a variable that a clause of its own gives its value.
+void Builder::count_proved(ExprPtr& condition, std::vector<Clause>& out) {
+    auto* comparison = std::get_if<Binary>(&condition->node);
+    if (comparison == nullptr) return;
+    for (ExprPtr* side : {&comparison->left, &comparison->right}) {
+        auto* call = std::get_if<Call>(&(*side)->node);
+        if (call == nullptr || !is_proved(*call)) continue;
+        const Span span = (*side)->span;
+        const std::string name = fmt::format("_proved{}", ++proved_);
+        Name predicate{bare_name(call->arguments[1])->name, call->arguments[1]->span};
+        Proved count{expr(Variable{name}, span), std::move(predicate), std::move(call->arguments[0])};
+        out.push_back(Clause{std::move(count), span});
+        *side = expr(Variable{name}, span);
+    }
 }
 
 Clause Builder::clause(Part part) {
@@ -143,10 +195,9 @@ Clause Builder::clause(Part part) {
             [&](ExprPtr& condition) {
                 auto* call = std::get_if<Call>(&condition->node);
                 if (call == nullptr || !call->parentheses) return Clause{Constraint{std::move(condition)}, span};
-                const bool proved = call->name == "proved" && call->arguments.size() == 2 && bare_name(call->arguments[1]) != nullptr;
-                if (proved) {
+                if (is_proved(*call)) {
                     Name predicate{bare_name(call->arguments[1])->name, call->arguments[1]->span};
-                    return Clause{Proved{std::move(call->arguments[0]), std::move(predicate)}, span};
+                    return Clause{Proved{std::move(call->arguments[0]), std::move(predicate), nullptr}, span};
                 }
                 const auto name_end = condition->span.begin + static_cast<std::uint32_t>(call->name.size());
                 Name name{call->name, {condition->span.file, condition->span.begin, name_end}};
@@ -161,6 +212,15 @@ Clause Builder::clause(Part part) {
             [&](auto& node) { return Clause{std::move(node), span}; },
         },
         part.node);
+}
+
+// `~ X in L` asks that X is no element.
+Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
+    auto* negated = std::get_if<Unary>(&value->node);
+    if (negated == nullptr || negated->op != UnaryOp::Not || file_.text()[value->span.begin] != '~') return Part{Element{std::move(value), std::move(list)}, {}, span};
+    Not none;
+    none.clauses.push_back(Clause{Element{std::move(negated->operand), std::move(list)}, span});
+    return Part{std::move(none), {}, span};
 }
 
 BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body) {
@@ -191,6 +251,10 @@ HeadItem Builder::head(Part part) {
     std::visit(Overload{
                    [&](ExprPtr& value) {
                        auto* call = std::get_if<Call>(&value->node);
+                       if (std::optional<HeadLet> let = head_let(*value)) {
+                           item.node = std::move(*let);
+                           return;
+                       }
                        const auto* one = std::get_if<IntLiteral>(&value->node);
                        if (one != nullptr && one->value == 1) return;
                        if (call == nullptr) {
@@ -235,8 +299,10 @@ std::vector<Name> Builder::variables(std::vector<Part> parts) {
 }
 
 Comprehension Builder::comprehension(std::vector<std::vector<Part>> sections, Span span) {
+    const std::size_t given = sections.size();
+    add_variables(sections, 3);
     if (sections.size() != 3) {
-        wrong(span, fmt::format("a comprehension has three parts, this has {}", sections.size()), "{ X, Y | body | head }, with nothing before the first `|` if it has no variables");
+        wrong(span, fmt::format("a comprehension has three parts, this has {}", given), "{ X, Y | body | head }, with nothing before the first `|` if it has no variables");
         return {};
     }
     return {variables(std::move(sections[0])), clauses(std::move(sections[1])), heads(std::move(sections[2]))};
@@ -245,8 +311,10 @@ Comprehension Builder::comprehension(std::vector<std::vector<Part>> sections, Sp
 // Three sections: variables, body, head with the results. Four: a head for each match before it.
 void Builder::bracketed_head(Bracketed bracketed, HeadItem& item) {
     auto& sections = bracketed.sections;
+    const std::size_t given = sections.size();
+    add_variables(sections, 4);
     if (sections.size() != 3 && sections.size() != 4) {
-        wrong(item.span, fmt::format("a rule aggregate has three or four parts behind its results, this has {}", sections.size()),
+        wrong(item.span, fmt::format("a rule aggregate has three or four parts behind its results, this has {}", given),
               "[sum => S | X | body | head] or [sum => S | X | body | head for each | head]");
         return;
     }
@@ -284,6 +352,8 @@ void Builder::rule(Arrow arrow, std::vector<Part> body, std::vector<Part> head_p
     }
     rule.body = clauses(std::move(body));
     rule.head = heads(std::move(head_parts));
+    // `p(A) -o .` consumes and makes nothing.
+    if (rule.head.empty()) rule.head.push_back({Nothing{}, {span.file, span.end, span.end}});
     item(std::move(rule));
 }
 

@@ -47,6 +47,7 @@ class Builder {
     // Expressions.
     ExprPtr literal(const Token& token);
     ExprPtr name(const Token& token) const;
+    ExprPtr at_name(const Token& token);
     ExprPtr call(Atom atom) const;
     ExprPtr negate(ExprPtr operand, Span span);
     ExprPtr binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const;
@@ -61,6 +62,7 @@ class Builder {
     std::vector<HeadItem> heads(std::vector<Part> parts);
     std::vector<Name> variables(std::vector<Part> parts);
     Comprehension comprehension(std::vector<std::vector<Part>> sections, Span span);
+    Part element(ExprPtr value, ExprPtr list, Span span) const;
     BodyAggregate body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body);
     Delay delay(const Token& token) const;
 
@@ -84,6 +86,7 @@ class Builder {
 
   private:
     Clause clause(Part part);
+    void count_proved(ExprPtr& condition, std::vector<Clause>& out);
     HeadItem head(Part part);
     void bracketed_head(Bracketed bracketed, HeadItem& item);
     std::optional<Selector> selector(const Bracketed& bracketed, Span span);
@@ -96,6 +99,7 @@ class Builder {
     std::optional<Item> item_;
     // The places of literals 2^63 without a minus so far.
     std::set<std::uint32_t> lone_minimums_;
+    int proved_ = 0;  // Counts by proved(A, p) so far.
 };
 
 // The words of a declaration read as arguments, types and names (declarations.cpp).

@@ -52,7 +52,10 @@ struct ClausePrinter {
     std::string operator()(const Delta& delta) const {
         return fmt::format("delta({}; {}) {} {}", delta.variable.text, print_atom(delta.atom), spelling(delta.op), print(*delta.bound));
     }
-    std::string operator()(const Proved& proved) const { return fmt::format("proved({}, {})", print(*proved.count), proved.predicate.text); }
+    std::string operator()(const Proved& proved) const {
+        if (proved.at != nullptr) return fmt::format("{} = proved({}, {})", print(*proved.count), print(*proved.at), proved.predicate.text);
+        return fmt::format("proved({}, {})", print(*proved.count), proved.predicate.text);
+    }
     std::string operator()(const BodyAggregate& aggregate) const {
         const std::string value = aggregate.value == nullptr ? "" : print(*aggregate.value) + " ";
         return fmt::format("{} = {} {}: {{ {} }}", aggregate.result.text, aggregate.op, value, print_clauses(aggregate.clauses));
@@ -91,6 +94,7 @@ struct HeadPrinter {
         const std::string otherwise = node.else_head.empty() ? "" : " otherwise " + print_heads(node.else_head);
         return fmt::format("(if {} then {}{} end)", print(*node.condition), print_heads(node.then_head), otherwise);
     }
+    std::string operator()(const HeadLet& node) const { return node.variable.text + " = " + print(*node.value); }
     std::string operator()(const Nothing&) const { return "1"; }
 };
 

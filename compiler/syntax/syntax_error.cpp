@@ -131,6 +131,16 @@ bool starts_operand(TokenKind kind) {
     }
 }
 
+// Two words in a row at the start of an item: a directive of another implementation, or a misspelt one.
+void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
+    const std::vector<std::string> known = {"type", "const", "fun", "extern", "node", "include", "use", "import", "export", "module", "priority", "index", "compact", "data", "allocator"};
+    const std::string near = diagnostics::nearest_name(word.text, known);
+    report.add(Kind::SyntaxError, word.span, fmt::format("`{}` starts no declaration that Meld knows", word.text)).help =
+        near.empty() ? "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
+                       "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out"
+                     : fmt::format("did you mean `{}`?", near);
+}
+
 // Mistakes that are recognised by what was found; false if it is none of them.
 bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
     const Token& token = stop.tokens[stop.at];
@@ -147,6 +157,11 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
             return true;
         }
     }
+    const Token& first = stop.tokens[stop.begin];
+    if (first.kind == TokenKind::Name && stop.at == stop.begin + 1 && (is_atom(token.kind) || token.kind == TokenKind::AtName)) {
+        unknown_declaration(first, report);
+        return true;
+    }
     const bool call_of_variable = token.kind == TokenKind::LeftParen && stop.at > stop.begin && stop.tokens[stop.at - 1].kind == TokenKind::Variable;
     if (call_of_variable) {
         const Token& name = stop.tokens[stop.at - 1];
@@ -155,8 +170,7 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
         return true;
     }
     if (token.kind == TokenKind::AtName) {
-        report.add(Kind::SyntaxError, token.span, fmt::format("{} means nothing here", quoted(token.text))).help =
-            "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
+        report.add(Kind::SyntaxError, token.span, fmt::format("{} means nothing here", quoted(token.text))).help = kBehindAt;
         return true;
     }
     if (token.kind == TokenKind::Include || token.kind == TokenKind::Use) {

@@ -79,7 +79,7 @@ struct Not { std::vector<Clause> clauses; };                                  //
 struct Forall { Atom atom; std::vector<Clause> clauses; };                    // forall p(A, B)[q(B)]
 struct Element { ExprPtr element, list; };                                    // E in List
 struct Delta { Name variable; Atom atom; BinaryOp op; ExprPtr bound; };       // delta(X; p(A, X)) > e
-struct Proved { ExprPtr count; Name predicate; };                             // proved(N, p)
+struct Proved { ExprPtr count; Name predicate; ExprPtr at; };                 // proved(N, p), or N = proved(A, p)
 struct BodyAggregate { Name result; std::string op; ExprPtr value; std::vector<Clause> clauses; };  // S = sum X : { p(A, X) }
 
 struct Clause {
@@ -98,10 +98,11 @@ struct HeadAggregate { std::string op; std::string function; ExprPtr initial; Na
 struct RuleAggregate { std::vector<HeadAggregate> aggregates; std::vector<Name> variables; std::vector<Clause> body; std::vector<HeadItem> each, result; };
 struct Exists { std::vector<Name> variables; std::vector<HeadItem> head; };   // exists X. ( ... )
 struct HeadIf { ExprPtr condition; std::vector<HeadItem> then_head, else_head; };  // (if c then h otherwise h end)
+struct HeadLet { Name variable; ExprPtr value; };                             // X = e: in the heads behind it
 struct Nothing {};                                                            // 1
 
 struct HeadItem {
-    std::variant<HeadFact, Comprehension, RuleAggregate, Exists, HeadIf, Nothing> node;
+    std::variant<HeadFact, Comprehension, RuleAggregate, Exists, HeadIf, HeadLet, Nothing> node;
     Span span;
 };
 

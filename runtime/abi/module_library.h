@@ -52,6 +52,13 @@ inline ListRef replace(Eval& e, u32 rule, ListRef l, i64 i, u64 x) {
     return list_over(e, items, l->count);
 }
 inline ListRef same(Eval&, u32, ListRef l) { return l; }
+inline ListRef repeated(Eval& e, u32, i64 n, u64 x) {
+    if (n <= 0) return nullptr;
+    if (static_cast<u64>(n) > e.part->max_list) return list_over(e, nullptr, static_cast<u64>(n));
+    u64* items = new_items(e, static_cast<u64>(n));
+    for (i64 i = 0; i < n; ++i) items[i] = x;
+    return list_over(e, items, static_cast<u64>(n));
+}
 
 inline i64 index_of(Eval&, u32, const TypeInfo* types, u16 type, ListRef l, u64 x) {
     for (u32 i = 0; i < count_of(l); ++i)
@@ -267,6 +274,20 @@ inline i64 to_int(Eval& e, u32 rule, ListRef s) {
     if (!minus) wrong = __builtin_sub_overflow(i64{0}, value, &value) || wrong;
     if (wrong) trap(e, Trap::BadConversion, rule, i64{n});
     return wrong ? 0 : value;
+}
+inline ListRef to_ints(Eval& e, u32 rule, ListRef s) {
+    const char* text = text_of(s);
+    const u32 n = count_of(s);
+    const auto between = [](char c) { return c == ',' || c == ' '; };
+    u64* items = new_items(e, u64{n} / 2 + 1);
+    u64 count = 0;
+    for (u32 from = 0; from < n;) {
+        u32 to = from;
+        while (to < n && !between(text[to])) ++to;
+        if (to > from) items[count++] = word(to_int(e, rule, make_text(e, text + from, to - from)));
+        from = to + 1;
+    }
+    return list_over(e, items, count);
 }
 inline double to_real(Eval& e, u32 rule, ListRef s) {
     char text[64] = {};

@@ -101,7 +101,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             result = fail(eval::describe(part_.module, part_.totals.failure),
                           trap == Trap::TooManyDerivations ? "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should"
                           : trap == Trap::TooManyFacts     ? "Raise [limits] max_facts_per_catom in the world if it should"
-                          : trap == Trap::TooMuchMemory    ? "Lists that grow step by step are copied in every step: make shorter ones, or fewer steps a tick"
+                          : trap == Trap::TooMuchMemory    ? "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick"
                           : trap == Trap::TooLong          ? "Raise [limits] max_list in the world if it should"
                                                            : "",
                           limit ? ExitCode::LimitHit : ExitCode::ProgramWrong);

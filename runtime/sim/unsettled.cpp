@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <string_view>
 
 #include "runtime/sim/bytes.h"
@@ -191,6 +192,18 @@ std::string Unsettled::waiting(PartState& part) const {
     return text;
 }
 
+// A delayed view, or the end of a quarantine.
+std::string Unsettled::next_timer(PartState& part) const {
+    std::vector<std::byte> mine;
+    put(mine, part.evaluator.timers().empty() ? std::numeric_limits<i64>::max() : part.evaluator.timers().next());
+    i64 next = std::numeric_limits<i64>::max();
+    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+        const std::byte* at = bytes.data();
+        next = std::min(next, take_value<i64>(at));
+    }
+    return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
+}
+
 std::string Unsettled::tell(PartState& part) const {
     std::vector<const Followed*> changing;
     i64 last = 0;
@@ -210,6 +223,7 @@ std::string Unsettled::tell(PartState& part) const {
     }
     if (changing.size() > kShownPredicates) text += fmt::format("\n  and {}", count_of(changing.size() - kShownPredicates, "more predicate"));
     text += pending;
+    if (changing.empty() && pending.empty()) text += next_timer(part);
     if (module_.reads_tick) text += "\n  The program reads `tick`, which is new in each: it ends with --ticks, or with stop-program";
     if (part.moving) text += "\n  Bodies were moving";
     return text;

@@ -55,6 +55,7 @@ class Unsettled {
     std::string changes_of(PartState& part, const Followed& f) const;
     std::string rules_of(u32 predicate) const;
     std::string waiting(PartState& part) const;
+    std::string next_timer(PartState& part) const;
 
     const ModuleInfo& module_;
     std::vector<Followed> followed_;
