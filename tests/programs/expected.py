@@ -5,6 +5,8 @@ import heapq
 import itertools
 import math
 
+import numpy
+
 from lattice import components, hops, parents, position
 
 
@@ -347,6 +349,31 @@ def mutual_exclusion(case):
         "asleep": [(a,) for a in case.links if a not in case.sources],
         "alone": alone,
     }
+
+
+# Root of the mean square of the distances between what catoms believe and where they are, after the turn and the shift that make it least
+# (Kabsch): a picture in a mirror is no turn.
+def misfit(believed, places):
+    catoms = sorted(places)
+    here = numpy.array([believed[a] for a in catoms])
+    there = numpy.array([places[a] for a in catoms])
+    here, there = here - here.mean(0), there - there.mean(0)
+    u, _, v = numpy.linalg.svd(here.T @ there)
+    turn = v.T @ numpy.diag([1, 1, numpy.linalg.det(v.T @ u.T)]) @ u.T
+    return math.sqrt(((here @ turn.T - there) ** 2).sum(1).mean())
+
+
+def localization(case):
+    believed = dict(case.outcome.facts["place"])
+    if sorted(believed) != sorted(case.links):
+        raise AssertionError(f"{len(believed)} of {len(case.links)} catoms know where they are")
+    error = misfit(believed, case.places)
+    if error > case.within:
+        raise AssertionError(f"the places are wrong by {error} diameters, which may be {case.within}")
+    # The first guess goes outwards from the origin, and each catom is told by all neighbours that are nearer.
+    far = hops(case.links, case.sources)
+    outwards = [(a, b) for a, others in case.links.items() for b in others if far[b] == far[a] + 1]
+    return {**case.outcome.facts, "hops": list(far.items()), "outwards": outwards}
 
 
 def heat(case):

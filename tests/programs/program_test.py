@@ -239,6 +239,14 @@ def mutual_exclusion():
     yield Case(knot, f'root = ["{at(first)}"]\nwants = ["y < 1"]', sources=[first], wants=lambda c: c[1] < 1)
 
 
+def localization():
+    own = (0, 0, 0)
+    yield Case("localization.toml", options=("--set", "rounds=3"), lattice="fcc", sources=[own], within=1e-9)
+    angle = World("an L", "fcc", box((0, 0, 0), (6, 3, 3)) + box((0, 3, 0), (3, 6, 3)))
+    for noise, within in ((0.05, 0.06), (0.1, 0.12)):
+        yield Case(angle, f'origin = ["{at(own)}"]', ("--set", f"noise={noise}", "--set", "rounds=100"), sources=[own], within=within)
+
+
 def heat():
     yield Case("heat.toml", lattice="cubic", step=0.05, held=lambda c: 100.0 if c[0] < -14 else 0.0 if c[0] >= 14 else None)
     for world in few_worlds():
@@ -248,7 +256,7 @@ def heat():
 PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk,
                                              life, shortest_paths, relaxation, pagerank, pagerank_async, bipartite, colouring,
                                              minimum_spanning_tree, consensus, queens, quicksort, belief_propagation,
-                                             mutual_exclusion, heat)}
+                                             mutual_exclusion, localization, heat)}
 
 
 def equal(found, wanted):

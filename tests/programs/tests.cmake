@@ -1,7 +1,7 @@
 # The example programs, each in several worlds, on several numbers of processes and threads.
 foreach(program gradient spanning_tree leader census temperature flood height_colour thermometer walk
         life shortest_paths relaxation pagerank pagerank_async bipartite colouring minimum_spanning_tree consensus
-        queens quicksort belief_propagation mutual_exclusion heat)
+        queens quicksort belief_propagation mutual_exclusion localization heat)
   add_test(NAME program_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/program_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   set_tests_properties(program_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
