@@ -96,7 +96,9 @@ void ScanState::delay(const char* written) {
     const std::string_view whole(written);
     // Blanks may stand around the plus.
     const std::size_t number = whole.find_first_of("0123456789");
-    token.real = std::strtod(written + number, nullptr);
+    // A negative delay is none, which is said where delays are.
+    const bool negative = whole[number - 1] == '-';
+    token.real = (negative ? -1 : 1) * std::strtod(written + number, nullptr);
     // strtod takes the e of a unit as an exponent; a delay has none.
     const std::size_t unit = whole.find_first_not_of("0123456789.", number);
     token.text = unit == std::string_view::npos ? "" : std::string(whole.substr(unit));
