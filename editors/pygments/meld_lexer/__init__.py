@@ -45,7 +45,7 @@ class MeldLexer(RegexLexer):
         "root": [
             (START + r"([ \t]*)(type|extern|import)" + DECLARES, bygroups(Whitespace, Keyword.Declaration), "declaration"),
             (START + r"([ \t]*)(const|fun)(?=\s+[A-Za-z])", bygroups(Whitespace, Keyword.Declaration)),
-            (START + r"([ \t]*)(node|export|module|priority|index|compact|data)" + END + r'(?=[ \t]+[a-z@"])', bygroups(Whitespace, Keyword.Declaration)),
+            (START + r"([ \t]*)(node|export|module|priority|index|compact|data|allocator)" + END + r'(?=[ \t]+[a-z@"])', bygroups(Whitespace, Keyword.Declaration)),
             include("gap"),
             (r'(#include)([ \t]*)("[^"\n]*"|<[^>\n]*>)', bygroups(Keyword.Namespace, Whitespace, String)),
             (BEGIN + r'(include)([ \t]+)(#[^ \t\r\n,()"]+)', bygroups(Keyword.Namespace, Whitespace, String)),

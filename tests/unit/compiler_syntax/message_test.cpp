@@ -65,7 +65,7 @@ TEST(SyntaxError, ShowsTheBracketThatIsOpen) {
 TEST(SyntaxError, KnowsCommonMistakes) {
     EXPECT_EQ(brief("P(A) :- q(A)."), "1:1 SyntaxError `P` is a variable, and a variable has no arguments\n");
     EXPECT_EQ(brief("p(A) :- q(A), r(B) :- s(B)."), "1:20 SyntaxError a second arrow in one rule\n");
-    EXPECT_EQ(brief("p(A, 3 % @cpus)."), "1:10 SyntaxError `@cpus` means nothing here\n");
+    EXPECT_EQ(brief("p(A, 3 % @cores)."), "1:10 SyntaxError `@cores` means nothing here\n");
     EXPECT_EQ(brief("p(A)@2s."), "1:5 SyntaxError a delay is written with a plus sign\n");
     EXPECT_EQ(brief("include other."), "1:1 SyntaxError `include` names a file in quotes\n");
     EXPECT_EQ(brief("const x = let X = 3."), "1:20 SyntaxError expected `in`, found `.`\n");
