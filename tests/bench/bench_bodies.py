@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The whole system on piles of bodies: meldsim with a program that senses and acts, by size, engine, processes and threads.
 
-Usage: bench_bodies.py BIN_DIR [SIDE ...]      a pile has SIDE^3 catoms; 10 22 37 47 63 100 by default
+Usage: bench_bodies.py BIN_DIR [--short] [SIDE ...]      a pile has SIDE^3 catoms; 10 22 37 47 63 100 by default
+
+With --short only as many ticks are measured as show that everything runs.
 
 A tick's time is the difference between a long and a short run, divided by the ticks between them: CPU of all processes, and wall.
 Engines are left out where they cannot run or a tick would take longer than a minute.
@@ -71,7 +73,7 @@ class Run:
         self.summary = json.loads(text)
 
 
-def measure(meldsim, folder, side, case):
+def measure(meldsim, folder, side, case, least_moves):
     name, says, processes, threads, _, fewest = case
     world = folder / "world.toml"
     world.write_text(WORLD.format(side=side, half=side / 2, **says))
@@ -82,7 +84,7 @@ def measure(meldsim, folder, side, case):
         return Run(command, environment, folder / "log")
 
     # Stock ODE and the seed design take so long that fewer will do.
-    ticks = max(fewest, (LEAST_MOVES if says["engine"] == "blocks" else LEAST_MOVES // 20) // side**3)
+    ticks = max(fewest, (least_moves if says["engine"] == "blocks" else least_moves // 20) // side**3)
     short, long = run(BEFORE), run(BEFORE + ticks)
     catoms = long.summary["catoms"]
     print(f"  {name:<24} {processes} x {threads} | {1e3 * (long.cpu_s - short.cpu_s) / ticks:9.2f} cpu {1e3 * (long.wall_s - short.wall_s) / ticks:9.2f} wall a tick"
@@ -92,7 +94,8 @@ def measure(meldsim, folder, side, case):
 
 def main():
     meldsim = f"{sys.argv[1]}/meldsim"
-    sides = [int(side) for side in sys.argv[2:]] or [10, 22, 37, 47, 63, 100]
+    short = "--short" in sys.argv
+    sides = [int(side) for side in sys.argv[2:] if side != "--short"] or [10, 22, 37, 47, 63, 100]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         # The program is compiled once, before anything is measured.
@@ -101,7 +104,7 @@ def main():
             print(f"\n{side**3} catoms, ms")
             for case in CASES:
                 if side <= case[4]:
-                    measure(meldsim, folder, side, case)
+                    measure(meldsim, folder, side, case, 0 if short else LEAST_MOVES)
 
 
 if __name__ == "__main__":
