@@ -19,6 +19,8 @@ using MakeBlock = Block (*)(Random& random, const std::vector<Known>& known, int
 Block given_block(Random& random, const std::vector<Known>& known, int names);
 // A view over up to three links, with tests, negations and aggregates.
 Block view_block(Random& random, const std::vector<Known>& known, int names);
+// Values in rounds that keep step: no catom has a value of a round before all its neighbours have one of the last.
+Block rounds_block(Random& random, const std::vector<Known>& known, int names);
 // Sets that derive each other, locally and over links.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // Recursive min and max, with groups and what rides along.

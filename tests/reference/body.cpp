@@ -117,7 +117,9 @@ std::string Body::pattern(Kind kind) {
 void Body::read(const Known& k, const std::string& at, const std::vector<std::string>& arguments) {
     std::string text = k.name + "(" + at;
     for (const std::string& a : arguments) text += ", " + a;
-    clauses_.push_back(text + ")");
+    // Held for some ticks.
+    const bool stable = !k.linear && may_wait && chance(random_, 5);
+    clauses_.push_back(stable ? fmt::format("stable({}), {})", text, 1 + below(random_, 4)) : text + ")");
 }
 
 void Body::read_any(const std::string& at) {
@@ -139,8 +141,14 @@ void Body::world_fact(const std::string& at) {
             return clauses_.push_back("cell(" + at + ", " + x + ", _, _)");
         }
         case 4: {
+            const char* name = chance(random_, 70) ? "position" : "at";
+            if (chance(random_, 40)) {
+                vectors_.push_back(fmt::format("V{}", ++next_));
+                return clauses_.push_back(fmt::format("{}({}, {})", name, at, vectors_.back()));
+            }
             inexact_.push_back(fmt::format("P{}", ++next_));
-            return clauses_.push_back("position(" + at + ", " + inexact_.back() + ", _, _)");
+            const char* form = chance(random_, 20) ? "{}({}, vec3({}, _, _))" : "{}({}, {}, _, _)";
+            return clauses_.push_back(fmt::format(fmt::runtime(form), name, at, inexact_.back()));
         }
         default: return clauses_.push_back("neighborCount(" + at + ", " + (chance(random_, 50) ? "4" : fresh(Kind::Int)) + ")");
     }
@@ -164,6 +172,10 @@ void Body::test() {
             text = fmt::format("{} {} {}", variable(Kind::Float), sign, float_expression());
             break;
         case 1:
+            if (!vectors_.empty() && chance(random_, 70)) {
+                text = vector_test();
+                break;
+            }
             if (inexact_.empty()) return;
             text = fmt::format("{} * {} {} {}", pick(random_, inexact_), pick(random_, inexact_), chance(random_, 50) ? "<" : ">", literal(Kind::Float));
             break;
@@ -185,6 +197,26 @@ void Body::test() {
     }
     tests_[text] = true;
     clauses_.push_back(text);
+}
+
+void Body::compare_places() {
+    for (int n = 0; n < 2; ++n) {
+        vectors_.push_back(fmt::format("V{}", ++next_));
+        clauses_.push_back(fmt::format("{}({}, {})", chance(random_, 70) ? "position" : "at", any_catom(), vectors_.back()));
+    }
+    clauses_.push_back(vector_test());
+    tests_[clauses_.back()] = true;
+}
+
+std::string Body::vector_test() {
+    const std::string v = pick(random_, vectors_), w = pick(random_, vectors_), limit = literal(Kind::Float);
+    switch (below(random_, 5)) {
+        case 0: return fmt::format("distance({}, {} * 0.5) < {}", v, w, limit);
+        case 1: return fmt::format("x({} - {}) <= {}", v, w, limit);
+        case 2: return fmt::format("norm({} + {}) > {}", v, w, limit);
+        case 3: return fmt::format("dot({}, cross({}, vec3(1.0, 0.5, {}))) <> 0.25", v, w, limit);
+        default: return fmt::format("{} {} {}", v, chance(random_, 50) ? "<>" : "=", w);
+    }
 }
 
 void Body::set() {

@@ -53,6 +53,8 @@ class Body {
     // A fact of any predicate, or of the world, with something to bind.
     void read_any(const std::string& at);
     void test();
+    // Something of where two catoms stand, as vec3.
+    void compare_places();
     // A value for a new variable.
     void set();
     void negate();
@@ -87,6 +89,8 @@ class Body {
     const std::vector<std::string>& clauses() const { return clauses_; }
     // Only certain predicates and none whose order of matching depends on how it is stored.
     bool for_linear = false;
+    // Facts may be asked to be stable: not in a recursion, which is through what is there.
+    bool may_wait = false;
 
   private:
     std::string argument(Kind kind, bool may_bind);
@@ -97,6 +101,7 @@ class Body {
     std::string list_expression(const std::string& own, const std::string& x);
     std::string number_of_list(const std::string& list, const std::string& x);
     std::string variable_or_literal(Kind kind);
+    std::string vector_test();
     std::string negated_atom();
     void world_fact(const std::string& at);
     std::vector<const Known*> readable() const;
@@ -106,6 +111,7 @@ class Body {
     const std::vector<Known>& known_;
     std::vector<std::string> catoms_{"A"};
     std::map<Kind, std::vector<std::string>> variables_;
+    std::vector<std::string> vectors_;        // Places as vec3: read in tests alone, too.
     std::vector<std::string> inexact_;        // Floats whose sums depend on their order: read in tests alone.
     std::vector<std::string> clauses_;
     std::map<std::string, bool> tests_;

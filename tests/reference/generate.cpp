@@ -79,7 +79,7 @@ class Generator {
 
     MakeBlock any_block() {
         const std::int64_t way = below(random_, 100);
-        return way < 52 ? view_block : way < 72 ? set_recursion_block : way < 92 ? best_recursion_block : tree_block;
+        return way < 50 ? view_block : way < 54 ? rounds_block : way < 72 ? set_recursion_block : way < 92 ? best_recursion_block : tree_block;
     }
 
     void constant() {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <stdexcept>
 
 namespace meld::reference {
 
@@ -94,6 +95,17 @@ Result number_in(const std::string& text) {
     return value_of(value);
 }
 
+double dot(const Values& a, const Values& b) { return a[0].real() * b[0].real() + a[1].real() * b[1].real() + a[2].real() * b[2].real(); }
+Values cross(const Values& a, const Values& b) {
+    const auto part = [&](std::size_t i, std::size_t k) { return value_of(a[i].real() * b[k].real() - a[k].real() * b[i].real()); };
+    return {part(1, 2), part(2, 0), part(0, 1)};
+}
+double distance(const Values& a, const Values& b) {
+    Values way;
+    for (std::size_t i = 0; i < 3; ++i) way.push_back(value_of(a[i].real() - b[i].real()));
+    return std::sqrt(dot(way, way));
+}
+
 const std::map<std::string, Function>& functions() {
     static const auto all = [] {
         std::map<std::string, Function> f;
@@ -141,6 +153,14 @@ const std::map<std::string, Function>& functions() {
             return Result(value_of(std::move(items)));
         };
 
+        f["x"] = [](const Values& a) { return a[0].items()[0]; };
+        f["y"] = [](const Values& a) { return a[0].items()[1]; };
+        f["z"] = [](const Values& a) { return a[0].items()[2]; };
+        f["dot"] = [](const Values& a) { return value_of(dot(a[0].items(), a[1].items())); };
+        f["cross"] = [](const Values& a) { return value_of(cross(a[0].items(), a[1].items())); };
+        f["norm"] = [](const Values& a) { return value_of(std::sqrt(dot(a[0].items(), a[0].items()))); };
+        f["distance"] = [](const Values& a) { return value_of(distance(a[0].items(), a[1].items())); };
+
         f["strlen"] = [](const Values& a) { return value_of(static_cast<I>(characters(a[0].text()).size()) - 1); };
         f["concat"] = [](const Values& a) { return Value{a[0].text() + a[1].text()}; };
         f["substr"] = [](const Values& a) { return Value{substring(a[0].text(), a[1].integer(), a[2].integer())}; };
@@ -157,7 +177,8 @@ const std::map<std::string, Function>& functions() {
 
 std::optional<Value> call_library(const std::string& name, const Values& arguments) {
     const auto found = functions().find(name);
-    return found == functions().end() ? std::nullopt : found->second(arguments);
+    if (found == functions().end()) throw std::runtime_error("the reference does not know the function " + name);
+    return found->second(arguments);
 }
 
 }  // namespace meld::reference

@@ -27,15 +27,29 @@ class LinearRules {
     }
 
     Block make() {
+        if (chance(random_, 40)) {
+            // Links of the program's own, to catoms that may be anywhere or nowhere.
+            road_ = fmt::format("w{}", tokens_[0].name);
+            block_.declarations.push_back({road_, fmt::format("type route {}(node, node).", road_)});
+            block_.given.push_back({.predicate = road_, .arguments = {{0, 12}}, .per_mille = 400});
+        }
         for (std::size_t i = 0; i < tokens_.size(); ++i) declare(i);
         block_.declarations.push_back({mark_.name, fmt::format("type {}(node{}).", mark_.name, mark_.arguments.empty() ? "" : ", int")});
         block_.known.push_back(mark_);
         block_.declarations.push_back({ticket_.name, fmt::format("type {}(node, node).", ticket_.name)});
         for (std::int64_t n = 1 + below(random_, 4); n > 0; --n) rule();
+        for (const Token& t : tokens_)
+            if (chance(random_, road_.empty() ? 25 : 70)) undelivered(t);
         return std::move(block_);
     }
 
   private:
+    // What cannot be delivered is told.
+    void undelivered(const Token& t) {
+        block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name, t.counts ? ", int" : "", t.carries ? ", list int" : "")});
+        if (chance(random_, 60)) block_.rules.push_back({.heads = {mark_with("A", t.counts ? "L" : "node2int(U) % 5")}, .body = {fmt::format("undelivered-{}", atom(t, "A, U", "L", "_"))}, .linear = true});
+    }
+
     void declare(std::size_t i) {
         const Token& t = tokens_[i];
         block_.declarations.push_back({t.name, fmt::format("type linear {}(node{}{}).", t.name, t.counts ? ", int" : "", t.carries ? ", list int" : "")});
@@ -71,6 +85,10 @@ class LinearRules {
         const std::string select = counted_ && chance(random_, 30) ? pick(random_, std::vector<std::string>{"desc", "asc", "random"}) : "";
         // Ways to satisfy a body that differ only two links away are one or many, which matters where one of them is drawn.
         if (places_.size() > 1 && select != "random" && chance(random_, 30)) places_.push_back(body.far_link());
+        if (!road_.empty() && chance(random_, 40)) {
+            body.clause(fmt::format("{}(A, Far)", road_));
+            places_.push_back("Far");
+        }
         guarded_ = counted_ && chance(random_, 70);
         if (guarded_) body.clause("L > 0");
         DraftRule rule{.heads = {}, .body = body.clauses(), .linear = true};
@@ -138,6 +156,7 @@ class LinearRules {
     const std::vector<Known>& known_;
     std::vector<Token> tokens_;
     Known mark_, ticket_;
+    std::string road_;
     // Of the rule that is made.
     std::size_t first_ = 0, latest_ = 0;
     bool counted_ = false, guarded_ = false;

@@ -201,7 +201,7 @@ int run_seeds(const Options& options) {
         sum.add(decode(answer));
     }
     const Tally& t = sum.tally;
-    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large for the reference; {} failures\n", sum.done, sum.rules, sum.kept, sum.tried,
+    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large; {} failures\n", sum.done, sum.rules, sum.kept, sum.tried,
                options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, t.too_large, sum.failures);
     return sum.failures > 0;
 }

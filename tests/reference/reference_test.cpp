@@ -147,8 +147,8 @@ TEST(TrialFile, ReadsWhatItWrote) {
 // Every rule has results on the sample, and the programs are not all alike.
 TEST(Generator, MakesProgramsOfAllConstructs) {
     std::string all;
-    for (std::uint64_t seed = 1; seed <= 60; ++seed) all += print(make_program(seed).draft);
-    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", "A, @", "linear t", "[desc => ", "[random => ", "[sum => ", "custom mixed", "exists V", "otherwise", "@+2", "@+3ms", "delta(", "proved(", "collect G", "randint(", "list int", " in L", "folded("})
+    for (std::uint64_t seed = 1; seed <= 150; ++seed) all += print(make_program(seed).draft);
+    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", ", @", "linear t", "[desc => ", "[random => ", "[sum => ", "custom mixed", "exists V", "otherwise", "@+2", "@+3ms", "delta(", "proved(", "collect G", "randint(", "list int", " in L", "folded(", "append list", "set_union set", "[<- ", "[-> ", "stable(", "undelivered-t", "route w", "distance(", "vec3("})
         EXPECT_NE(all.find(what), std::string::npos) << what;
 }
 

@@ -21,7 +21,7 @@ struct Tally {
     std::uint64_t quiet = 0;        // Bursts that came to rest.
     std::uint64_t ticks = 0;
     std::uint64_t errors = 0;       // Runs that ended with an arithmetic error, as they should.
-    std::uint64_t too_large = 0;    // Bursts whose model was more than the reference can do.
+    std::uint64_t too_large = 0;    // Bursts that were more than the reference can do, or a run may.
     void add(const Tally& other);
 };
 

@@ -22,8 +22,10 @@ std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, world
             return rows;
         }
         case WorldSource::Cell: return {{me, value_of(std::int64_t{cell.x}), value_of(std::int64_t{cell.y}), value_of(std::int64_t{cell.z})}};
-        case WorldSource::Position: {
+        case WorldSource::Position:
+        case WorldSource::PositionVector: {
             const world::Vec3 at = lattice.position(cell);
+            if (source == WorldSource::PositionVector) return {{me, value_of(Values{value_of(at[0]), value_of(at[1]), value_of(at[2])})}};
             return {{me, value_of(at[0]), value_of(at[1]), value_of(at[2])}};
         }
         case WorldSource::Id: return {{me, value_of(id)}};

@@ -27,6 +27,8 @@ std::int64_t evaluate_delay(const Scene& scene, const check::Term& delay) { retu
 Ticks::Ticks(const Program& program, std::uint64_t seed) : program_(program), seed_(seed), certain_(program.predicates.count(), true) {
     find_certain();
     name_anonymous();
+    for (const PredicateId p : program.predicates.ids())
+        if (program.predicates[p].returns.valid()) returned_[program.predicates[p].returns] = p;
 }
 
 Ticks::Catom Ticks::empty() const {
@@ -63,6 +65,11 @@ void Ticks::find_certain() {
             const Rule& rule = program_.rules[id];
             certain = certain && !looks_far(rule);
             check::each_atom(rule.body, [&](const check::Atom& a, bool) { certain = certain && certain_[a.predicate.index()]; });
+        }
+        // Nor is what waits for links that are not.
+        for (const PredicateId p : c.predicates) {
+            const PredicateId link = program_.predicates[p].complete_link;
+            certain = certain && (!link.valid() || certain_[link.index()]);
         }
         // Which of equal values a recursive predicate keeps is a matter of ranks.
         for (const PredicateId p : c.predicates) certain = certain && !(c.recursive && left_to_history(program_.predicates[p], c));
@@ -141,11 +148,17 @@ void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) 
     else give(fact.predicate, std::move(fact.row));
 }
 
-// Where the link is gone, so is the fact.
+// Where the link is gone, so is the fact, or it is told here, with the catom that it was for.
 void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
     const std::vector<Link>& links = scene.links.at(from);
     const bool there = std::any_of(links.begin(), links.end(), [&](const Link& link) { return link.other == message.way[0]; });
-    if (there) messages_.push_back(std::move(message));
+    const auto back = returned_.find(message.fact.predicate);
+    if (there) {
+        messages_.push_back(std::move(message));
+    } else if (back != returned_.end()) {
+        message.fact.row.insert(message.fact.row.begin(), value_of(from));
+        give(back->second, std::move(message.fact.row));
+    }
 }
 
 void Ticks::deliver(Message&& message) {

@@ -74,6 +74,7 @@ class Ticks {
 
     const Program& program_;
     std::map<check::RuleId, check::Rule> counted_;  // Delayed rules whose derivations count, with a variable for each `_`.
+    std::map<PredicateId, PredicateId> returned_;   // Where undelivered facts of a predicate go.
     std::uint64_t seed_;
     std::vector<bool> certain_;
     std::map<std::int64_t, Catom> catoms_;

@@ -39,6 +39,7 @@ void fill(Body& body, Random& random, std::int64_t links) {
     if (chance(random, 15)) body.aggregate();
     if (chance(random, 40)) body.element();
     if (chance(random, 8)) body.proved();
+    if (chance(random, 6)) body.compare_places();
     for (std::int64_t i = below(random, 3); i > 0; --i) {
         if (chance(random, 30)) body.set();
         else body.test();
@@ -122,9 +123,12 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         const bool function = aggregate.starts_with("f") && aggregate != "first";
         if (aggregate == "sum" || aggregate == "count" || function) at = kinds.size() - 1;
         if (aggregate == "count" || function) kinds[at] = Kind::Int;
-        if (kinds[at] == Kind::List && chance(random, 40)) {
-            kinds.resize(at + 1);
-            aggregate = "append";
+        if (!function && aggregate != "sum" && aggregate != "count" && chance(random, 10)) kinds[at] = Kind::List;
+        if (kinds[at] == Kind::List || kinds[at] == Kind::String) {
+            const std::int64_t way = below(random, 100);
+            if (way < 40) aggregate = "append";
+            else if (way < 80 && kinds[at] == Kind::List) aggregate = "set_union";
+            if (way < 80) kinds.resize(at + 1);
         }
         if (aggregate == "sum") kinds[at] = chance(random, 70) ? Kind::Int : Kind::Float;
     }
@@ -135,12 +139,16 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
             if (k.route) links.push_back(k.name);
         waits = fmt::format(" [{} {}]", chance(random, 50) ? "<-" : "->", pick(random, links));
     }
-    block.declarations.push_back({name, signature(name, kinds, "", aggregate, at, waits)});
+    std::string declaration = signature(name, kinds, "", aggregate, at, waits);
+    if (aggregate == "set_union") declaration.replace(declaration.find("set_union list"), 14, "set_union set");
+    block.declarations.push_back({name, declaration});
     for (int rules = chance(random, 25) ? 2 : 1; rules > 0; --rules) {
         Body body(random, known);
+        body.may_wait = true;
         fill(body, random, waits.empty() ? some_links(random) : 1 + below(random, 2));
         std::vector<std::string> arguments;
         for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
+        if (aggregate == "set_union") arguments[at] = "list2set(" + arguments[at] + ")";
         // A change is seen where the rule runs, which is where its head is.
         const bool changes = chance(random, 6);
         if (changes) body.change();
@@ -155,9 +163,35 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         std::vector<std::string> arguments;
         Body body(random, known);
         for (const Kind k : kinds) arguments.push_back(body.literal(k));
+        if (aggregate == "set_union") arguments[at] = "list2set(" + arguments[at] + ")";
         block.rules.push_back({.heads = {atom(name, chance(random, 50) ? "@2" : "A", arguments)}});
     }
+    if (aggregate == "set_union") {
+        // Later blocks read it as a list.
+        std::vector<std::string> arguments;
+        for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(fmt::format("X{}", i));
+        const std::string listed = name + "l", set = atom(name, "A", arguments);
+        arguments[at] = "set2list(" + arguments[at] + ")";
+        block.declarations.push_back({listed, signature(listed, kinds)});
+        block.rules.push_back({.heads = {atom(listed, "A", arguments)}, .body = {set}});
+        block.known.push_back({.name = listed, .arguments = kinds});
+        return block;
+    }
     block.known.push_back({.name = name, .arguments = kinds});
+    return block;
+}
+
+Block rounds_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const std::string value = fmt::format("u{}", names), around = fmt::format("u{}", names + 1), arrow = chance(random, 50) ? "<-" : "->";
+    const std::string aggregate = pick(random, std::vector<std::string>{"sum", "min", "max", "count", "mixed"});
+    block.declarations = {{value, signature(value, {Kind::Int, Kind::Int})}, {around, signature(around, {Kind::Int, Kind::Int}, "", aggregate, 1, fmt::format(" [{} neighbor]", arrow))}};
+    Body body(random, known);
+    fill(body, random, below(random, 2));
+    block.rules.push_back({.heads = {atom(value, body.any_catom(), {"0", body.bounded(Kind::Int) + " % 7"})}, .body = body.shuffled()});
+    block.rules.push_back({.heads = {atom(around, "A", {"R", chance(random, 30) ? "V + R" : "V"})}, .body = {chance(random, 50) ? "neighbor(A, B)" : "neighbor(B, A)", atom(value, "B", {"R", "V"})}});
+    block.rules.push_back({.heads = {atom(value, "A", {"R + 1", "(V + S) % 7"})}, .body = {atom(around, "A", {"R", "S"}), atom(value, "A", {"R", "V"}), fmt::format("R < {}", 1 + below(random, 4))}});
+    block.known.push_back({.name = value, .arguments = {Kind::Int, Kind::Int}});
     return block;
 }
 
