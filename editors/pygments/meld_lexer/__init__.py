@@ -69,7 +69,7 @@ class MeldLexer(RegexLexer):
         ],
         "values": [
             (r'"', String.Double, "string"),
-            (r"@[ \t]*\+[ \t]*[0-9]+(?:\.[0-9]+)?[A-Za-z]*", Number),
+            (r"@[ \t]*\+[ \t]*-?[0-9]+(?:\.[0-9]+)?[A-Za-z]*", Number),
             (r"@world\b|@arg[0-9]+", Name.Builtin.Pseudo),
             (r"[@#][0-9]+", Name.Constant),
             (r"@[a-z][A-Za-z0-9_-]*", Name.Decorator),
