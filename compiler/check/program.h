@@ -46,7 +46,7 @@ struct Function;
 using FunctionId = Id<Function>;
 
 // Sensed predicates that are read from the ensemble and stored nowhere.
-enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, PositionVector, Id, Tick, Target, TargetPort };
+enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, PositionVector, Id, Tick, Target, TargetPort, Facts };
 
 struct Argument {
     Type type = Type::Error;
@@ -54,6 +54,7 @@ struct Argument {
     std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Between which an int is proven to lie (the planner's pass `narrow`).
 };
 
+struct Fact;
 struct Predicate {
     std::string name;
     Span span;
@@ -72,6 +73,7 @@ struct Predicate {
     Id<Predicate> complete_link;
     bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
     WorldSource world = WorldSource::None;
+    std::vector<Fact> facts = {};     // WorldSource::Facts: all of them, by catom. Made by the planner.
     Id<Predicate> returns;            // `undelivered-p`: the p whose facts come back here when their way is gone.
     // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
     // their goal, and how many arguments of ours behind theirs.
@@ -131,6 +133,12 @@ struct Term {
     std::vector<Term> operands = {};
 
     bool is_variable() const { return op == Op::Variable; }
+};
+
+// A fact of the program's text.
+struct Fact {
+    std::int64_t catom = 0;
+    std::vector<Term> arguments;      // After the catom; literals.
 };
 
 struct Constant {

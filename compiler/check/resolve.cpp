@@ -231,9 +231,7 @@ void Resolver::add(Rule rule) {
     if (refused_ || report_.error_count() > errors_before_) return;
     std::string head = rule.heads.empty() ? "nothing" : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name : "all";
     rule.name = fmt::format("{}@{}", head, rule.line);
-    int twin = 1;
-    for (const Rule& other : program_.rules)
-        if (other.name == rule.name || other.name.starts_with(rule.name + ".")) ++twin;
+    const int twin = ++rules_named_[rule.name];
     if (twin > 1) rule.name += fmt::format(".{}", twin);
     each_head(rule.heads, [&](const Head& h) {
         const PredicateId p = h.atom.predicate;

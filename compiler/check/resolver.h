@@ -97,6 +97,7 @@ class Resolver {
     Rule* rule_ = nullptr;
     const syntax::Rule* tree_ = nullptr;
     std::set<VariableId> hinted_;               // What stands in hints that are left out.
+    std::map<std::string, int> rules_named_;    // So far, by head and line.
     std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
     bool dialect_linear_ = false;
     std::size_t errors_before_ = 0;

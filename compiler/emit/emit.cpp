@@ -19,6 +19,7 @@ std::string emit_module(const plan::Plan& plan) {
     emit_self(plan, w);
     emit_load_and_save(plan, w);
     emit_functions(plan, w);
+    emit_facts(plan, w);
     for (const plan::ComponentPlan& c : plan.components)
         for (const RulePlan& r : c.rules) emit_view_rule(plan, r, w);
     for (const plan::ComponentPlan& c : plan.components) emit_deltas(plan, c, w);

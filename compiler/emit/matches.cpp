@@ -200,6 +200,12 @@ void RuleEmitter::match_world(const Step& s, WorldSource source) {
             w_.line("const ListRef {0} = make_list(*s.e, Words<3>{{{{word({1}[0]), word({1}[1]), word({1}[2])}}}});", vector, centre);
             return value(vector);
         }
+        case WorldSource::Facts: {
+            const std::string table = predicate_name(plan_.program, s.predicate), i = fresh("i");
+            const Predicate& p = plan_.program.predicates[s.predicate];
+            w_.open(fmt::format("for (u32 {0} = first_fact({1}, s.g->catom_id[s.catom]); {0} < {2} && {1}[{0}][0] == s.g->catom_id[s.catom]; ++{0}) {{", i, table, p.facts.size()));
+            return use(s, [&](std::size_t k) { return from_word(p.arguments[k].type, fmt::format("{}[{}][{}]", table, i, k)); });
+        }
         case WorldSource::Neighbor:
         case WorldSource::NeighborPort:
         case WorldSource::None: break;

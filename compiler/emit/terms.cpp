@@ -6,6 +6,7 @@
 #include "compiler/check/types.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
+#include "runtime/base/assert.h"
 
 namespace meld::emit {
 
@@ -200,6 +201,14 @@ std::string element(const Scope& scope, const Term& t, const Type& type) {
     const std::string value = term_as(scope, t, type);
     const bool sure = type != Type::Float || t.op == Op::Float || t.is_variable();
     return sure ? value : fmt::format("checked_real(*s.e, {}, {})", scope.site(), value);
+}
+
+std::string literal_word(const Term& t, const Type& type) {
+    std::string none;
+    int number = 0;
+    const std::optional<std::string> word = constant_word(t, type, none, number);
+    MELD_CHECK(word && number == 0, "a literal of one word is none");
+    return *word;
 }
 
 std::string term(const Scope& scope, const Term& t) {

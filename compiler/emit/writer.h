@@ -84,6 +84,9 @@ std::string equal(const check::Type& type, const std::string& a, const std::stri
 std::string as_word(const std::string& value);
 std::string from_word(const check::Type& type, const std::string& word);
 
+// The word of a literal of one word.
+std::string literal_word(const check::Term& t, const check::Type& type);
+
 // A term as a C++ expression of its type.
 std::string term(const Scope& scope, const check::Term& t);
 // The same, converted where the place is a float and the term an int.
@@ -107,6 +110,7 @@ void emit_self(const plan::Plan& plan, Writer& w);
 void emit_load_and_save(const plan::Plan& plan, Writer& w);
 void emit_externs(const plan::Plan& plan, Writer& w);
 void emit_functions(const plan::Plan& plan, Writer& w);
+void emit_facts(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);

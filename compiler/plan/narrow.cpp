@@ -156,6 +156,14 @@ class Narrower {
     }
 
     static void sense(const Predicate& p, std::vector<Range>& ranges) {
+        if (p.world == WorldSource::Facts) {
+            for (std::size_t i = 1; i < ranges.size(); ++i) {
+                if (p.arguments[i].type != Type::Int) continue;
+                ranges[i] = Range::empty();
+                for (const Fact& f : p.facts) ranges[i] = either(ranges[i], {f.arguments[i - 1].integer, f.arguments[i - 1].integer});
+            }
+            return;
+        }
         constexpr Range port{0, kMaxPorts - 1};
         switch (p.world) {
             case WorldSource::NeighborPort: ranges[2] = port; break;

@@ -361,7 +361,8 @@ class Inputs {
                 case WorldSource::Target:
                 case WorldSource::TargetPort: bits |= place; break;
                 case WorldSource::Tick: bits |= tick; break;
-                case WorldSource::Id: break;
+                case WorldSource::Id:
+                case WorldSource::Facts: break;
             }
         }
         return bits;

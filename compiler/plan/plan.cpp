@@ -39,6 +39,7 @@ constexpr Pass kPasses[] = {
     {"localize", false, localize, nullptr},
     {"push", true, push_aggregates, nullptr},
     {"merge", true, merge_auxiliaries, nullptr},
+    {"gather", true, gather_facts, nullptr},
     {"narrow", true, narrow_integers, nullptr},
     {"layout", false, nullptr, find_components},
     {"order", false, nullptr, order_rules},

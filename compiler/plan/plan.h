@@ -196,6 +196,8 @@ void push_aggregates(check::Program& program);
 void merge_auxiliaries(check::Program& program);
 // Orders components that recur along a tree: what a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
+// Makes one rule and a table of many facts in a row.
+void gather_facts(check::Program& program);
 // Finds between which values the ints of derived facts lie.
 void narrow_integers(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.

@@ -89,8 +89,10 @@ class Sharer {
   private:
     bool may_share(const RulePlan& r) const {
         const Aggregate a = program_.predicates[r.heads[0].predicate].aggregate;
-        return a == Aggregate::None || a == Aggregate::Min || a == Aggregate::Max;
+        const bool loops = std::any_of(r.steps.begin(), r.steps.end(), goes_through_facts);
+        return loops && (a == Aggregate::None || a == Aggregate::Min || a == Aggregate::Max);
     }
+    static bool goes_through_facts(const Step& s) { return s.kind == Step::Kind::Match || s.kind == Step::Kind::Neighbours; }
 
     // How many steps both begin with; none where no step among them goes through facts.
     std::size_t common_steps(const RulePlan& a, const RulePlan& b) const {
@@ -101,7 +103,7 @@ class Sharer {
             Names next = names;
             if (!same(a.steps[n], b.steps[n], next)) break;
             names = std::move(next);
-            loops = loops || a.steps[n].kind == Step::Kind::Match || a.steps[n].kind == Step::Kind::Neighbours;
+            loops = loops || goes_through_facts(a.steps[n]);
         }
         return loops ? n : 0;
     }

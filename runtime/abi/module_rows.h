@@ -82,6 +82,18 @@ u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& grou
     return low < count && T::key(rows[low], group) == 0 ? low : count;
 }
 
+// The first fact of a catom in a table of facts by catom, or their number.
+template <u32 N, u32 Words>
+u32 first_fact(const u64 (&facts)[N][Words], u64 catom) {
+    u32 low = 0, high = N;
+    while (low < high) {
+        const u32 middle = low + (high - low) / 2;
+        if (facts[middle][0] < catom) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 // By group, then the better value, then the lower rank, then the lower values: the first row of a group is its choice.
 template <class T>
 struct ChoiceOrder {

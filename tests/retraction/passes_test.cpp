@@ -75,7 +75,7 @@ TEST_P(Passes, DeltasChangeNothing) {
 
 // Ranks may be others where facts pass fewer auxiliaries, but no auxiliary is recursive here.
 TEST(Rewriting, ChangesNothing) {
-    for (const char* pass : {"fold", "dead", "push", "merge", "narrow", "share"}) {
+    for (const char* pass : {"fold", "dead", "push", "merge", "gather", "narrow", "share"}) {
         std::uint64_t with = 0, without = 0;
         compare(rows(), pass, 8, with, without);
         std::printf("%llu derivations, %llu without %s\n", static_cast<unsigned long long>(with), static_cast<unsigned long long>(without), pass);
