@@ -45,7 +45,7 @@ std::string RuleEmitter::group_row(const Step& s) {
 void RuleEmitter::match_home(const Step& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
-    const std::string i = fresh("i"), f = fresh("f");
+    const std::string i = fresh("k"), f = fresh("f");
     const bool frozen = std::find(frozen_.begin(), frozen_.end(), s.predicate) != frozen_.end();
     const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name), count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
     if (!frozen) w_.line("load_{}(s);", name);
@@ -84,7 +84,7 @@ void RuleEmitter::match_remote(const Step& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string at = scope_.at(s.place), f = fresh("f");
     if (stored.storage == Storage::Rows) {
-        const std::string head = fresh("head"), rows = fresh("rows"), i = fresh("i");
+        const std::string head = fresh("head"), rows = fresh("rows"), i = fresh("k");
         w_.line("const RowsHead& {} = rows_of(s, {}, {});", head, stored.column.index(), at);
         w_.line("const auto* {} = reinterpret_cast<const {}*>({}.data);", rows, row_type(s.predicate), head);
         if (whole_key(s)) {
@@ -108,7 +108,7 @@ void RuleEmitter::match_remote(const Step& s) {
 void RuleEmitter::match_changed(const Step& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
-    const std::string changes = fresh("changes"), i = fresh("i"), f = fresh("f");
+    const std::string changes = fresh("changes"), i = fresh("k"), f = fresh("f");
     const bool derived = s.at_home && stored.base != s.predicate;
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
@@ -136,7 +136,7 @@ void RuleEmitter::delta(const Step& s) {
 
 void RuleEmitter::each(const Step& s) {
     const Type& type = scope_.rule.variables[s.variable].type;
-    const std::string list = fresh("list"), i = fresh("i");
+    const std::string list = fresh("list"), i = fresh("k");
     const std::string value = from_word(type, fmt::format("item({}, {})", list, i));
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable);
     w_.line("const ListRef {} = {};", list, term(scope_, s.term));
@@ -148,7 +148,7 @@ void RuleEmitter::each(const Step& s) {
 
 void RuleEmitter::match_bag(const Step& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
-    const std::string i = fresh("i"), f = fresh("f");
+    const std::string i = fresh("k"), f = fresh("f");
     w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (u32 {0} = 0; {0} < s.{1}.list.count; ++{0}) {{", i, name));
     std::string taken;
