@@ -48,55 +48,9 @@ using FunctionId = Id<Function>;
 // Sensed predicates that are read from the ensemble and stored nowhere.
 enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, PositionVector, Id, Tick, Target, TargetPort, Facts };
 
-struct Argument {
-    Type type = Type::Error;
-    std::string name;
-    std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Between which an int is proven to lie (the planner's pass `narrow`).
-};
-
-struct Fact;
-struct Predicate {
-    std::string name;
-    Span span;
-    std::vector<Argument> arguments;  // The catom first.
-    PredicateKind kind = PredicateKind::Persistent;
-    bool sensed = false;              // Maintained by the runtime (also linear ones, as `tap`).
-    bool route = false;               // The second argument is the catom it points to.
-    bool repeats = false;             // type action ... while.
-    bool prelude = false;             // Declared in stdlib/prelude.meld.
-    bool auxiliary = false;           // Made by the compiler.
-    bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
-    Aggregate aggregate = Aggregate::None;
-    std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
-    FunctionId fold;                  // Aggregate::Custom
-    // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
-    Id<Predicate> complete_link;
-    bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
-    WorldSource world = WorldSource::None;
-    std::vector<Fact> facts = {};     // WorldSource::Facts: all of them, by catom. Made by the planner.
-    Id<Predicate> returns;            // `undelivered-p`: the p whose facts come back here when their way is gone.
-    // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
-    // their goal, and how many arguments of ours behind theirs.
-    Id<Predicate> carries;
-    std::size_t passes = 0, behind = 0;
-    Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
-
-    bool linear() const { return kind == PredicateKind::Linear; }
-    // Whether every derivation counts, so that recursion through it is right along a tree only.
-    bool needs_all() const { return folds(aggregate) || complete_link.valid(); }
-    // name/arity, as messages say it.
-    std::string signature() const { return name + "/" + std::to_string(arguments.size()); }
-};
-using PredicateId = Id<Predicate>;
-
 struct Constant;
 using ConstantId = Id<Constant>;
-
-struct Variable {
-    std::string name;
-    Span span;
-    Type type = Type::Error;
-};
+struct Variable;
 using VariableId = Id<Variable>;
 
 // An expression over variables. One shape for all operators keeps copying and rewriting short.
@@ -139,6 +93,52 @@ struct Term {
 struct Fact {
     std::int64_t catom = 0;
     std::vector<Term> arguments;      // After the catom; literals.
+};
+
+struct Argument {
+    Type type = Type::Error;
+    std::string name;
+    std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Between which an int is proven to lie (the planner's pass `narrow`).
+};
+
+struct Predicate {
+    std::string name;
+    Span span;
+    std::vector<Argument> arguments;  // The catom first.
+    PredicateKind kind = PredicateKind::Persistent;
+    bool sensed = false;              // Maintained by the runtime (also linear ones, as `tap`).
+    bool route = false;               // The second argument is the catom it points to.
+    bool repeats = false;             // type action ... while.
+    bool prelude = false;             // Declared in stdlib/prelude.meld.
+    bool auxiliary = false;           // Made by the compiler.
+    bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
+    Aggregate aggregate = Aggregate::None;
+    std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
+    FunctionId fold;                  // Aggregate::Custom
+    // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
+    Id<Predicate> complete_link;
+    bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
+    WorldSource world = WorldSource::None;
+    std::vector<Fact> facts = {};     // WorldSource::Facts: all of them, by catom. Made by the planner.
+    Id<Predicate> returns;            // `undelivered-p`: the p whose facts come back here when their way is gone.
+    // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
+    // their goal, and how many arguments of ours behind theirs.
+    Id<Predicate> carries;
+    std::size_t passes = 0, behind = 0;
+    Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
+
+    bool linear() const { return kind == PredicateKind::Linear; }
+    // Whether every derivation counts, so that recursion through it is right along a tree only.
+    bool needs_all() const { return folds(aggregate) || complete_link.valid(); }
+    // name/arity, as messages say it.
+    std::string signature() const { return name + "/" + std::to_string(arguments.size()); }
+};
+using PredicateId = Id<Predicate>;
+
+struct Variable {
+    std::string name;
+    Span span;
+    Type type = Type::Error;
 };
 
 struct Constant {
