@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
     }
     compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")->type_name("FILE");
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
-    compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, what it sends, and how each predicate is stored");
+    compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
     compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")->check(CLI::Range(0, 3));
     compile->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")->type_name("PASS");
     compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");

@@ -38,12 +38,16 @@ class Orderer {
             const std::size_t next = pick(body, state, textual);
             MELD_CHECK(next < body.size(), "rule {}: no atom can be read next", rule_.name);
             Clause clause = body[next];
+            Choice why = choice(body, next, state, textual);
+            const std::size_t before = steps.size();
             body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
             if (clause.kind == Clause::Kind::Element) {
                 each(clause, state, steps);
+                steps.back().choice = std::move(why);
                 continue;
             }
             atom(clause.atom, state, steps);
+            explain(steps, before, std::move(why), textual);
             if (clause.kind == Clause::Kind::Delta) delta(clause, steps);
         }
         return steps;
@@ -213,14 +217,17 @@ class Orderer {
         return points_home ? 70 : kNotYet;
     }
 
+    int cost(const Clause& c, const State& s) const {
+        if (!reads(c) || (c.kind != Clause::Kind::Atom && !known(c.test, s))) return kNotYet;
+        return c.kind == Clause::Kind::Element ? 42 : cost(c.atom, s);
+    }
+    static bool reads(const Clause& c) { return c.kind != Clause::Kind::Test && c.kind != Clause::Kind::Not && c.kind != Clause::Kind::Aggregate; }
+
     std::size_t pick(const std::vector<Clause>& body, const State& s, bool textual) const {
         std::size_t best = body.size();
         int least = kNotYet;
         for (std::size_t i = 0; i < body.size(); ++i) {
-            const Clause::Kind kind = body[i].kind;
-            if (kind == Clause::Kind::Test || kind == Clause::Kind::Not || kind == Clause::Kind::Aggregate) continue;
-            if (kind != Clause::Kind::Atom && !known(body[i].test, s)) continue;
-            const int c = kind == Clause::Kind::Element ? 42 : cost(body[i].atom, s);
+            const int c = cost(body[i], s);
             if (c >= kNotYet) continue;
             if (textual) return i;
             if (c < least) {
@@ -229,6 +236,45 @@ class Orderer {
             }
         }
         return best;
+    }
+
+    // Why the clause `next` is read now, in words of what was known before it.
+    Choice choice(const std::vector<Clause>& body, std::size_t next, const State& s, bool textual) const {
+        Choice out;
+        if (body[next].kind == Clause::Kind::Element) out.reason = Reason::Elements;
+        else explain(body[next].atom, s, out);
+        if (textual) out.reason = Reason::Written;
+        for (std::size_t i = 0; i < next; ++i) {
+            if (!reads(body[i])) continue;
+            (cost(body[i], s) < kNotYet ? out.dearer : out.waiting).push_back(body[i].kind == Clause::Kind::Element ? PredicateId() : body[i].atom.predicate);
+        }
+        return out;
+    }
+    void explain(const Atom& a, const State& s, Choice& out) const {
+        std::size_t open = 0, new_values = 0, open_group = 0;
+        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
+            const bool unknown = a.arguments[i].is_variable() && !known(a.arguments[i].variable, s);
+            new_values += unknown ? 1 : 0;
+            open += unknown || a.arguments[i].op == Op::Anonymous ? 1 : 0;
+            if (i <= group_arguments(program_.predicates[a.predicate])) open_group = open;
+        }
+        out.known = a.arguments.size() - 1 - open;
+        const Storage storage = plan_.of(a.predicate).storage;
+        const WorldSource world = program_.predicates[a.predicate].world;
+        const bool several = world == WorldSource::Vacant || world == WorldSource::TargetPort || world == WorldSource::Facts;
+        const bool one = storage == Storage::Flag || storage == Storage::Single || (storage == Storage::World && !several);
+        out.reason = open == 0 ? Reason::Test : new_values == 0 ? Reason::Exists : one || open_group == 0 ? Reason::One : Reason::Rows;
+    }
+    // The steps of one atom: the link that leads to its catom, if that is new, and the fact there.
+    static void explain(std::vector<Step>& steps, std::size_t before, Choice why, bool textual) {
+        for (std::size_t i = before; i < steps.size(); ++i) {
+            Step& s = steps[i];
+            if (s.kind != Step::Kind::Match && s.kind != Step::Kind::Neighbours && s.kind != Step::Kind::Locate) continue;
+            s.choice = why;
+            if (s.kind != Step::Kind::Match && !textual) s.choice.reason = s.kind == Step::Kind::Locate ? Reason::Named : Reason::Links;
+            why.dearer.clear();
+            why.waiting.clear();
+        }
     }
 
     void reach(VariableId at, State& s, std::vector<Step>& steps) const {

@@ -61,6 +61,25 @@ struct Column {
 
 enum class ArgumentUse { Skip, Bind, Compare };
 
+// Why a step reads at this point and not earlier or later. For --explain-rules alone.
+enum class Reason {
+    Written,     // Where the rule has it: linear rules mean this order.
+    Test,        // All arguments are known.
+    Exists,      // Gives no variable a value.
+    One,         // One fact at most.
+    Rows,        // Several facts, more the fewer arguments are known.
+    Elements,    // Those of a list or set that is known.
+    Named,       // A neighbour whose number is known.
+    Links,       // Each neighbour.
+};
+struct Choice {
+    Reason reason = Reason::Written;
+    std::size_t known = 0;            // Rows: how many arguments after the catom are known.
+    // Those that the rule has before it: not valid stands for the elements of a list or set.
+    std::vector<PredicateId> dearer = {};
+    std::vector<PredicateId> waiting = {};  // They need what is not known yet.
+};
+
 struct Step {
     enum class Kind {
         Neighbours,  // for each neighbour B [at port P]
@@ -92,6 +111,7 @@ struct Step {
     check::FunctionId fold = {};      // Fold, Custom
     Term initial = {};                // Fold, Custom: what it starts from, if not the first match
     check::Op compare = check::Op::Greater;  // Delta
+    Choice choice = {};               // Neighbours, Locate, Match, Each
 };
 
 struct HeadPlan {
@@ -134,6 +154,7 @@ struct Deltas {
 
 // How the support of a component is kept (evaluation.md, "Four kinds of recursion").
 enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
+std::string recursion_name(Recursion recursion);
 
 struct ComponentPlan {
     std::vector<PredicateId> predicates;
@@ -219,7 +240,7 @@ inline std::size_t group_arguments(const check::Predicate& p) { return (p.aggreg
 check::Rule rule_of(const Plan& plan, const RulePlan& rule);
 
 std::string print(const Plan& plan);
-// For every rule where it runs and what it sends; for every predicate its storage and bytes a catom.
+// For every rule where it runs, in which order it reads and why, and what it sends; for every predicate its storage and bytes a catom.
 std::string explain(const Plan& plan);
 // Bytes a catom of all columns, without what rows need beyond their heads.
 std::uint64_t bytes_per_catom(const Plan& plan);

@@ -1,4 +1,4 @@
-// The plan as text, and the explanation of rules and storage that --explain-rules prints.
+// The plan as text, as --emit=plan prints it.
 #include <fmt/format.h>
 
 #include "compiler/plan/plan.h"
@@ -19,8 +19,6 @@ std::string storage_name(Storage storage) {
     return "";
 }
 
-namespace {
-
 std::string recursion_name(Recursion r) {
     switch (r) {
         case Recursion::None: return "not recursive";
@@ -31,6 +29,8 @@ std::string recursion_name(Recursion r) {
     }
     return "";
 }
+
+namespace {
 
 class Printer {
   public:
@@ -56,121 +56,7 @@ class Printer {
         return out_;
     }
 
-    std::string explanation() {
-        out_ += "Predicates\n";
-        for (const PredicateId id : program_.predicates.ids()) {
-            const Predicate& p = program_.predicates[id];
-            const Stored& s = plan_.of(id);
-            if (s.storage == Storage::Unused && p.prelude) continue;
-            out_ += fmt::format("  {:<28} {:<9}", p.signature(), storage_name(s.storage));
-            if (s.column.valid()) {
-                const Column& c = plan_.columns[s.column];
-                out_ += c.rows ? fmt::format(" {} bytes a catom and {} a fact", c.stride, c.row_bytes)
-                               : fmt::format(" in a record of {} bytes{}", c.stride, c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
-                if (s.exported) out_ += ", read by neighbours";
-                if (s.ranked) out_ += ", with its rank";
-            } else if (s.storage == Storage::World) {
-                out_ += " read from the ensemble";
-            } else if (p.kind == PredicateKind::Action) {
-                out_ += " not stored: carried out";
-            }
-            out_ += "\n";
-        }
-        out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
-        for (const ComponentPlan& c : plan_.components)
-            for (const RulePlan& r : c.rules) explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
-        for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
-        for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
-        return out_;
-    }
-
   private:
-    std::string others(const Column& c, PredicateId self) const {
-        std::string text;
-        for (const PredicateId p : c.predicates)
-            if (p != self) text += (text.empty() ? "" : ", ") + program_.predicates[p].name;
-        return text;
-    }
-
-    // A catom that the rule names by its number has a variable without a name.
-    std::string home_of(const check::Rule& rule) const {
-        for (const check::Clause& c : rule.body)
-            if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
-                for (const std::size_t side : {0u, 1u})
-                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home) return print(program_, rule, c.test.operands[1 - side]);
-        return rule.variables[rule.home].name;
-    }
-    void explain_view(const RulePlan& r, const std::string& how) {
-        if (r.branches.empty()) return explain_rule(r, how);
-        check::Rule rule = rule_of(plan_, r);
-        for (const RulePlan& b : r.branches) {
-            RulePlan whole = b;
-            whole.steps.insert(whole.steps.begin(), r.steps.begin(), r.steps.end());
-            rule.text = program_.rules[b.rule].text;
-            rule.variables[rule.home].name = program_.rules[b.rule].variables[program_.rules[b.rule].home].name;
-            explain_rule(whole, rule, &b == &r.branches[0] ? how : fmt::format("{}; begins with {}", how, program_.rules[r.rule].name));
-        }
-    }
-    void explain_rule(const RulePlan& r, const std::string& how) { explain_rule(r, program_.rules[r.rule], how); }
-    void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
-        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, home_of(rule), how);
-        std::string order;
-        std::size_t reads_made = 0;
-        for (const Step& s : r.steps)
-            if (const std::string text = access(s, rule); !text.empty()) {
-                order += (order.empty() ? "" : ", then ") + text;
-                ++reads_made;
-            }
-        if (reads_made > 1) out_ += "\n      reads " + order;
-        std::string reads;
-        remote_reads(r.steps, reads);
-        heads_remote(r.heads, reads);
-        if (!reads.empty()) out_ += fmt::format("\n      a change of {} is sent over each link", reads);
-        std::string sends;
-        sent(r.heads, rule, sends);
-        if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
-        out_ += "\n";
-    }
-    // What a step reads, and why it stands where it does: one fact before a lookup before all rows, a link when nothing else is left.
-    std::string access(const Step& s, const check::Rule& rule) const {
-        switch (s.kind) {
-            case Step::Kind::Neighbours: return "each neighbour";
-            case Step::Kind::Locate: return "the neighbour " + rule.variables[s.place].name;
-            case Step::Kind::Match: break;
-            default: return "";
-        }
-        const Predicate& p = program_.predicates[s.predicate];
-        const std::string at = s.at_home ? "" : " there";
-        if (plan_.of(s.predicate).storage != Storage::Rows) return p.name + at;
-        bool known = group_arguments(p) > 0;
-        for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && s.uses[i] == ArgumentUse::Compare;
-        if (p.linear()) return "each " + p.name + at;
-        return known ? p.name + at + " by its group" : "all rows of " + p.name + at;
-    }
-
-    void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
-        for (const HeadPlan& h : heads) {
-            remote_reads(h.steps, out);
-            heads_remote(h.heads, out);
-            heads_remote(h.others, out);
-        }
-    }
-    void remote_reads(const std::vector<Step>& steps, std::string& out) const {
-        for (const Step& s : steps) {
-            remote_reads(s.inner, out);
-            const std::string name = s.kind == Step::Kind::Match ? program_.predicates[s.predicate].name : "";
-            if (s.kind == Step::Kind::Match && !s.at_home && out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
-        }
-    }
-    void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
-        for (const HeadPlan& h : heads) {
-            if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
-                out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
-            sent(h.heads, rule, out);
-            sent(h.others, rule, out);
-        }
-    }
-
     void rule(const RulePlan& r) {
         if (!r.branches.empty()) return branching(r);
         rule_ = &program_.rules[r.rule];
@@ -322,6 +208,5 @@ class Printer {
 }  // namespace
 
 std::string print(const Plan& plan) { return Printer(plan).plan(); }
-std::string explain(const Plan& plan) { return Printer(plan).explanation(); }
 
 }  // namespace meld::plan

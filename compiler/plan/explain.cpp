@@ -1,0 +1,196 @@
+// What --explain-rules prints: how each predicate is stored; where each rule runs, in which order it reads and why, and what
+// it sends.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+class Explainer {
+  public:
+    explicit Explainer(const Plan& plan) : plan_(plan), program_(plan.program) {}
+
+    std::string explanation() {
+        out_ += "Predicates\n";
+        for (const PredicateId id : program_.predicates.ids()) {
+            const Predicate& p = program_.predicates[id];
+            const Stored& s = plan_.of(id);
+            if (s.storage == Storage::Unused && p.prelude) continue;
+            out_ += fmt::format("  {:<28} {:<9}", p.signature(), storage_name(s.storage));
+            if (s.column.valid()) {
+                const Column& c = plan_.columns[s.column];
+                out_ += c.rows ? fmt::format(" {} bytes a catom and {} a fact", c.stride, c.row_bytes)
+                               : fmt::format(" in a record of {} bytes{}", c.stride, c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
+                if (s.exported) out_ += ", read by neighbours";
+                if (s.ranked) out_ += ", with its rank";
+            } else if (s.storage == Storage::World) {
+                out_ += " read from the ensemble";
+            } else if (p.kind == PredicateKind::Action) {
+                out_ += " not stored: carried out";
+            }
+            out_ += "\n";
+        }
+        out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
+        for (const ComponentPlan& c : plan_.components)
+            for (const RulePlan& r : c.rules) explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
+        for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
+        for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
+        return out_;
+    }
+
+  private:
+    std::string others(const Column& c, PredicateId self) const {
+        std::string text;
+        for (const PredicateId p : c.predicates)
+            if (p != self) text += (text.empty() ? "" : ", ") + program_.predicates[p].name;
+        return text;
+    }
+
+    // A catom that the rule names by its number has a variable without a name.
+    std::string home_of(const check::Rule& rule) const {
+        for (const check::Clause& c : rule.body)
+            if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
+                for (const std::size_t side : {0u, 1u})
+                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home) return print(program_, rule, c.test.operands[1 - side]);
+        return rule.variables[rule.home].name;
+    }
+    void explain_view(const RulePlan& r, const std::string& how) {
+        if (r.branches.empty()) return explain_rule(r, how);
+        check::Rule rule = rule_of(plan_, r);
+        for (const RulePlan& b : r.branches) {
+            RulePlan whole = b;
+            whole.steps.insert(whole.steps.begin(), r.steps.begin(), r.steps.end());
+            // The order was chosen for the first of them; what others had before these steps was not compared.
+            if (&b != &r.branches[0])
+                for (Step& s : whole.steps) s.choice.dearer = s.choice.waiting = {};
+            rule.text = program_.rules[b.rule].text;
+            rule.variables[rule.home].name = program_.rules[b.rule].variables[program_.rules[b.rule].home].name;
+            explain_rule(whole, rule, &b == &r.branches[0] ? how : fmt::format("{}; begins with {}", how, program_.rules[r.rule].name));
+        }
+    }
+    void explain_rule(const RulePlan& r, const std::string& how) { explain_rule(r, program_.rules[r.rule], how); }
+    void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
+        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, home_of(rule), how);
+        order_of_reading(r.steps, rule);
+        std::string reads;
+        remote_reads(r.steps, reads);
+        heads_remote(r.heads, reads);
+        if (!reads.empty()) out_ += fmt::format("\n      a change of {} is sent over each link", reads);
+        std::string sends;
+        sent(r.heads, rule, sends);
+        if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
+        out_ += "\n";
+    }
+    // One read alone has no order.
+    void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule) {
+        struct Read {
+            std::string text;
+            const Step* step;
+        };
+        std::vector<Read> reads;
+        bool as_written = true;
+        for (const Step& s : steps)
+            if (std::string text = access(s, rule); !text.empty()) {
+                reads.push_back({std::move(text), &s});
+                as_written = as_written && s.choice.reason == Reason::Written && s.choice.waiting.empty();
+            }
+        if (reads.size() < 2) return;
+        if (as_written) out_ += "\n      reads in the order written: ";
+        const std::vector<PredicateId>* told = nullptr;
+        for (std::size_t i = 0; i < reads.size(); ++i) {
+            const Choice& c = reads[i].step->choice;
+            if (as_written) {
+                out_ += (i == 0 ? "" : ", then ") + reads[i].text;
+                continue;
+            }
+            out_ += fmt::format("\n      {} {}: {}", i == 0 ? "reads" : "then", reads[i].text, reason(*reads[i].step));
+            if (!c.dearer.empty()) {
+                out_ += ", so ahead of " + names(c.dearer, *reads[i].step);
+            } else if (!c.waiting.empty() && (told == nullptr || *told != c.waiting)) {
+                out_ += fmt::format(", while {} cannot be read yet", names(c.waiting, *reads[i].step));
+                told = &c.waiting;
+            }
+        }
+    }
+    // Each once; a second atom of the predicate that is read is told from the first.
+    std::string names(const std::vector<PredicateId>& predicates, const Step& read) const {
+        std::vector<std::string> texts;
+        for (const PredicateId p : predicates) {
+            const std::string other = read.kind == Step::Kind::Match && p == read.predicate ? "the other " : "";
+            const std::string name = p.valid() ? other + program_.predicates[p].name : "the elements of a list";
+            if (std::find(texts.begin(), texts.end(), name) == texts.end()) texts.push_back(name);
+        }
+        std::string text;
+        for (std::size_t i = 0; i < texts.size(); ++i) text += (i == 0 ? "" : i + 1 < texts.size() ? ", " : " and ") + texts[i];
+        return text;
+    }
+    static std::string reason(const Step& s) {
+        switch (s.choice.reason) {
+            case Reason::Written: return "as written";
+            case Reason::Test: return "all of it is known, a test";
+            case Reason::Exists: return "gives no variable a value";
+            case Reason::One: return "one fact at most";
+            case Reason::Rows: return s.choice.known == 0 ? "none of its arguments is known" : fmt::format("{} of {} arguments {} known", s.choice.known, s.arguments.size(), s.choice.known == 1 ? "is" : "are");
+            case Reason::Elements: return "what it goes through is known";
+            case Reason::Named: return "which one is known";
+            case Reason::Links: return fmt::format("up to {}, and nothing cheaper can be read", kMaxPorts);
+        }
+        return "";
+    }
+    // What a step reads; empty for one that only tests or computes.
+    std::string access(const Step& s, const check::Rule& rule) const {
+        switch (s.kind) {
+            case Step::Kind::Neighbours: return "each neighbour";
+            case Step::Kind::Locate: return "the neighbour " + rule.variables[s.place].name;
+            case Step::Kind::Match: break;
+            case Step::Kind::Each: return "each element of " + print(program_, rule, s.term);
+            default: return "";
+        }
+        const Predicate& p = program_.predicates[s.predicate];
+        const std::string at = s.at_home ? "" : " there";
+        if (plan_.of(s.predicate).storage != Storage::Rows) return p.name + at;
+        bool known = group_arguments(p) > 0;
+        for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && s.uses[i] == ArgumentUse::Compare;
+        if (p.linear()) return "each " + p.name + at;
+        return known ? p.name + at + " by its group" : "all rows of " + p.name + at;
+    }
+
+    void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
+        for (const HeadPlan& h : heads) {
+            remote_reads(h.steps, out);
+            heads_remote(h.heads, out);
+            heads_remote(h.others, out);
+        }
+    }
+    void remote_reads(const std::vector<Step>& steps, std::string& out) const {
+        for (const Step& s : steps) {
+            remote_reads(s.inner, out);
+            const std::string name = s.kind == Step::Kind::Match ? program_.predicates[s.predicate].name : "";
+            if (s.kind == Step::Kind::Match && !s.at_home && out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
+        }
+    }
+    void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
+        for (const HeadPlan& h : heads) {
+            if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
+                out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
+            sent(h.heads, rule, out);
+            sent(h.others, rule, out);
+        }
+    }
+
+    const Plan& plan_;
+    const Program& program_;
+    std::string out_;
+};
+
+}  // namespace
+
+std::string explain(const Plan& plan) { return Explainer(plan).explanation(); }
+
+}  // namespace meld::plan
