@@ -20,6 +20,7 @@
 #include "physics/broadphase.h"
 #include "physics/physics.h"
 #include "tests/bench/clock.h"
+#include "tests/bench/need.h"
 
 namespace meld::physics {
 namespace {
@@ -27,6 +28,7 @@ namespace {
 using bench::cpu_now;
 using bench::machine_line;
 using bench::median;
+using bench::need;
 
 constexpr double kTick = 1.0 / 240;
 constexpr double kSpacing = 0.999;
@@ -49,18 +51,6 @@ double wall_now() {
     timespec t{};
     clock_gettime(CLOCK_MONOTONIC, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-template <class T>
-T need(Result<T> result) {
-    if (result) return std::move(*result);
-    fmt::print(stderr, "{}\n", result.error().message());
-    std::exit(static_cast<int>(result.error().code));
-}
-void need(const Result<void>& result) {
-    if (result) return;
-    fmt::print(stderr, "{}\n", result.error().message());
-    std::exit(static_cast<int>(result.error().code));
 }
 
 std::unique_ptr<Scene> cube(const Settings& settings, int side, double spacing) {

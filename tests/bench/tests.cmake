@@ -15,6 +15,10 @@ add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp
 target_link_libraries(bench_physics PRIVATE physics)
 add_test(NAME bench_physics_small COMMAND bench_physics --ticks 3 6)
 
+add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics.cpp)
+target_link_libraries(bench_mechanics PRIVATE physics)
+add_test(NAME bench_mechanics COMMAND bench_mechanics)
+
 add_executable(bench_front_end ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_front_end.cpp)
 target_link_libraries(bench_front_end PRIVATE compiler_driver)
 add_test(NAME bench_front_end_small COMMAND bench_front_end 60)
