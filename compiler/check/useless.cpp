@@ -1,18 +1,15 @@
 // Pass 6: warnings. Rules that can never fire, predicates that nothing starts, declarations without a use. Facts may come
 // from the world file and results may only be written out, so it speaks only where that does not explain it.
 #include <algorithm>
-#include <map>
-#include <optional>
 
 #include "compiler/check/check.h"
+#include "compiler/check/contradiction.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
 namespace {
-
-using Values = std::map<VariableId, double>;
 
 class Useless {
   public:
@@ -33,57 +30,21 @@ class Useless {
     // ---- rules
 
     void never_fires(const Rule& rule) {
-        Values values;
+        if (const auto found = contradiction(program_, rule)) {
+            const char* text = found->with == nullptr ? "this is never true, so the rule never fires" : "this is never true with the other condition, so the rule never fires";
+            auto& d = report_.add(Kind::NeverFires, found->test->span, text);
+            if (found->with != nullptr) d.labels.push_back({found->with->span, "the other condition"});
+            return;
+        }
         for (const Clause& c : rule.body)
-            if (c.kind == Clause::Kind::Test && c.test.op == Op::Equal)
-                for (const std::size_t side : {0u, 1u})
-                    if (const auto value = literal(c.test.operands[1 - side]); value && c.test.operands[side].is_variable()) values.emplace(c.test.operands[side].variable, *value);
-        for (const Clause& c : rule.body) {
-            if (c.kind == Clause::Kind::Test && is_false(c.test, values)) {
-                report_.add(Kind::NeverFires, c.test.span, "this is never true, so the rule never fires");
-                return;
-            }
             if (c.kind == Clause::Kind::Atom && links_itself(c.atom)) {
                 report_.add(Kind::NeverFires, c.atom.span, "no catom is its own neighbour, so the rule never fires");
                 return;
             }
-        }
     }
     bool links_itself(const Atom& a) const {
         const WorldSource w = program_.predicates[a.predicate].world;
         return (w == WorldSource::Neighbor || w == WorldSource::NeighborPort) && a.arguments[1].is_variable() && a.arguments[0].variable == a.arguments[1].variable;
-    }
-    // Constants are none: --set gives them other values.
-    static std::optional<double> literal(const Term& t) {
-        if (t.op == Op::Int) return static_cast<double>(t.integer);
-        if (t.op == Op::Float) return t.real;
-        if (t.op == Op::Negate || t.op == Op::ToFloat) {
-            const auto inner = literal(t.operands[0]);
-            return inner ? std::optional(t.op == Op::Negate ? -*inner : *inner) : std::nullopt;
-        }
-        return std::nullopt;
-    }
-    static bool is_false(const Term& t, const Values& values) {
-        if (t.op == Op::Bool) return t.integer == 0;
-        if (t.op == Op::And) return is_false(t.operands[0], values) || is_false(t.operands[1], values);
-        if (t.op == Op::Or) return is_false(t.operands[0], values) && is_false(t.operands[1], values);
-        if (t.op < Op::Equal || t.op > Op::GreaterEqual) return false;
-        const Term &l = t.operands[0], &r = t.operands[1];
-        if (l.is_variable() && r.is_variable() && l.variable == r.variable) return t.op == Op::NotEqual || t.op == Op::Less || t.op == Op::Greater;
-        const auto value = [&](const Term& side) {
-            const auto known = side.is_variable() ? values.find(side.variable) : values.end();
-            return known != values.end() ? std::optional(known->second) : literal(side);
-        };
-        const auto a = value(l), b = value(r);
-        if (!a || !b) return false;
-        switch (t.op) {
-            case Op::Equal: return *a != *b;
-            case Op::NotEqual: return *a == *b;
-            case Op::Less: return *a >= *b;
-            case Op::LessEqual: return *a > *b;
-            case Op::Greater: return *a <= *b;
-            default: return *a < *b;
-        }
     }
 
     // ---- predicates
