@@ -15,6 +15,7 @@
 #include "physics/kernels.h"
 #include "physics/ode_library.h"
 #include "physics/pulls.h"
+#include "runtime/base/give_back.h"
 
 namespace meld::physics {
 
@@ -226,6 +227,7 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
         const StageClock clock(world_.times.sort);
         if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built)
             return world_.wrong(built.error().problem, built.error().suggestion);
+        give_back(order);
     }
     {
         const StageClock clock(world_.times.pairs);
@@ -262,7 +264,10 @@ void BlockEngine::keep_last_good(Workers& workers) {
     LastGood& kept = world_.last_good;
     const bool all = world_.settings.keep_last_good;
     const std::size_t count = bodies.count();
-    kept.motion.resize(count), kept.place.resize(all ? count : 0), kept.turn.resize(all ? count : 0);
+    const bool motions = all || world_.settings.keep_former_velocities;
+    kept.motion.resize(motions ? count : 0), kept.place.resize(all ? count : 0), kept.turn.resize(all ? count : 0);
+    kept.complete = all;
+    if (!motions) return;
     workers.run((count + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
         const std::size_t begin = job * kSlotsPerJob, length = std::min(count - begin, kSlotsPerJob);
         std::copy_n(bodies.motion.begin() + static_cast<std::ptrdiff_t>(begin), length,
@@ -273,7 +278,6 @@ void BlockEngine::keep_last_good(Workers& workers) {
         std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length,
                     kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
     });
-    kept.complete = all;
 }
 
 Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/give_back.h"
 #include "runtime/base/hash.h"
 
 namespace meld::physics {
@@ -62,7 +63,9 @@ Result<void> BlockGrid::build(Bodies& bodies, const GridShape& shape, double rea
             sort_block(bodies, sorting, static_cast<std::uint32_t>(b), order, scratch[static_cast<std::size_t>(worker)]);
     });
     link_blocks(workers);
-    bodies.permute(order, workers);
+    sorting = {};
+    give_back(scratch);
+    bodies.permute(order, workers, blocks_.size());
     return {};
 }
 
@@ -212,8 +215,8 @@ void BlockGrid::sort_block(const Bodies& bodies, const Sorting& sorting, std::ui
 }
 
 void BlockGrid::forget_cells() {
-    rows_ = {};
-    cells_ = {};
+    give_back(rows_);
+    give_back(cells_);
 }
 
 std::size_t BlockGrid::bytes() const {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/block_engine.h"
+#include "physics/chunks.h"
 #include "physics/kernels.h"
 
 namespace meld::physics {
@@ -28,7 +29,7 @@ void BlockEngine::find_events(Workers& workers) {
     const auto near = static_cast<float>(world_.settings.touch_share * diameter),
                far = static_cast<float>(world_.settings.part_share * diameter);
     const Bodies& bodies = world_.bodies;
-    std::vector<std::vector<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
+    std::vector<Chunks<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
     const auto compare = [&](const Batch& batch, std::uint8_t& touching, const auto& report) {
         // What bounces off may be stopped a little before the surface.
         const LaneMask are_near = (batch.gap < near) | (batch.normal_impulse > 0.0f), are_far = batch.gap >= far;
@@ -55,7 +56,10 @@ void BlockEngine::find_events(Workers& workers) {
             lane += kLanes;
         }
     });
-    for (const auto& events : found) world_.events.insert(world_.events.end(), events.begin(), events.end());
+    std::size_t count = world_.events.size();
+    for (const auto& events : found) count += events.size();
+    world_.events.reserve(count);
+    for (auto& events : found) events.consume([&](const TouchEvent& event) { world_.events.push_back(event); });
     std::sort(world_.events.begin(), world_.events.end());
 }
 

@@ -12,8 +12,9 @@ namespace {
 constexpr std::size_t kSlotsPerJob = 16384;
 
 template <class Array>
-void permute_array(Array& array, std::span<const std::uint32_t> order, Workers& workers) {
+void permute_array(Array& array, std::span<const std::uint32_t> order, Workers& workers, std::size_t room = 0) {
     Array sorted;
+    sorted.reserve(order.size() + room);
     sorted.resize(order.size());
     const std::size_t jobs = (order.size() + kSlotsPerJob - 1) / kSlotsPerJob;
     workers.run(jobs, [&](int, std::size_t job) {
@@ -47,7 +48,12 @@ void Bodies::add(const Place& where, const Turn& turned, const Motion& moving, c
     if (!features.empty()) features.push_back({}), energy.push_back(0);
 }
 
-void Bodies::permute(std::span<const std::uint32_t> order, Workers& workers) {
+void Bodies::reserve(std::size_t bodies, std::size_t ids) {
+    place.reserve(bodies), motion.reserve(bodies), turn.reserve(bodies), nature.reserve(bodies), drift.reserve(bodies);
+    slot_of_id_.reserve(ids);
+}
+
+void Bodies::permute(std::span<const std::uint32_t> order, Workers& workers, std::size_t motionless) {
     const bool all_kept = order.size() == count();
     if (!all_kept) {
         std::vector<bool> kept(count());
@@ -55,9 +61,9 @@ void Bodies::permute(std::span<const std::uint32_t> order, Workers& workers) {
         for (std::size_t slot = 0; slot < count(); ++slot)
             if (!kept[slot]) slot_of_id_[nature[slot].id] = kNoSlot;
     }
-    permute_array(place, order, workers);
+    permute_array(place, order, workers, motionless);
     permute_array(turn, order, workers);
-    permute_array(motion, order, workers);
+    permute_array(motion, order, workers, motionless);
     permute_array(nature, order, workers);
     permute_array(drift, order, workers);
     if (!pushes.empty()) permute_array(pushes, order, workers);

@@ -65,8 +65,11 @@ class Bodies {
 
     // Appends a body in the last slot; the entries behind the bodies go.
     void add(const Place& where, const Turn& turned, const Motion& moving, const Nature& what);
-    // Entry i of every array becomes what entry order[i] was; slots that `order` leaves out are dropped.
-    void permute(std::span<const std::uint32_t> order, Workers& workers);
+    // Room for so many bodies, and for ids below `ids`.
+    void reserve(std::size_t bodies, std::size_t ids);
+    // Entry i of every array becomes what entry order[i] was; slots that `order` leaves out are dropped. There is room for
+    // `motionless` entries behind the bodies.
+    void permute(std::span<const std::uint32_t> order, Workers& workers, std::size_t motionless = 0);
 
     // Inverse masses as the body's nature says, undoing what sleep has done to them.
     void restore_masses(std::uint32_t slot);

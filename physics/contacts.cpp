@@ -35,7 +35,9 @@ struct Contacts::Arena {
         ObstacleLane obstacle;
     };
     PairSearch search;
-    std::vector<BodyPair> lanes;
+    // Of all blocks, and of the present one.
+    Chunks<BodyPair> lanes;
+    std::vector<BodyPair> block_lanes;
     std::vector<ObstacleLane> obstacle_lanes;
     std::vector<BodyPair> obstacle_bodies;
 
@@ -101,8 +103,9 @@ struct Contacts::Former {
 
 std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& workers) {
     std::vector<Buffer<CarriedContact>> ended(static_cast<std::size_t>(workers.threads()));
-    carried_.assign(static_cast<std::size_t>(workers.threads()), {});
-    const auto take = [](Buffer<CarriedContact>& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign,
+    carried_.clear();
+    carried_.resize(static_cast<std::size_t>(workers.threads()));
+    const auto take = [](auto& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign,
                          bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
         list.push_back({id, partner, batch.normal_impulse[i], {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}, touches});
@@ -120,17 +123,20 @@ std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& worke
                 const std::uint32_t a = bodies.nature[batch.a[i]].id;
                 const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i]));
                 if (ends && !touches) continue;
-                auto& list = (ends ? ended : carried_)[static_cast<std::size_t>(worker)];
+                const auto note = [&](std::uint32_t partner, std::uint32_t id, float sign) {
+                    if (ends) take(ended[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
+                    else take(carried_[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
+                };
                 if (!is_pair) {
-                    take(list, batch, i, obstacle_code(lanes_[(n - pairs_.size()) * kLanes + static_cast<std::size_t>(i)]), a, 1, touches);
+                    note(obstacle_code(lanes_[(n - pairs_.size()) * kLanes + static_cast<std::size_t>(i)]), a, 1);
                     continue;
                 }
                 const std::uint32_t b = bodies.nature[batch.b[i]].id;
-                take(list, batch, i, std::max(a, b), std::min(a, b), a < b ? 1.0f : -1.0f, touches);
+                note(std::max(a, b), std::min(a, b), a < b ? 1.0f : -1.0f);
             }
         }
     });
-    pairs_ = {}, obstacles_ = {}, lanes_ = {}, touching = {}, adhesion = {}, bounces = {};
+    give_back(pairs_), give_back(obstacles_), give_back(lanes_), give_back(touching), give_back(adhesion), give_back(bounces);
     pair_first_.assign(1, 0), obstacle_first_.assign(1, 0);
     candidates_ = 0;
     for (std::size_t worker = 1; worker < ended.size(); ++worker)
@@ -142,14 +148,15 @@ std::vector<CarriedContact> Contacts::carried_of(const std::vector<bool>& ids_wa
     std::vector<CarriedContact> found;
     const auto wanted = [&](std::uint32_t id) { return id < ids_wanted.size() && ids_wanted[id]; };
     for (const auto& list : carried_)
-        for (const CarriedContact& contact : list)
+        list.each([&](const CarriedContact& contact) {
             if (wanted(contact.id) || wanted(contact.partner)) found.push_back(contact);
+        });
     return found;
 }
 
 void Contacts::add_carried(std::vector<CarriedContact> contacts) {
     carried_.emplace_back();
-    carried_.back().assign(contacts.begin(), contacts.end());
+    for (const CarriedContact& contact : contacts) carried_.back().push_back(contact);
 }
 
 Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers) {
@@ -159,8 +166,9 @@ Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers) 
     if (total == 0) return former;
     std::vector<std::atomic<std::uint32_t>> next(bodies.count() + 1);
     workers.run(carried_.size(), [&](int, std::size_t list) {
-        for (const CarriedContact& contact : carried_[list])
+        carried_[list].each([&](const CarriedContact& contact) {
             if (bodies.has(contact.id)) next[bodies.slot(contact.id)].fetch_add(1, std::memory_order_relaxed);
+        });
     });
     former.start.resize(bodies.count() + 1);
     std::uint32_t first = 0;
@@ -170,10 +178,11 @@ Contacts::Former Contacts::sort_carried(const Bodies& bodies, Workers& workers) 
     }
     former.contacts.resize(first);
     workers.run(carried_.size(), [&](int, std::size_t list) {
-        for (const CarriedContact& contact : carried_[list])
+        carried_[list].consume([&](const CarriedContact& contact) {
             if (bodies.has(contact.id)) former.contacts[next[bodies.slot(contact.id)].fetch_add(1, std::memory_order_relaxed)] = contact;
-        carried_[list] = {};
+        });
     });
+    carried_.clear();
     return former;
 }
 
@@ -187,16 +196,19 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
         bodies.place[bodies.count() + b] = {};
     }
     std::vector<Arena> arenas(static_cast<std::size_t>(workers.threads()));
-    arena_of_block_.resize(blocks), arena_offset_.resize(2 * blocks);
+    // By block: the worker that found its contacts, and the pairs' lanes.
+    std::vector<std::uint32_t> arena_of_block(blocks);
+    std::vector<const BodyPair*> lanes_of_block(blocks);
+    obstacle_arena_first_.assign(blocks, 0);
     pair_first_.assign(blocks + 1, 0), obstacle_first_.assign(blocks + 1, 0);
     std::atomic<std::size_t> candidates{0};
     const std::size_t jobs = jobs_for(blocks, kBlocksPerJob);
     workers.run(jobs, [&](int worker, std::size_t job) {
         Arena& arena = arenas[static_cast<std::size_t>(worker)];
         for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b) {
-            arena_of_block_[b] = static_cast<std::uint32_t>(worker);
+            arena_of_block[b] = static_cast<std::uint32_t>(worker);
             if (wanted && !(*wanted)[b]) continue;
-            collect(setup, static_cast<std::uint32_t>(b), arena);
+            lanes_of_block[b] = collect(setup, static_cast<std::uint32_t>(b), arena);
             candidates.fetch_add(arena.search.pairs().size(), std::memory_order_relaxed);
         }
     });
@@ -212,36 +224,40 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     const Former former = sort_carried(bodies, workers);
     workers.run(jobs, [&](int, std::size_t job) {
         for (std::size_t b = job * kBlocksPerJob; b < std::min(blocks, (job + 1) * kBlocksPerJob); ++b)
-            fill(setup, static_cast<std::uint32_t>(b), arenas[arena_of_block_[b]], former);
+            fill(setup, static_cast<std::uint32_t>(b), lanes_of_block[b], arenas[arena_of_block[b]], former);
     });
 }
 
-// Pass one over a block: its lanes go to the arena, their numbers to the block's entries.
-void Contacts::collect(const Setup& setup, std::uint32_t block, Arena& arena) {
+// Pass one over a block: its lanes go to the arena, their numbers to the block's entries. Returns the pairs' lanes.
+const BodyPair* Contacts::collect(const Setup& setup, std::uint32_t block, Arena& arena) {
     const Bodies& bodies = setup.bodies;
     arena.search.search(setup.grid, bodies, block, setup.reach_m);
     const std::span<const std::uint32_t> slots = arena.search.slots();
     const std::uint32_t nobody = motionless_slot(bodies, block);
 
-    const std::size_t first = arena.lanes.size();
-    arena_offset_[2 * block] = static_cast<std::uint32_t>(first);
     const auto pairs = arena.search.pairs();
-    arena.lanes.resize(first + pairs.size() + pairs.size() / 4 + kLanes * kContactColours, {nobody, nobody});
-    std::size_t lanes = 0;
+    arena.block_lanes.assign(pairs.size() + pairs.size() / 4 + kLanes * kContactColours, {nobody, nobody});
     // A crowd of overflowing pairs may need more lanes than were made room for.
     const auto room = [&](std::size_t needed) {
-        if (arena.lanes.size() < first + needed) arena.lanes.resize(first + needed, {nobody, nobody});
+        if (arena.block_lanes.size() < needed) arena.block_lanes.resize(needed, {nobody, nobody});
     };
-    lanes = arena.colour_lanes(slots.size(), pairs, [&](std::size_t lane, std::size_t pair) {
+    const std::size_t lanes = arena.colour_lanes(slots.size(), pairs, [&](std::size_t lane, std::size_t pair) {
         room(lane + kLanes);
-        arena.lanes[first + lane] = {slots[pairs[pair].first], slots[pairs[pair].second]};
+        arena.block_lanes[lane] = {slots[pairs[pair].first], slots[pairs[pair].second]};
     });
     room(lanes);
-    arena.lanes.resize(first + lanes);
+    BodyPair* const found = arena.lanes.append(lanes);
+    std::copy_n(arena.block_lanes.begin(), lanes, found);
     pair_first_[block + 1] = static_cast<std::uint32_t>(lanes / kLanes);
+    collect_obstacles(setup, block, arena);
+    return found;
+}
 
-    arena_offset_[2 * block + 1] = static_cast<std::uint32_t>(arena.obstacle_lanes.size());
+void Contacts::collect_obstacles(const Setup& setup, std::uint32_t block, Arena& arena) {
+    obstacle_arena_first_[block] = static_cast<std::uint32_t>(arena.obstacle_lanes.size());
     if (setup.obstacles.count() == 0) return;
+    const Bodies& bodies = setup.bodies;
+    const std::uint32_t nobody = motionless_slot(bodies, block);
     const Block& own = setup.grid.blocks()[block];
     std::vector<BodyPair> touches;
     std::vector<ObstacleLane> met;
@@ -275,7 +291,7 @@ void Contacts::collect(const Setup& setup, std::uint32_t block, Arena& arena) {
 }
 
 // Pass two: the batches, with what they were before.
-void Contacts::fill(const Setup& setup, std::uint32_t block, const Arena& arena, const Former& former) {
+void Contacts::fill(const Setup& setup, std::uint32_t block, const BodyPair* pair, const Arena& arena, const Former& former) {
     const Bodies& bodies = setup.bodies;
     const auto friction = [&](std::uint8_t one, std::uint8_t other) {
         return std::sqrt(setup.materials[one].friction * setup.materials[other].friction);
@@ -293,7 +309,6 @@ void Contacts::fill(const Setup& setup, std::uint32_t block, const Arena& arena,
         batch.tx[i] = sign * was->tangent[0], batch.ty[i] = sign * was->tangent[1], batch.tz[i] = sign * was->tangent[2];
         touch = static_cast<std::uint8_t>(touch | int{was->touching} << i);
     };
-    const BodyPair* pair = arena.lanes.data() + arena_offset_[2 * block];
     for (std::uint32_t n = pair_first_[block]; n < pair_first_[block + 1]; ++n) {
         Batch& batch = pairs_[n];
         begin(batch);
@@ -306,7 +321,7 @@ void Contacts::fill(const Setup& setup, std::uint32_t block, const Arena& arena,
             recall(batch, touching[n], i, a.id, b.id);
         }
     }
-    std::size_t at = arena_offset_[2 * block + 1];
+    std::size_t at = obstacle_arena_first_[block];
     for (std::uint32_t n = obstacle_first_[block]; n < obstacle_first_[block + 1]; ++n) {
         Batch& batch = obstacles_[n];
         std::uint8_t& touch = touching[pairs_.size() + n];
@@ -365,7 +380,7 @@ std::size_t Contacts::bytes() const {
     return (pairs_.capacity() + obstacles_.capacity()) * sizeof(Batch) + lanes_.capacity() * sizeof(ObstacleLane) + touching.capacity() +
            adhesion.capacity() * sizeof(Lanes) + bounces.capacity() * sizeof(Bounce) +
            (pair_first_.capacity() + obstacle_first_.capacity()) * sizeof(std::uint32_t) +
-           (arena_of_block_.capacity() + arena_offset_.capacity()) * sizeof(std::uint32_t);
+           obstacle_arena_first_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace meld::physics

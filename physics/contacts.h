@@ -8,6 +8,7 @@
 
 #include "physics/block_grid.h"
 #include "physics/bodies.h"
+#include "physics/chunks.h"
 #include "physics/lanes.h"
 #include "physics/material.h"
 #include "physics/obstacles.h"
@@ -109,14 +110,16 @@ class Contacts {
     struct Arena;
     struct Former;
     Former sort_carried(const Bodies& bodies, Workers& workers);
-    void collect(const Setup& setup, std::uint32_t block, Arena& arena);
-    void fill(const Setup& setup, std::uint32_t block, const Arena& arena, const Former& former);
+    const BodyPair* collect(const Setup& setup, std::uint32_t block, Arena& arena);
+    void collect_obstacles(const Setup& setup, std::uint32_t block, Arena& arena);
+    void fill(const Setup& setup, std::uint32_t block, const BodyPair* pair, const Arena& arena, const Former& former);
 
     Buffer<Batch> pairs_, obstacles_;
     Buffer<ObstacleLane> lanes_;
     std::vector<std::uint32_t> pair_first_, obstacle_first_;
-    std::vector<std::uint32_t> arena_of_block_, arena_offset_;
-    std::vector<Buffer<CarriedContact>> carried_;
+    // By block, while the batches are laid out: where its lanes with obstacles begin among those of its worker.
+    std::vector<std::uint32_t> obstacle_arena_first_;
+    std::vector<Chunks<CarriedContact>> carried_;
     std::size_t candidates_ = 0;
 };
 

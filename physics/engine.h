@@ -10,7 +10,8 @@
 
 namespace meld::physics {
 
-// The bodies as they were before the last step, by slot: motions always (accelerations come of them), the others if asked for.
+// The bodies as they were before the last step, by slot, as far as the settings ask for them: motions for accelerations, all to
+// go back to.
 struct LastGood {
     Buffer<Motion> motion;
     Buffer<Place> place;

@@ -48,7 +48,7 @@ class HashEngine final : public Engine {
         if (auto dropped = drop_removed(workers); !dropped) return tl::unexpected(dropped.error());
         Bodies& bodies = world_.bodies;
         LastGood& kept = world_.last_good;
-        kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
+        if (world_.settings.keep_last_good || world_.settings.keep_former_velocities) kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
         if (world_.settings.keep_last_good) {
             kept.place.assign(bodies.place.begin(), bodies.place.end());
             kept.turn.assign(bodies.turn.begin(), bodies.turn.end());

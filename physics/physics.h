@@ -88,8 +88,10 @@ struct Settings {
     // Limits beyond which a step ends with an error.
     double greatest_speed_m_s = 1000;
     double deepest_overlap_share = 0.5;
-    // Keep a copy of the state before each step, to go back to when it ends with an error (48 bytes a body).
+    // Keep a copy of the state before each step, to go back to when it ends with an error (80 bytes a body).
     bool keep_last_good = true;
+    // Keep the velocities of before each step, of which accelerations come (32 bytes a body).
+    bool keep_former_velocities = true;
 };
 
 struct BodySpec {
@@ -121,10 +123,17 @@ struct SwitchedFeatures {
 
 // A body and what it meets: another body, or an obstacle.
 struct Touch {
-    BodyId body;
-    std::uint32_t other;
-    bool other_is_obstacle;
-    auto operator<=>(const Touch&) const = default;
+    Touch() = default;
+    Touch(BodyId body_id, std::uint32_t other_number, bool is_obstacle)
+        : body(body_id), other(other_number & (kMostBodies - 1)), other_is_obstacle(is_obstacle) {}
+    BodyId body = 0;
+    // In 31 bits, for in the first step of a pile there are three touches a body.
+    std::uint32_t other : 31 = 0;
+    bool other_is_obstacle : 1 = false;
+    // In the order of body, other, and whether it is an obstacle.
+    constexpr std::uint64_t key() const { return std::uint64_t{body} << 32 | std::uint64_t{other} << 1 | std::uint64_t{other_is_obstacle}; }
+    bool operator==(const Touch& that) const { return key() == that.key(); }
+    auto operator<=>(const Touch& that) const { return key() <=> that.key(); }
 };
 struct TouchEvent {
     Touch touch;
@@ -176,6 +185,8 @@ class Scene {
     Result<std::uint8_t> add_material(Material material);
     Result<std::uint32_t> add_obstacle(Shape shape, std::uint8_t material);
     Result<std::uint16_t> add_feature_table(std::vector<Feature> features);
+    // Room for so many bodies with ids below `ids`, so that arrays need not grow.
+    void reserve(std::size_t bodies, std::size_t ids);
     Result<void> add_body(const BodySpec& spec);
     Result<void> remove_body(BodyId body);
 
@@ -195,7 +206,7 @@ class Scene {
     std::size_t body_count() const;
     std::vector<BodyId> bodies() const;
     BodyState state(BodyId body) const;
-    // Change of velocity over the last step.
+    // Change of velocity over the last step; 0 unless the settings keep former velocities.
     Vec3 acceleration(BodyId body) const;
     double radius(BodyId body) const;
     // About an axis through its centre, kg m^2.
@@ -212,6 +223,8 @@ class Scene {
 
     // What began and ended to touch in the last step, sorted.
     std::span<const TouchEvent> events() const;
+    // Gives their memory back where they are many, as they are when all that touches begins to.
+    void forget_events();
     // All that touch now, sorted, each once; made when first asked for after a step.
     std::span<const ContactReport> contacts();
     // The same in no order, none of them kept, which costs a fraction.

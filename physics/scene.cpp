@@ -142,6 +142,8 @@ Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
     return static_cast<std::uint16_t>(world_->tables.size() - 1);
 }
 
+void Scene::reserve(std::size_t bodies, std::size_t ids) { world_->bodies.reserve(bodies, ids); }
+
 Result<void> Scene::add_body(const BodySpec& spec) {
     if (auto fine = check(spec); !fine) return fine;
     if (has(spec.id)) return fail(fmt::format("there is already a body {}", spec.id), "Give each body a number of its own");

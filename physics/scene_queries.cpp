@@ -5,6 +5,7 @@
 
 #include "physics/engine.h"
 #include "physics/physics.h"
+#include "runtime/base/give_back.h"
 
 namespace meld::physics {
 
@@ -79,6 +80,10 @@ double Scene::energy_drawn_j(BodyId body) const {
 
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
+void Scene::forget_events() {
+    world_->events.clear();
+    if (world_->events.capacity() > world_->bodies.count() / 2) give_back(world_->events);
+}
 
 std::uint32_t Scene::slot(BodyId body) const { return world_->bodies.slot(body); }
 std::size_t Scene::slot_count() const { return world_->bodies.count(); }

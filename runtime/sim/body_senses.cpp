@@ -45,6 +45,8 @@ void BodySenses::find_sensor(const PartState& part, const char* name, std::size_
     if (const auto base = stored(part, name, arity)) sensors_.push_back({quantity, *base, part.module.predicates[*base].fields[0].type == ValueType::Vec3, threshold});
 }
 
+bool BodySenses::feels_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
+
 Result<void> BodySenses::start(PartState& part, const world::World& world) {
     world_ = &world;
     const world::SenseOptions& s = world.physics.sense;
@@ -57,7 +59,6 @@ Result<void> BodySenses::start(PartState& part, const world::World& world) {
         if (reads(name, arity))
             return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
                         "Read position, or give the world [motion] kind = \"lattice\"");
-    for (const char* name : {"position", "at"}) reads_place_ = reads_place_ || reads(name, 3) || reads(name, 1);
     find_sensor(part, "orientation", 4, Quantity::Orientation, s.orientation);
     for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
         find_sensor(part, "velocity", arity, Quantity::Velocity, s.velocity);
@@ -89,7 +90,7 @@ void BodySenses::place(PartState& part, const physics::Scene& scene, Catom first
         const world::Vec3 now = to_diameters(*world_, scene.state(static_cast<physics::BodyId>(part.ensemble.id(c))).position_m);
         const bool entered = part.ensemble.place(c, now);
         if (!part.owned(c)) continue;
-        const bool far = reads_place_ && square_distance(now, part.sensed_positions[c]) > enough;
+        const bool far = part.reads_places && square_distance(now, part.sensed_positions[c]) > enough;
         if (far) part.sensed_positions[c] = now;
         if (far || entered) moved.push_back({c, true});
     }

@@ -15,6 +15,8 @@ namespace meld::sim {
 
 class BodySenses {
   public:
+    // Whether the program is told of its catoms' accelerations.
+    static bool feels_acceleration(const PartState& part);
     // Finds what the program reads. Errors: it reads what only a lattice has.
     Result<void> start(PartState& part, const world::World& world);
     // Touches of obstacles that began and ended; after each step.
@@ -54,7 +56,6 @@ class BodySenses {
     static bool differs(const Sensor& sensor, const Numbers& told, const Numbers& now);
 
     const world::World* world_ = nullptr;
-    bool reads_place_ = false;
     std::vector<Sensor> sensors_;
     std::vector<ExactSum> normal_force_n_;  // By slot of the scene.
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).

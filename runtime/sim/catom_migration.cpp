@@ -97,7 +97,7 @@ void pack(const PartState& part, const NewOwners& owners, const std::vector<std:
     const std::uint64_t id = part.ensemble.id(catom);
     put(out, id);
     put(out, part.ensemble.position(catom));
-    put(out, part.sensed_positions[catom]);
+    put(out, part.sensed_position(catom));
     std::vector<std::byte> state;
     part.pack_catom(catom, state);
     put_bytes(out, state);
@@ -164,7 +164,7 @@ void depart(PartState& part, const NewOwners& owners, std::uint64_t id, int owne
 void arrive(PartState& part, const Arrival& a) {
     if (const std::optional<Catom> ghost = part.ensemble.find(a.id)) take_out(part, *ghost);
     const Catom catom = part.add_freely(a.id, a.position, kCatomOwned, part.comm.part());
-    part.sensed_positions[catom] = a.sensed;
+    if (part.reads_places) part.sensed_positions[catom] = a.sensed;
     const std::byte* at = a.state.data();
     part.unpack_catom(catom, at);
 }

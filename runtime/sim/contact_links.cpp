@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/give_back.h"
 #include "runtime/sim/bytes.h"
 
 namespace meld::sim {
@@ -31,20 +33,25 @@ void forget_if_lonely(PartState& part, Catom ghost) {
     part.remove_freely(ghost);
 }
 
-void ContactLinks::update(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
+void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
     std::vector<physics::TouchEvent> told;
     if (divided != nullptr) found = told = share(part, found, *divided);
     std::vector<Pair> begun, ended;
+    const auto beginnings = std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
+    begun.reserve(static_cast<std::size_t>(beginnings));
     for (const physics::TouchEvent& e : found)
         if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
     // What has ended makes room for what has begun.
     end(part, ended);
-    begin(begun);
+    begin(std::move(begun));
+}
+
+void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
     // An exchange is for all, also for those who have nothing to say.
     if (waiting_.empty() && divided == nullptr) return;
     make_offers(part);
     if (divided != nullptr) exchange_offers(part, *divided);
-    connect(part);
+    connect_promised(part);
 }
 
 // The part that owns a pair's block has seen what befell it; the owners of both catoms are told.
@@ -61,17 +68,14 @@ std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<
             }
             std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owners[i])];
             put(bytes, e.touch.body);
-            put(bytes, e.touch.other);
+            put(bytes, physics::BodyId{e.touch.other});
             put(bytes, e.began);
         }
     }
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            physics::TouchEvent e{};
-            e.touch.body = take_value<physics::BodyId>(at);
-            e.touch.other = take_value<std::uint32_t>(at);
-            e.began = take_value<bool>(at);
-            mine.push_back(e);
+            const auto body = take_value<physics::BodyId>(at), other = take_value<physics::BodyId>(at);
+            mine.push_back({{body, other, false}, take_value<bool>(at)});
         }
     std::sort(mine.begin(), mine.end());
     return mine;
@@ -92,7 +96,12 @@ void ContactLinks::end(PartState& part, const std::vector<Pair>& ended) {
     if (!waiting_.empty()) std::erase_if(waiting_, [&](const Pair& pair) { return std::binary_search(ended.begin(), ended.end(), pair); });
 }
 
-void ContactLinks::begin(const std::vector<Pair>& begun) {
+void ContactLinks::begin(std::vector<Pair> begun) {
+    if (waiting_.empty()) {
+        waiting_ = std::move(begun);
+        waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
+        return;
+    }
     const auto middle = static_cast<std::ptrdiff_t>(waiting_.size());
     waiting_.insert(waiting_.end(), begun.begin(), begun.end());
     std::inplace_merge(waiting_.begin(), waiting_.begin() + middle, waiting_.end());
@@ -102,7 +111,7 @@ void ContactLinks::begin(const std::vector<Pair>& begun) {
 void ContactLinks::change_hands(const PartState& part, const std::vector<Pair>& arrived) {
     std::vector<Pair> sorted = arrived;
     std::sort(sorted.begin(), sorted.end());
-    begin(sorted);
+    begin(std::move(sorted));
     std::erase_if(waiting_, [&](const Pair& pair) { return !ours(part, pair.first) && !ours(part, pair.second); });
 }
 
@@ -177,7 +186,7 @@ std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::B
     return Side{*ghost, offer.port};
 }
 
-void ContactLinks::connect(PartState& part) {
+void ContactLinks::connect_promised(PartState& part) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         const auto [first, second] = waiting_[i];
@@ -194,7 +203,7 @@ void ContactLinks::connect(PartState& part) {
     // After the first step, which has brought all touches at once, their room is given back.
     if (waiting_.capacity() > std::max(kFewPairs, 4 * kept)) {
         waiting_.shrink_to_fit();
-        offered_ = {};
+        give_back(offered_);
     }
 }
 

@@ -25,9 +25,12 @@ class ContactLinks {
         auto operator<=>(const Pair&) const = default;
     };
 
-    // After each step of the physics, on every part; `divided` where there are several. Events are sorted; those that name
-    // obstacles are passed over. A catom of another part that comes to touch one of ours becomes known here as a ghost.
-    void update(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    // After each step of the physics, on every part; `divided` where there are several. First notes what has begun and ended:
+    // events are sorted; those that name obstacles are passed over.
+    void note(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    // Then links those that touch and have a port free; events are not needed any more. A catom of another part that comes to
+    // touch one of ours becomes known here as a ghost.
+    void connect(PartState& part, const DividedBodies* divided);
 
     // Touches that wait for a port, the lower number first, sorted; those of catoms that change parts go with them.
     std::span<const Pair> waiting() const { return waiting_; }
@@ -44,11 +47,11 @@ class ContactLinks {
     };
     std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const;
     void end(PartState& part, const std::vector<Pair>& ended);
-    void begin(const std::vector<Pair>& begun);
+    void begin(std::vector<Pair> begun);
     void make_offers(const PartState& part);
     int lowest_free_port(const PartState& part, Catom catom);
     void exchange_offers(PartState& part, const DividedBodies& divided);
-    void connect(PartState& part);
+    void connect_promised(PartState& part);
     // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
     struct Side {
         Catom catom;

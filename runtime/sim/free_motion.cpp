@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/base/give_back.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/catom_migration.h"
@@ -28,8 +29,7 @@ Result<void> FreeMotion::start(PartState& part) {
 Result<void> FreeMotion::make_scene(PartState& part) {
     BodyMaker bodies(world_, part.next_id);
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) bodies.note(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
-    part.start_cells = {};
+        if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
     std::vector<std::byte> bytes;
     if (part.ensemble.owned_count() > 0) {
         put(bytes, bodies.radii());
@@ -46,10 +46,15 @@ Result<void> FreeMotion::make_scene(PartState& part) {
     }
     const double touch_m = physics::Settings{}.touch_share * 2 * radii.least;
     fixed_touches_ = touches_among(part, bodies.at_rest(), radii.largest, touch_m);
-    auto made = make_physics_scene(world_, radii);
+    auto made = make_physics_scene(world_, radii, BodySenses::feels_acceleration(part));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
-    if (auto done = bodies.make(physics_, surfaces); !done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
+    auto done = bodies.add_materials(physics_, surfaces);
+    physics_.scene->reserve(part.ensemble.owned_count(), part.next_id);
+    for (Catom c = 0; done && c < part.ensemble.index_count(); ++c)
+        if (part.owned(c)) done = bodies.make(physics_, part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
+    give_back(part.start_cells);
+    if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     if (radii.least != world_.radius || radii.largest != world_.radius)
         part.diameter_of = [this, &part](Catom c) { return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius; };
     return {};
@@ -77,9 +82,12 @@ Result<void> FreeMotion::step_once(PartState& part) {
     }
     awake_ = report->awake_bodies;
     note_fixed_touches(part);
-    links_.update(part, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_), divided_ ? &*divided_ : nullptr);
-    fixed_touches_ = {};
+    const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
     senses_.note_obstacles(part, physics_.scene->events());
+    links_.note(part, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
+    give_back(fixed_touches_);
+    physics_.scene->forget_events();
+    links_.connect(part, divided);
     return {};
 }
 

@@ -6,6 +6,19 @@
 
 namespace meld::sim {
 
+namespace {
+
+bool reads_places_of(const ModuleInfo& module) {
+    for (const char* name : {"position", "at"})
+        for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
+            const std::optional<u32> p = tuple::find_sensed(module, name, arity);
+            if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
+        }
+    return false;
+}
+
+}  // namespace
+
 PartState::PartState(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target, comm::Communicator& communicator, int threads)
     : module(module_info),
       world(the_world),
@@ -16,9 +29,10 @@ PartState::PartState(const ModuleInfo& module_info, const world::World& the_worl
       columns(module_info, threads),
       evaluator(module_info, columns, workers,
                 [this](u32 catom, double out[3]) {
-                    const world::Vec3 at = ensemble.is_free() ? sensed_positions[catom] : ensemble.position(catom);
+                    const world::Vec3 at = sensed_position(catom);
                     for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
                 }),
+      reads_places(reads_places_of(module_info)),
       outgoing_(static_cast<std::size_t>(threads), std::vector<std::vector<Export>>(static_cast<std::size_t>(communicator.parts()))),
       packets_(static_cast<std::size_t>(communicator.parts())) {
     if (!world.is_free()) return;
@@ -109,10 +123,14 @@ Catom PartState::add_freely(std::uint64_t id, const world::Vec3& position, Catom
     const std::size_t count = ensemble.index_count();
     columns.resize(count);
     evaluator.agenda().resize(count);
-    sensed_positions.resize(count);
-    owners.resize(count);
-    sensed_positions[catom] = position;
-    owners[catom] = owner;
+    if (reads_places) {
+        sensed_positions.resize(count);
+        sensed_positions[catom] = position;
+    }
+    if (!alone()) {
+        owners.resize(count);
+        owners[catom] = owner;
+    }
     return catom;
 }
 
@@ -124,7 +142,10 @@ void PartState::remove_freely(Catom catom) {
     ensemble.remove(catom);
 }
 
-int PartState::owner_of(Catom catom) const { return ensemble.is_free() ? owners[catom] : halo->owner(ensemble.cell(catom)); }
+int PartState::owner_of(Catom catom) const {
+    if (alone()) return comm.part();
+    return ensemble.is_free() ? owners[catom] : halo->owner(ensemble.cell(catom));
+}
 
 void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
     columns.pack(catom, tuple::Columns::Which::All, out);
@@ -144,6 +165,9 @@ void PartState::unpack_catom(Catom catom, const std::byte*& from) {
     evaluator.tombstones().restore(catom, std::move(losses));
 }
 
-std::size_t PartState::bytes() const { return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes() + motion_bytes; }
+std::size_t PartState::bytes() const {
+    return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes() + motion_bytes + sensed_positions.capacity() * sizeof(world::Vec3) +
+           owners.capacity() * sizeof(owners[0]);
+}
 
 }  // namespace meld::sim

@@ -105,11 +105,14 @@ class PartState {
     std::vector<Value> parameters;
     Totals totals;
     std::uint64_t next_id = 0;
-    // Where catoms move freely: what they were told of their places, and, until motion has started, the cells they start in.
+    // Where catoms move freely: what they were told of their places (empty if the program does not read them), and, until motion
+    // has started, the cells they start in.
     std::vector<world::Vec3> sensed_positions;
+    const bool reads_places;
+    world::Vec3 sensed_position(Catom catom) const { return sensed_positions.empty() ? ensemble.position(catom) : sensed_positions[catom]; }
     // A catom's diameter in those of the world; empty where all have the world's.
     std::function<double(Catom)> diameter_of;
-    std::vector<std::int32_t> owners;  // Of catoms that move freely, by index.
+    std::vector<std::int32_t> owners;  // Of catoms that move freely, by index; empty where there is one part.
     std::vector<Cell> start_cells;
     // Something moves by itself, so the run goes on though no program has anything to do.
     bool moving = false;

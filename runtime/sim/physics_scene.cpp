@@ -20,7 +20,7 @@ using world::World;
 
 physics::Vec3 vector_of(const world::Vec3& v) { return {v[0], v[1], v[2]}; }
 
-physics::Settings settings_of(const World& world, RadiusRange radii) {
+physics::Settings settings_of(const World& world, RadiusRange radii, bool feels_acceleration) {
     const PhysicsOptions& p = world.physics;
     physics::Settings s;
     s.engine = p.engine == "hash" ? physics::EngineKind::Hash : p.engine == "ode" ? physics::EngineKind::Ode : physics::EngineKind::Blocks;
@@ -33,6 +33,9 @@ physics::Settings settings_of(const World& world, RadiusRange radii) {
     s.greatest_speed_m_s = p.greatest_speed;
     s.deepest_overlap_share = p.deepest_overlap;
     s.least_radius_m = radii.least, s.largest_radius_m = radii.largest;
+    // A run ends with the first step that fails, and what it shows is what the programs were told before.
+    s.keep_last_good = false;
+    s.keep_former_velocities = feels_acceleration;
     return s;
 }
 
@@ -127,8 +130,8 @@ Error about_catoms(Error error) {
     return error;
 }
 
-Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii) {
-    auto scene = physics::Scene::make(settings_of(world, radii));
+Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool feels_acceleration) {
+    auto scene = physics::Scene::make(settings_of(world, radii, feels_acceleration));
     if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
     PhysicsScene out{std::move(*scene), {}, 0};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
@@ -136,7 +139,7 @@ Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii) {
     return out;
 }
 
-void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
+BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
     const PhysicsOptions& p = world_.physics;
     Surface surface{p.friction, p.restitution};
     physics::BodySpec spec;
@@ -161,39 +164,31 @@ void BodyMaker::note(std::uint64_t id, world::Cell cell, const world::Vec3& posi
         spec.radius_m = placed.radius.value_or(spec.radius_m);
         spec.mass_kg = placed.mass.value_or(spec.mass_kg);
     }
+    return {spec, surface};
+}
+
+void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
+    const auto [spec, surface] = describe(id, cell, position);
+    const double r = spec.radius_m;
+    radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.least, r), std::max(radii_.largest, r)};
     surfaces_.insert(surface);
-    noted_.push_back({spec, surface});
+    if (spec.fixed && spec.velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
 }
 
-std::vector<FixedBody> BodyMaker::at_rest() const {
-    std::vector<FixedBody> found;
-    for (const Noted& body : noted_)
-        if (body.spec.fixed && body.spec.velocity_m_s == physics::Vec3{}) found.push_back({body.spec.id, body.spec.position_m, body.spec.radius_m});
-    return found;
-}
-
-RadiusRange BodyMaker::radii() const {
-    if (noted_.empty()) return {};
-    RadiusRange range{noted_[0].spec.radius_m, noted_[0].spec.radius_m};
-    for (const Noted& body : noted_) range = {std::min(range.least, body.spec.radius_m), std::max(range.largest, body.spec.radius_m)};
-    return range;
-}
-
-Result<void> BodyMaker::make(PhysicsScene& scene, const std::set<Surface>& surfaces) {
-    std::map<Surface, std::uint8_t> materials;
+Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
     for (const Surface& s : surfaces) {
         const auto made = scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
         if (!made) return tl::unexpected<Error>(made.error());
-        materials[s] = *made;
+        materials_[s] = *made;
     }
-    for (Noted& body : noted_) {
-        body.spec.material = materials[body.surface];
-        if (auto added = scene.scene->add_body(body.spec); !added) return added;
-        if (scene.features.empty()) continue;
-        if (auto equipped = scene.scene->set_feature_table(body.spec.id, scene.feature_table); !equipped) return equipped;
-    }
-    noted_ = {};
     return {};
+}
+
+Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+    auto [spec, surface] = describe(id, cell, position);
+    spec.material = materials_.at(surface);
+    if (auto added = scene.scene->add_body(spec); !added || scene.features.empty()) return added;
+    return scene.scene->set_feature_table(spec.id, scene.feature_table);
 }
 
 }  // namespace meld::sim

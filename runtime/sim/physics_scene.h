@@ -2,6 +2,7 @@
 #pragma once
 
 #include <compare>
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -21,8 +22,8 @@ struct PhysicsScene {
     std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
 };
-// `radii`: those of all bodies of all parts.
-Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii);
+// `radii`: those of all bodies of all parts; feels_acceleration: the program is told of it.
+Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool feels_acceleration);
 
 // What a catom is made of.
 struct Surface {
@@ -30,31 +31,35 @@ struct Surface {
     auto operator<=>(const Surface&) const = default;
 };
 
-// Gives catoms their bodies: first all are noted, then the scene is made that fits all parts' bodies, their materials are added
-// alike everywhere, then the bodies themselves.
+// Gives catoms their bodies: first all are looked at, then the scene is made that fits all parts' bodies, their materials are
+// added alike everywhere, then each catom's body is made. What it is like is found twice, which needs no memory for all of them.
 class BodyMaker {
   public:
     // `catoms`: of all parts; the last of them are those at listed positions.
     BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
-    void note(std::uint64_t id, world::Cell cell, const world::Vec3& position);
+    void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
-    // Of the bodies noted.
-    RadiusRange radii() const;
-    // Those noted that are fixed and stand still.
-    std::vector<FixedBody> at_rest() const;
+    // Of the bodies looked at.
+    RadiusRange radii() const { return radii_; }
+    // Those looked at that are fixed and stand still.
+    const std::vector<FixedBody>& at_rest() const { return at_rest_; }
     // `surfaces`: those of all parts.
-    Result<void> make(PhysicsScene& scene, const std::set<Surface>& surfaces);
+    Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
+    Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
 
   private:
-    struct Noted {
+    struct Described {
         physics::BodySpec spec;
         Surface surface;
     };
+    Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;
     std::uint64_t first_placed_;
     std::set<Surface> surfaces_;
-    std::vector<Noted> noted_;
+    std::map<Surface, std::uint8_t> materials_;
+    RadiusRange radii_;
+    std::vector<FixedBody> at_rest_;
 };
 
 // An error of the physics in the words of worlds and programs: bodies are catoms, and its settings have their names in the

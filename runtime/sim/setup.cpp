@@ -124,9 +124,18 @@ void PartState::populate_freely(const Counts& counts) {
     const auto add = [&](std::uint64_t id, Cell cell, const world::Vec3& position) {
         ensemble.add_at(id, position, kCatomOwned);
         start_cells.push_back(cell);
-        sensed_positions.push_back(position);
-        owners.push_back(comm.part());
+        if (reads_places) sensed_positions.push_back(position);
+        if (!alone()) owners.push_back(comm.part());
     };
+    std::size_t mine = comm.part() == 0 ? world.placed.size() : 0;
+    for (const auto& [key, count] : counts)
+        if (partition->owner(key) == comm.part()) mine += count;
+    // On several parts there will be ghosts too, and bodies that come and go.
+    const std::size_t room = alone() ? mine : mine + mine / 16;
+    ensemble.reserve_free(room);
+    start_cells.reserve(mine);
+    if (reads_places) sensed_positions.reserve(room);
+    if (!alone()) owners.reserve(room);
     for (const auto& [key, count] : counts) {
         const std::uint64_t first = next_id;
         next_id += count;

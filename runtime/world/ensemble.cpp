@@ -123,6 +123,7 @@ Catom Ensemble::add(std::uint64_t id, Cell cell, CatomState state) {
 
 Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState state) {
     Catom catom = static_cast<Catom>(id_.size());
+    if (id_.empty()) first_id_ = id;
     if (free_.empty()) {
         id_.push_back(id);
         site_.push_back(site);
@@ -136,13 +137,13 @@ Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState stat
         state_[catom] = state;
     }
     count(state, 1);
-    if (ids_kept_) ids_.insert(catom, id_);
+    if (ids_kept_ && !in_order(catom)) ids_.insert(catom, id_);
     return catom;
 }
 
 void Ensemble::remove(Catom catom) {
     MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
-    if (ids_kept_) ids_.erase(catom, id_);
+    if (ids_kept_ && !in_order(catom)) ids_.erase(catom, id_);
     count(state_[catom], static_cast<std::size_t>(-1));
     if (free_links_) cut(catom);
     else cell_catom_[site_[catom]] = kNobody;
@@ -200,12 +201,17 @@ bool Ensemble::target(Cell cell) const {
 
 std::optional<Catom> Ensemble::find(std::uint64_t id) const {
     if (!ids_kept_) {
-        ids_.reserve(id_.size(), id_);
+        const auto needs_row = [&](Catom catom) { return state_[catom] != kCatomFree && !in_order(catom); };
+        std::size_t rows = 0;
+        for (Catom catom = 0; catom < id_.size(); ++catom) rows += needs_row(catom) ? 1 : 0;
+        ids_.reserve(rows, id_);
         for (Catom catom = 0; catom < id_.size(); ++catom) {
-            if (state_[catom] != kCatomFree) ids_.insert(catom, id_);
+            if (needs_row(catom)) ids_.insert(catom, id_);
         }
         ids_kept_ = true;
     }
+    // Where the id is less than the first, the difference wraps around and is no index.
+    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && state_[index] != kCatomFree) return static_cast<Catom>(index);
     const Catom known = ids_.find(id, id_);
     return known == IdTable::kAbsent ? std::nullopt : std::optional<Catom>(known);
 }

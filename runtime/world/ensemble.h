@@ -51,6 +51,8 @@ class Ensemble {
     // geometry() are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
     void set_free(std::function<bool(const Vec3&)> in_target);
     bool is_free() const { return free_links_; }
+    // Room for so many, so that arrays need not grow.
+    void reserve_free(std::size_t catoms);
     Catom add_at(std::uint64_t id, const Vec3& position, CatomState state);
     // Returns whether it has entered or left the target.
     bool place(Catom catom, const Vec3& position);
@@ -74,8 +76,8 @@ class Ensemble {
     std::size_t index_count() const { return id_.size(); }
     std::size_t owned_count() const { return owned_count_; }
     std::size_t ghost_count() const { return ghost_count_; }
-    // The catom with this id, if this part knows it. Cost: one hash lookup; the map is made on first use and kept, so the
-    // first call must not run beside others.
+    // The catom with this id, if this part knows it. Cost: a comparison where ids follow indices, else one hash lookup; the map
+    // is made on first use and kept, so the first call must not run beside others.
     std::optional<Catom> find(std::uint64_t id) const;
     void reserve(std::size_t catoms, std::size_t bricks);
     std::size_t bytes() const;
@@ -120,6 +122,10 @@ class Ensemble {
     std::vector<Vec3> positions_;
     std::vector<std::uint8_t> link_back_;
 
+    // Catoms are numbered as they are placed, so the number of most is that of the first plus their index; those of the others
+    // are in the table.
+    bool in_order(Catom catom) const { return id_[catom] == first_id_ + catom; }
+    std::uint64_t first_id_ = 0;
     mutable IdTable ids_;
     mutable bool ids_kept_ = false;
 };

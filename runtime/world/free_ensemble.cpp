@@ -37,6 +37,15 @@ void Ensemble::set_free(std::function<bool(const Vec3&)> in_target) {
     link_back_.assign(kBrickCells, 0);
 }
 
+void Ensemble::reserve_free(std::size_t catoms) {
+    const std::size_t bricks = 1 + (catoms + kCatomsOfBrick - 1) / kCatomsOfBrick;
+    id_.reserve(catoms), site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
+    link_back_.reserve(bricks * kBrickCells);
+    cell_catom_.reserve(bricks * kBrickCells);
+    target_.reserve(bricks * kBrickCells / 64);
+    neighbours_.reserve(bricks * kBrickNeighbours);
+}
+
 void Ensemble::add_free(Geometry& g) const {
     g.ports = kMaxPorts;
     g.step = link_steps().data();

@@ -1,0 +1,55 @@
+// A list that grows without being copied, for what is collected before its number is known: the items lie in chunks, each twice
+// as long as the one before up to a limit. A vector's growth would need half as much again while it copies.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "physics/buffer.h"
+#include "runtime/base/give_back.h"
+
+namespace meld::physics {
+
+template <class T>
+class Chunks {
+  public:
+    std::size_t size() const { return size_; }
+    void push_back(const T& item) { *append(1) = item; }
+    // Room for so many items one behind the other, which are for the caller to set; it stays where it is.
+    T* append(std::size_t count) {
+        if (chunks_.empty() || chunks_.back().capacity() - chunks_.back().size() < count) {
+            const std::size_t wanted = chunks_.empty() ? kFirst : std::min(2 * chunks_.back().capacity(), kMost);
+            chunks_.emplace_back().reserve(std::max(wanted, count));
+        }
+        Buffer<T>& last = chunks_.back();
+        size_ += count;
+        last.resize(last.size() + count);
+        return last.data() + (last.size() - count);
+    }
+    template <class F>
+    void each(const F& f) const {
+        for (const Buffer<T>& chunk : chunks_)
+            for (const T& item : chunk) f(item);
+    }
+    // The same, and gives back what has been visited.
+    template <class F>
+    void consume(const F& f) {
+        for (Buffer<T>& chunk : chunks_) {
+            for (const T& item : chunk) f(item);
+            give_back(chunk);
+        }
+        chunks_.clear();
+        size_ = 0;
+    }
+
+  private:
+    // Chunks this long are mapped and unmapped one by one; shorter ones may stay with the allocator.
+    static constexpr std::size_t kMost = (std::size_t{64} << 20) / sizeof(T);
+    static constexpr std::size_t kFirst = 1024;
+    std::vector<Buffer<T>> chunks_;
+    std::size_t size_ = 0;
+};
+
+}  // namespace meld::physics

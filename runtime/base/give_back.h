@@ -1,0 +1,13 @@
+// Giving the memory of a vector back. Assigning {} or clear() empties it and keeps the memory.
+#pragma once
+
+#include <vector>
+
+namespace meld {
+
+template <class T, class Allocator>
+void give_back(std::vector<T, Allocator>& array) {
+    std::vector<T, Allocator>().swap(array);
+}
+
+}  // namespace meld
