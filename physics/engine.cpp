@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -14,15 +13,10 @@ namespace meld::physics {
 
 namespace {
 
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 // A rate that makes any wider gap ask for nothing, yet whose products stay finite.
 constexpr float kNeverRate = 1e12f;
 
 }  // namespace
-
-StageClock::StageClock(double& seconds) : seconds_(seconds), begin_(now_s()) {}
-StageClock::~StageClock() { seconds_ += now_s() - begin_; }
 
 SolverSettings SolverSettings::pgs20() {
     SolverSettings settings;

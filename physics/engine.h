@@ -7,6 +7,7 @@
 #include "physics/bodies.h"
 #include "physics/physics.h"
 #include "physics/stage.h"
+#include "runtime/base/stage_clock.h"
 
 namespace meld::physics {
 
@@ -65,18 +66,5 @@ class Engine {
 std::unique_ptr<Engine> make_block_engine(World& world);
 std::unique_ptr<Engine> make_hash_engine(World& world);
 std::unique_ptr<Engine> make_ode_engine(World& world);
-
-// Sums the time of a stage into one of the world's StageTimes.
-class StageClock {
-  public:
-    explicit StageClock(double& seconds);
-    ~StageClock();
-    StageClock(const StageClock&) = delete;
-    StageClock& operator=(const StageClock&) = delete;
-
-  private:
-    double& seconds_;
-    double begin_;
-};
 
 }  // namespace meld::physics

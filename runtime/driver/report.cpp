@@ -71,6 +71,8 @@ std::string summary_table(const sim::Summary& s, int parts, int threads) {
 }
 
 std::string summary_json(const sim::Summary& s, int parts, int threads) {
+    nlohmann::ordered_json stages = nlohmann::ordered_json::object();
+    for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
     const nlohmann::ordered_json json = {{"ended", ending_name(s.ending)},
                                          {"ticks", s.ticks},
                                          {"catoms", s.catoms},
@@ -84,6 +86,7 @@ std::string summary_json(const sim::Summary& s, int parts, int threads) {
                                          {"setup_seconds", s.setup_seconds},
                                          {"run_seconds", s.run_seconds},
                                          {"cpu_seconds", s.cpu_seconds},
+                                         {"stage_seconds", stages},
                                          {"processes", parts},
                                          {"threads", threads},
                                          {"outcomes", s.outcomes}};

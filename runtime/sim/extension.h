@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -34,6 +35,9 @@ class SimModule {
     virtual std::string status() const { return ""; }
     // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
     virtual std::string outcome() const { return ""; }
+    // Seconds that the stages of its steps have taken on this part, by wall clock.
+    using Stages = std::vector<std::pair<std::string, double>>;
+    virtual Stages stages() const { return {}; }
 };
 
 // What a CodeModule sees of its catom.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/give_back.h"
+#include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/catom_migration.h"
@@ -66,6 +67,7 @@ Result<void> FreeMotion::step(PartState& part) {
         if (auto done = step_once(part); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
     part.refresh();
+    const StageClock clock(sensing_s_);
     senses_.sense(part, physics_, divided_ ? &*divided_ : nullptr);
     bodies_ = part.ensemble.owned_count();
     part.moving = awake_ > 0;
@@ -82,6 +84,7 @@ Result<void> FreeMotion::step_once(PartState& part) {
     }
     awake_ = report->awake_bodies;
     note_fixed_touches(part);
+    const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
     senses_.note_obstacles(part, physics_.scene->events());
     links_.note(part, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
@@ -108,16 +111,21 @@ Result<physics::StepReport> FreeMotion::move(PartState& part) {
     if (actions_.any_pushes())
         if (auto pushed = agree_on_error(part, actions_.push(*physics_.scene, step_s)); !pushed) return tl::unexpected<Error>(pushed.error());
     if (!divided_) return physics_.scene->step(step_s, substeps, part.workers);
-    const auto changed_hands = divided_->redistribute(part, step_s, substeps);
+    const auto changed_hands = hand_over(part, step_s, substeps);
     if (!changed_hands) return tl::unexpected<Error>(changed_hands.error());
-    if (*changed_hands) {
-        migrate_catoms(part, *divided_, links_);
-        if (moved_) crossed_ += divided_->departed().size();
-    }
     moved_ = true;
     auto report = divided_->step(part, step_s, substeps);
     if (report && *changed_hands && actions_.any_pushes()) actions_.follow(part, *divided_);
     return report;
+}
+
+Result<bool> FreeMotion::hand_over(PartState& part, double step_s, int substeps) {
+    const StageClock clock(handing_over_s_);
+    auto changed_hands = divided_->redistribute(part, step_s, substeps);
+    if (!changed_hands || !*changed_hands) return changed_hands;
+    migrate_catoms(part, *divided_, links_);
+    if (moved_) crossed_ += divided_->departed().size();
+    return changed_hands;
 }
 
 void FreeMotion::finish(PartState& part) {
@@ -139,6 +147,14 @@ void FreeMotion::finish(PartState& part) {
 }
 
 std::string FreeMotion::status() const { return fmt::format("{} of {} bodies awake", format_count(static_cast<double>(awake_)), format_count(static_cast<double>(bodies_))); }
+
+SimModule::Stages FreeMotion::stages() const {
+    if (!physics_.scene) return {};
+    const physics::StageTimes t = physics_.scene->stage_times();
+    Stages stages = {{"sort", t.sort}, {"pairs", t.pairs}, {"contacts", t.refresh}, {"features", t.actuation}, {"sweeps", t.solve}, {"move", t.move}, {"touches", t.events}, {"links", linking_s_}, {"senses", sensing_s_}};
+    if (divided_) stages.emplace_back("hand_over", handing_over_s_);
+    return stages;
+}
 
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);

@@ -27,6 +27,7 @@ class FreeMotion : public SimModule {
     void finish(PartState& part) override;
     std::string status() const override;
     std::string outcome() const override;
+    Stages stages() const override;
 
   private:
     // The scene, alike on all parts, with the bodies of this one.
@@ -35,6 +36,8 @@ class FreeMotion : public SimModule {
     // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
     void note_fixed_touches(const PartState& part);
     Result<physics::StepReport> move(PartState& part);
+    // Bodies and their catoms go to the parts whose blocks they are in; whether any did.
+    Result<bool> hand_over(PartState& part, double step_s, int substeps);
 
     const world::World& world_;
     PhysicsScene physics_;
@@ -47,6 +50,7 @@ class FreeMotion : public SimModule {
     std::uint64_t crossed_ = 0;  // Catoms that have come to another part, without those that did before anything moved.
     bool moved_ = false;
     double energy_j_ = 0;
+    double handing_over_s_ = 0, linking_s_ = 0, sensing_s_ = 0;
 };
 
 }  // namespace meld::sim

@@ -116,6 +116,8 @@ class PartState {
     std::vector<Cell> start_cells;
     // Something moves by itself, so the run goes on though no program has anything to do.
     bool moving = false;
+    // Seconds of wall clock that the ticks have taken.
+    double evaluation_s = 0, exchange_s = 0;
     std::size_t motion_bytes = 0;  // Held by what moves it.
     // Set from a signal handler or a module: the run is to end at this tick boundary.
     bool stop_requested = false;

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <ctime>
 
+#include "runtime/base/stage_clock.h"
+
 namespace meld::sim {
 
 namespace {
@@ -62,7 +64,10 @@ Result<void> Simulation::start(const Registry& registry) {
 Result<void> Simulation::tick() {
     part_.begin_tick();
     const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(part_) : Result<void>{}; };
-    if (auto done = each_module(step); !done) return done;
+    {
+        const StageClock clock(modules_s_);
+        if (auto done = each_module(step); !done) return done;
+    }
     part_.happen();
     if (!codes_.empty()) codes_.run(part_);
     if (unsettled_) unsettled_->before(part_);
@@ -128,6 +133,12 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             module->finish(part_);
             if (std::string outcome = module->outcome(); !outcome.empty()) summary_.outcomes.push_back(std::move(outcome));
         }
+    summary_.stage_seconds = {{"modules", modules_s_}};
+    for (const auto* list : {&modules_, &extra_})
+        for (const auto& module : *list)
+            for (auto& stage : module->stages()) summary_.stage_seconds.push_back(std::move(stage));
+    summary_.stage_seconds.emplace_back("evaluation", part_.evaluation_s);
+    summary_.stage_seconds.emplace_back("exchange", part_.exchange_s);
     summary_.run_seconds = wall_seconds() - wall;
     summary_.cpu_seconds = cpu_seconds() - cpu;
     return result;

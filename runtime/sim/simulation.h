@@ -37,6 +37,8 @@ struct Summary {
     double setup_seconds = 0;         // Wall
     double run_seconds = 0;           // Wall
     double cpu_seconds = 0;           // Of this process, from the loaded world to the end.
+    // Wall, of this process, from the first tick on; those of the modules are parts of "modules".
+    std::vector<std::pair<std::string, double>> stage_seconds;
     std::vector<std::string> outcomes;
 };
 
@@ -69,6 +71,7 @@ class Simulation {
     CodeModules codes_;
     std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to settle.
     Summary summary_;
+    double modules_s_ = 0;
 };
 
 }  // namespace meld::sim

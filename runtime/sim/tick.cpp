@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/stage_clock.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/part_state.h"
 #include "runtime/tuple/facts.h"
@@ -32,7 +33,11 @@ void PartState::begin_tick() {
 const Totals& PartState::end_tick() {
     refresh();
     abi.greatest_rank = totals.greatest_rank;
-    totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
+    {
+        const StageClock clock(evaluation_s);
+        totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
+    }
+    const StageClock clock(exchange_s);
     sent_bytes_ = dropped_ = 0;
     if (alone()) {
         std::vector<Arrival>& arrivals = delivery_.arrivals;

@@ -1,0 +1,21 @@
+// Sums up what a stage of the work takes, by wall clock: from where it is made to the end of its scope.
+#pragma once
+
+#include <chrono>
+
+namespace meld {
+
+class StageClock {
+  public:
+    explicit StageClock(double& seconds) : seconds_(seconds), begin_(Clock::now()) {}
+    ~StageClock() { seconds_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+    StageClock(const StageClock&) = delete;
+    StageClock& operator=(const StageClock&) = delete;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    double& seconds_;
+    Clock::time_point begin_;
+};
+
+}  // namespace meld
