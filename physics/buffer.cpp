@@ -1,6 +1,7 @@
 // Memory in huge pages.
 #include "physics/buffer.h"
 
+#include <cstdint>
 #include <cstdlib>
 
 #if defined(__linux__)
@@ -13,19 +14,39 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 
+std::size_t whole_pages(std::size_t bytes) { return (bytes + kHugePage - 1) / kHugePage * kHugePage; }
+
 }  // namespace
 
-void* allocate_large(std::size_t bytes) {
-    const std::size_t whole = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-    void* memory = std::aligned_alloc(kHugePage, whole);
-    if (!memory) throw std::bad_alloc();
 #if defined(__linux__)
+
+// Mapped by itself, not taken from the heap: the C library does not use again what was aligned so far and then freed, so a world
+// that makes its arrays anew would grow without end.
+void* allocate_large(std::size_t bytes) {
+    const std::size_t whole = whole_pages(bytes), mapped = whole + kHugePage;
+    void* const memory = mmap(nullptr, mapped, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    auto* const begin = static_cast<std::byte*>(memory);
+    const std::size_t before = (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;
+    if (before > 0) munmap(begin, before);
+    munmap(begin + before + whole, kHugePage - before);
     // Advice only: without huge pages everything works, more slowly.
-    static_cast<void>(madvise(memory, whole, MADV_HUGEPAGE));
-#endif
+    static_cast<void>(madvise(begin + before, whole, MADV_HUGEPAGE));
+    return begin + before;
+}
+
+void free_large(void* memory, std::size_t bytes) { munmap(memory, whole_pages(bytes)); }
+
+#else
+
+void* allocate_large(std::size_t bytes) {
+    void* const memory = std::aligned_alloc(kHugePage, whole_pages(bytes));
+    if (!memory) throw std::bad_alloc();
     return memory;
 }
 
-void free_large(void* memory) { std::free(memory); }
+void free_large(void* memory, std::size_t) { std::free(memory); }
+
+#endif
 
 }  // namespace meld::physics

@@ -13,7 +13,8 @@ namespace meld::physics {
 
 // Memory for large arrays, aligned to huge pages; throws std::bad_alloc.
 void* allocate_large(std::size_t bytes);
-void free_large(void* memory);
+// `bytes` as they were asked for.
+void free_large(void* memory, std::size_t bytes);
 inline constexpr std::size_t kLargeBytes = std::size_t{4} << 20;
 
 template <class T>
@@ -28,7 +29,7 @@ struct UninitializedAllocator : std::allocator<T> {
     }
     void deallocate(T* memory, std::size_t count) {
         if (count * sizeof(T) < kLargeBytes) return std::allocator<T>::deallocate(memory, count);
-        free_large(memory);
+        free_large(memory, count * sizeof(T));
     }
     template <class U>
     void construct(U* place) noexcept(std::is_nothrow_default_constructible_v<U>) {

@@ -15,6 +15,10 @@ add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp
 target_link_libraries(bench_physics PRIVATE physics)
 add_test(NAME bench_physics_small COMMAND bench_physics --ticks 3 6)
 
+add_executable(bench_burst ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_burst.cpp)
+target_link_libraries(bench_burst PRIVATE physics)
+add_test(NAME bench_burst_small COMMAND bench_burst --ticks 3 6)
+
 add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics.cpp)
 target_link_libraries(bench_mechanics PRIVATE physics)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)
