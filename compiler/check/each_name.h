@@ -143,6 +143,7 @@ class EachName {
         visit_.predicate(p.predicate, std::nullopt);
     }
     void clause(syntax::BodyAggregate& a) {
+        if (!is_aggregate(a.op) && a.op != "collect") visit_.function(a.op, a.result.span);
         expr(a.value);
         clauses(a.clauses);
     }

@@ -1,4 +1,4 @@
-// Pass 6: warnings. Rules that can never fire, predicates that nothing starts, declarations without a use. Facts may come
+// Pass 6: warnings. Rules that can never fire, predicates that nothing starts, predicates and parameters without a use. Facts may come
 // from the world file and results may only be written out, so it speaks only where that does not explain it.
 #include <algorithm>
 
@@ -13,7 +13,7 @@ namespace {
 
 class Useless {
   public:
-    Useless(const Program& program, std::uint32_t main_file, diagnostics::Reporter& report) : program_(program), main_file_(main_file), report_(report) {}
+    Useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report) : program_(program), program_file_(program_file), report_(report) {}
 
     void run() {
         for (const Rule& rule : program_.rules) never_fires(rule);
@@ -24,6 +24,7 @@ class Useless {
             unused(p);
             unknown_action(p);
         }
+        for (const Function& f : program_.functions) unused_parameters(f);
     }
 
   private:
@@ -63,7 +64,7 @@ class Useless {
             });
         }
     }
-    bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == main_file_; }
+    bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == program_file_; }
 
     // Every rule of the component needs the component first.
     void nothing_starts(const Component& c) {
@@ -113,14 +114,27 @@ class Useless {
             near.empty() ? "" : fmt::format("did you mean `{}`?", near);
     }
 
+    // ---- functions
+
+    void unused_parameters(const Function& f) {
+        if (f.external || f.span.file != program_file_) return;
+        std::vector<bool> used(f.variables.count(), false);
+        each_free_use(f.body, [&](const Term& t) { used[t.variable.index()] = true; });
+        for (std::size_t i = 0; i < f.parameter_count; ++i) {
+            const Variable& v = f.variables[VariableId(i)];
+            if (used[i] || v.name.starts_with("_")) continue;
+            report_.add(Kind::UnusedParameter, v.span, fmt::format("the parameter `{}` of `{}` is never used", v.name, f.name)).help = fmt::format("leave it out, or name it `_{}` if the function must have it", v.name);
+        }
+    }
+
     const Program& program_;
-    std::uint32_t main_file_;
+    std::uint32_t program_file_;
     diagnostics::Reporter& report_;
     std::vector<bool> read_, made_, given_;  // By predicate: in a body; the head of a view; the head of a linear rule.
 };
 
 }  // namespace
 
-void warn_of_useless(const Program& program, std::uint32_t prelude_files, diagnostics::Reporter& report) { Useless(program, prelude_files, report).run(); }
+void warn_of_useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report) { Useless(program, program_file, report).run(); }
 
 }  // namespace meld::check

@@ -36,10 +36,10 @@ const KindInfo* find_kind(std::string_view code) {
 
 std::vector<KindInfo> all_kinds() { return {kKinds.begin(), kKinds.end()}; }
 
-Diagnostic& Reporter::add(Kind kind, Span span, std::string message) {
-    diagnostics_.push_back({kind, span, std::move(message)});
+Diagnostic& Reporter::add(Diagnostic diagnostic) {
+    diagnostics_.push_back(std::move(diagnostic));
     const bool is_new = seen_.insert(identity(diagnostics_.back())).second;
-    if (is_new && info(kind).severity == Severity::Error) ++error_count_;
+    if (is_new && info(diagnostics_.back().kind).severity == Severity::Error) ++error_count_;
     return diagnostics_.back();
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "compiler/source/source.h"
@@ -56,7 +57,8 @@ struct Diagnostic {
 class Reporter {
   public:
     // Adds one and returns it, so that labels and help can be hung on it: report.add(Kind::X, span, "...").help = "...".
-    Diagnostic& add(Kind kind, Span span, std::string message);
+    Diagnostic& add(Kind kind, Span span, std::string message) { return add({.kind = kind, .span = span, .message = std::move(message)}); }
+    Diagnostic& add(Diagnostic diagnostic);
     bool has_errors() const { return error_count_ > 0; }
     // How many errors there are, repeats counted once.
     std::size_t error_count() const { return error_count_; }

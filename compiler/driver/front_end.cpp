@@ -39,7 +39,7 @@ ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uin
 check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report) {
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
-    check::Program program = check::check(files, tree, prelude_files, report);
+    check::Program program = check::check(files, tree, prelude_files, file, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
     program.source_text = files.file(file).text();
     return program;

@@ -12,6 +12,15 @@ namespace meld::lsp {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+bool is_without_use(diagnostics::Kind kind) {
+    using diagnostics::Kind;
+    return kind == Kind::NeverRead || kind == Kind::UnusedName || kind == Kind::UnusedParameter;
+}
+
+}  // namespace
+
 Analysis::Analysis(const std::string& path, const OpenTexts& open) {
     std::uint32_t checked = 0;
     if (is_prelude_file(path)) {
@@ -78,7 +87,7 @@ std::vector<Message> Analysis::messages() const {
     std::vector<Message> messages;
     for (const diagnostics::Diagnostic& diagnostic : report_.sorted()) {
         const diagnostics::KindInfo& kind = diagnostics::info(diagnostic.kind);
-        Message message{range_of(files_, shown_at(diagnostic.span)), kind.severity, std::string(kind.code), diagnostic.message, {}};
+        Message message{range_of(files_, shown_at(diagnostic.span)), kind.severity, std::string(kind.code), diagnostic.message, {}, is_without_use(diagnostic.kind)};
         if (diagnostic.span.file != root_) message.related.emplace_back(place(diagnostic.span), diagnostic.message);
         for (const diagnostics::Label& label : diagnostic.labels) message.related.emplace_back(place(label.span), label.text);
         if (!diagnostic.help.empty()) message.text += "\nhelp: " + diagnostic.help;

@@ -30,6 +30,7 @@ struct Message {
     std::string text;
     // The other places that matter, with what is there.
     std::vector<std::pair<Place, std::string>> related;
+    bool without_use;  // Editors show such names in grey.
 };
 
 class Analysis {

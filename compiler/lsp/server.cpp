@@ -55,6 +55,9 @@ llvm::Error failed(const std::string& why) { return llvm::make_error<protocol::L
 
 std::string normal(llvm::StringRef path) { return std::filesystem::path(path.str()).lexically_normal().string(); }
 
+// DiagnosticTag of the protocol.
+constexpr int kUnnecessary = 1;
+
 int severity(diagnostics::Severity severity) {
     switch (severity) {
         case diagnostics::Severity::Error: return 1;
@@ -218,12 +221,14 @@ class Server {
             for (const auto& [place, text] : message.related) {
                 if (const auto where = location(place)) related.push_back(json::Object{{"location", owned(*where)}, {"message", text}});
             }
-            list.push_back(json::Object{{"range", protocol::toJSON(to(message.range))},
-                                        {"severity", severity(message.severity)},
-                                        {"code", message.code},
-                                        {"source", "meldc"},
-                                        {"message", message.text},
-                                        {"relatedInformation", std::move(related)}});
+            json::Object one{{"range", protocol::toJSON(to(message.range))},
+                             {"severity", severity(message.severity)},
+                             {"code", message.code},
+                             {"source", "meldc"},
+                             {"message", message.text},
+                             {"relatedInformation", std::move(related)}};
+            if (message.without_use) one["tags"] = json::Array{kUnnecessary};
+            list.push_back(std::move(one));
         }
         publish_(json::Object{{"uri", document.uri.uri().str()}, {"version", document.version}, {"diagnostics", std::move(list)}});
     }

@@ -19,7 +19,7 @@ std::optional<check::Program> front_end(std::string text) {
     syntax::Tree program_tree = syntax::parse(files, file, report);
     syntax::print(program_tree);
     tree.append(std::move(program_tree));
-    check::Program program = check::check(files, tree, prelude + 1, report);
+    check::Program program = check::check(files, tree, prelude + 1, file, report);
     diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Always);
     diagnostics::render_json(files, report.sorted());
     if (report.has_errors()) return std::nullopt;

@@ -117,6 +117,16 @@ class Texts(Case):
         self.assertEqual(messages[1]["range"], {"start": {"line": 2, "character": 20}, "end": {"line": 2, "character": 27}})
         self.assertEqual(messages[0]["relatedInformation"][0]["location"]["range"]["start"]["line"], 1)
 
+    def test_what_has_no_use_is_marked_also_beside_other_open_programs(self):
+        idle = "const limit = 3.\nfun same(int X, int Y) : int = X.\ntype p(node, int).\ntype forgotten(node).\np(A, same(N, 1)) :- id(A, N).\n"
+        expected = [("W0406", 0, 2, [1]), ("W0407", 1, 2, [1]), ("W0405", 3, 2, [1])]
+        for name in ("a.meld", "z.meld"):  # In front of and behind the other one.
+            self.server.open(self.folder / name, "type q(node).\nq(A) :- id(A, 0).\n")
+        messages = self.open(idle)
+        self.assertEqual([(m["code"], m["range"]["start"]["line"], m["severity"], m.get("tags")) for m in messages], expected)
+        once = self.server.change(self.path, 2, {"text": "type p(node).\np(A) :- id(A, N).\n"})
+        self.assertEqual([(m["code"], m.get("tags")) for m in once], [("W0402", None)])
+
     def test_as_you_type(self):
         self.open("type p(node).\np(A) :- \n")
         self.assertEqual([m["code"] for m in self.server.diagnostics["main.meld"]], ["E0110"])
