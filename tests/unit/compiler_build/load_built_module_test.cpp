@@ -24,6 +24,16 @@ TEST(BuiltModule, IsOpenedAndCalled) {
     EXPECT_EQ(module->path(), path);
 }
 
+// Nothing is mapped before the function here; a sanitizer that looks there for what it knows of it would fall.
+TEST(BuiltModule, IsCalledAtTheBeginningOfItsCode) {
+    const ScratchFolder cache;
+    const std::string text = "int table = 42; extern \"C\" [[gnu::aligned(4096)]] const void* claymeld_module() { return &table; }";
+    const std::string path = build_module(text, "begins", {.cache_dir = cache.path(), .abi_version = 1}).value();
+    const Result<Module> module = load_module(path, 1);
+    ASSERT_TRUE(module) << module.error().message();
+    EXPECT_EQ(*static_cast<const int*>(module->table()), 42);
+}
+
 TEST(BuiltModule, IsRefusedForAnotherAbiBeforeItsConstructorsRun) {
     const ScratchFolder cache;
     const std::string text = "extern \"C\" [[noreturn]] void abort(); struct Bomb { Bomb() { abort(); } } bomb;\n" + kSource;
