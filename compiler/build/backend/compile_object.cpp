@@ -21,8 +21,6 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         "-fvisibility-inlines-hidden", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kMemoryRoot, "-isystem", kMemoryRoot + "freestanding",
         // Expressions nest up to 300 deep, and each level takes up to five brackets.
         "-fbracket-depth", "4096", "-w", "-main-file-name", source,
-        // Nobody reads the names of values; to keep them takes a few percent of the time.
-        "-discard-value-names",
         // Loops here are over a dozen ports or a handful of rows: unrolled they are only larger, and take a third longer to compile.
         "-fno-unroll-loops", options.optimisation < 2 ? "-DMELD_STEP=[[gnu::noinline]]" : "-DMELD_STEP="};
     // clang-format on
@@ -47,7 +45,7 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> in_memory_files(const std::strin
 Result<std::vector<std::string>> compile_object(const std::string& cpp_text, const std::string& name,
                                                 const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options) {
     const std::string source = kMemoryRoot + name + ".cpp";
-    const bool halved = cpp_text.size() >= kLongModule && options.optimisation > 0;
+    const bool halved = cpp_text.size() >= kLongModule && options.optimisation == 1;  // Elsewhere nothing is a step, or nothing takes time.
     std::vector<std::string> arguments = front_end_arguments(source, options);
     if (halved) arguments.push_back("-disable-llvm-passes");
     ClangRun run = run_clang(arguments, in_memory_files(source, cpp_text, headers), halved ? ClangOutput::Bitcode : ClangOutput::Object);

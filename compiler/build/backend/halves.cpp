@@ -1,7 +1,6 @@
 // Each half reads the bitcode by itself, as LLVM's modules cannot be shared between threads, and drops what the other makes.
 #include "compiler/build/backend/halves.h"
 
-#include <fmt/format.h>
 #include <llvm/Analysis/CGSCCPassManager.h>
 #include <llvm/Analysis/LoopAnalysisManager.h>
 #include <llvm/Bitcode/BitcodeReader.h>
@@ -47,27 +46,36 @@ std::array<std::vector<llvm::Function*>, kHalves> share_out(llvm::Module& module
     return shares;
 }
 
-// Leaves in the module what this half makes. The first also makes what others call by name.
+// What only this module knows becomes a name that both halves know, and nobody else.
+void share(llvm::GlobalValue& value) {
+    value.setLinkage(llvm::GlobalValue::ExternalLinkage);
+    value.setVisibility(llvm::GlobalValue::HiddenVisibility);
+}
+
+// Leaves in the module what this half makes: its steps, and in the first half what others call by name and the variables.
+// Constants and the functions that go into their callers are in both.
 void keep_half(llvm::Module& module, std::size_t half) {
     const auto shares = share_out(module);
+    for (llvm::GlobalVariable& variable : module.globals())
+        if (variable.hasLocalLinkage() && variable.hasInitializer() && !variable.isConstant()) share(variable);
+    if (half > 0) {
+        for (llvm::Function& f : module)
+            if (f.hasExternalLinkage() && !f.isDeclaration()) f.deleteBody();
+        for (llvm::GlobalVariable& variable : module.globals())
+            if (variable.hasExternalLinkage()) variable.setInitializer(nullptr);
+        for (const char* name : {"llvm.used", "llvm.compiler.used", "llvm.global_ctors", "llvm.global_dtors"})
+            if (llvm::GlobalVariable* listed = module.getGlobalVariable(name, true)) listed->eraseFromParent();
+    }
     for (std::size_t i = 0; i < kHalves; ++i)
         for (llvm::Function* step : shares[i]) {
-            step->setLinkage(llvm::GlobalValue::ExternalLinkage);
-            step->setVisibility(llvm::GlobalValue::HiddenVisibility);
+            share(*step);
             if (i != half) step->deleteBody();
         }
-    if (half == 0) return;
-    for (llvm::Function& f : module)
-        if (f.hasExternalLinkage() && !f.isDeclaration() && std::find(shares[half].begin(), shares[half].end(), &f) == shares[half].end()) f.deleteBody();
-    for (llvm::GlobalVariable& g : module.globals())
-        if (g.hasExternalLinkage() && g.hasInitializer()) g.setLinkage(llvm::GlobalValue::AvailableExternallyLinkage);
-    for (const char* name : {"llvm.used", "llvm.compiler.used"})
-        if (llvm::GlobalVariable* used = module.getGlobalVariable(name, true)) used->eraseFromParent();
 }
 
 llvm::OptimizationLevel level_of(int optimisation) {
-    constexpr std::array levels = {&llvm::OptimizationLevel::O0, &llvm::OptimizationLevel::O1, &llvm::OptimizationLevel::O2, &llvm::OptimizationLevel::O3};
-    return *levels.at(static_cast<std::size_t>(optimisation));
+    constexpr std::array levels = {&llvm::OptimizationLevel::O1, &llvm::OptimizationLevel::O2, &llvm::OptimizationLevel::O3};
+    return *levels.at(static_cast<std::size_t>(optimisation - 1));
 }
 
 void optimise(llvm::Module& module, llvm::TargetMachine& machine, int optimisation) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -16,6 +17,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "compiler/build/backend/backend.h"
+#include "compiler/build/load_backend.h"
 #include "runtime/abi/module_note.h"
 #include "tests/unit/compiler_build/scratch_folder.h"
 
@@ -57,6 +60,42 @@ TEST(BuildModule, MakesASharedObjectThatRuns) {
     const Result<std::string> path = build_module(kSource, "good", options_in(cache.path()));
     ASSERT_TRUE(path) << path.error().message();
     EXPECT_EQ(first_word(*path), 42U);
+}
+
+// Steps in both halves share a variable, a constant and a function that is inlined; a constructor runs once.
+std::string long_source(int steps) {
+    std::string text = "#include <cstdint>\nnamespace {\nstd::uint64_t table[2];\nstd::uint64_t calls = 0;\n"
+                       "const std::uint64_t weights[4] = {1, 10, 100, 1000};\n"
+                       "struct Once { Once() { calls += 1'000'000; } } once;\n"
+                       "inline std::uint64_t& tally() { static std::uint64_t here = 0; return here; }\n";
+    std::string all;
+    for (int i = 0; i < steps; ++i) {
+        text += fmt::format("// {:-<200}\n[[gnu::noinline]] void step_{}(std::uint64_t n) {{ calls += weights[(n + {}) & 3]; tally() += n; }}\n", "", i, i);
+        all += fmt::format("    step_{}({});\n", i, i);
+    }
+    return text + "}  // namespace\nextern \"C\" const void* claymeld_module() {\n" + all +
+           "    table[0] = calls;\n    table[1] = tally();\n    table[0] += 100'000'000 * table[1];\n    return table;\n}\n";
+}
+
+TEST(BuildModule, MakesALongTextInTwoHalvesThatAreOneModule) {
+    constexpr int kSteps = 200;
+    const std::string text = long_source(kSteps);
+    ASSERT_GE(text.size(), kLongModule);
+    const Result<const Backend*> backend = load_backend();
+    ASSERT_TRUE(backend) << backend.error().message();
+    for (const int optimisation : {0, 1, 2}) {
+        const auto objects = (*backend)->compile_object(text, "long", {}, {.optimisation = optimisation, .target_cpu = "x86-64"});
+        ASSERT_TRUE(objects) << objects.error().message();
+        EXPECT_EQ(objects->size(), optimisation == 1 ? 2U : 1U) << optimisation;
+        const ScratchFolder cache;
+        BuildOptions options = options_in(cache.path());
+        options.optimisation = optimisation;
+        const Result<std::string> path = build_module(text, "long", options);
+        ASSERT_TRUE(path) << path.error().message();
+        // 2 i modulo 4 is 0 or 2 by turns.
+        const std::uint64_t calls = 1'000'000 + kSteps / 2 * (1 + 100), tally = kSteps * (kSteps - 1) / 2;
+        EXPECT_EQ(first_word(*path), calls + 100'000'000 * tally) << optimisation;
+    }
 }
 
 TEST(BuildModule, WritesItsNote) {
