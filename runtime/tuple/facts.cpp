@@ -259,6 +259,39 @@ bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     return true;
 }
 
+Numbers read_numbers(const ModuleInfo& module, const Columns& columns, u32 predicate, u32 catom) {
+    const PredicateInfo& p = module.predicates[predicate];
+    const u8* record = columns.entry(p.column, catom);
+    Numbers numbers;
+    if (!present(p, record)) return numbers;
+    if (p.fields[0].type == ValueType::Vec3) {
+        const List* vector = load(p.fields[0], record).list;
+        for (; numbers.count < 3; ++numbers.count) numbers.at[numbers.count] = item(vector, numbers.count).real;
+    } else {
+        for (; numbers.count < p.arity; ++numbers.count) numbers.at[numbers.count] = load(p.fields[numbers.count], record).real;
+    }
+    return numbers;
+}
+
+void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Numbers& numbers, int pool) {
+    const PredicateInfo& p = module.predicates[predicate];
+    MELD_EXPECT(p.storage == Storage::Single && numbers.count <= numbers.at.size());
+    u8* record = columns.entry(p.column, catom);
+    std::array<u64, 4> words{};
+    for (std::size_t i = 0; i < numbers.count; ++i) words[i] = normal(ValueType::Float, Value{.real = numbers.at[i]}).catom;
+    if (p.fields[0].type != ValueType::Vec3) {
+        // No list of the record is touched, so none changes its owners.
+        for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{.catom = words[i]});
+        set_present(p, record, true);
+    } else if (u64* items = present(p, record) ? columns.lists().own_items(load(p.fields[0], record).list) : nullptr; items != nullptr) {
+        std::copy_n(words.begin(), 3, items);
+    } else {
+        const List list{words.data(), 3, 0};
+        const Value vector{.list = &list};
+        give_fact(module, columns, predicate, catom, &vector, pool);
+    }
+}
+
 std::string print_fact(const ModuleInfo& module, const PredicateInfo& p, u64 id, const Value* arguments) {
     std::string text = std::string(p.name) + "(@" + std::to_string(id);
     for (u32 i = 0; i < p.arity; ++i) text += ", " + print_value(type_of(module, p.fields[i]), arguments[i]);

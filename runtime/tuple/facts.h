@@ -1,6 +1,7 @@
 // Facts of any predicate as plain values: read, given, taken away. For everything that is not the module itself.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -32,6 +33,17 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
 bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts, std::vector<u8>& rows, int pool);
 // Removes a given fact; returns whether it was there.
 bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
+
+// For what is measured: the numbers of the one fact that a predicate has at a catom, if it has one. They are its arguments, or
+// the items of its only argument, a vec3. Nothing is copied to lists.
+struct Numbers {
+    std::array<double, 4> at{};
+    std::size_t count = 0;  // 0: there is no fact.
+};
+Numbers read_numbers(const ModuleInfo& module, const Columns& columns, u32 predicate, u32 catom);
+// Puts a fact of so many numbers in its place, without a new list where the catom alone has the former one. Different threads may
+// do so for different catoms, each with its own pool. The caller marks the catom.
+void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Numbers& numbers, int pool);
 
 // "dist(@42, 7)", as a program could write it.
 std::string print_fact(const ModuleInfo& module, const PredicateInfo& predicate, u64 id, const Value* arguments);

@@ -243,6 +243,11 @@ void ListStore::release(const List* list, int pool) {
     std::free(block);
 }
 
+u64* ListStore::own_items(const List* list) const {
+    const bool own = length(list) > 0 && list->stored != 0 && block_of(list)->owners.load(std::memory_order_acquire) == 1;
+    return own ? const_cast<u64*>(list->items) : nullptr;
+}
+
 std::size_t ListStore::too_long(int pool) { return std::exchange(pools_[static_cast<std::size_t>(pool)].too_long, 0); }
 
 std::size_t ListStore::bytes() const {

@@ -92,6 +92,9 @@ class ListStore {
         if (type.compound()) release(v.list, pool);
     }
 
+    // The items of a list that is kept and has one owner, who may change them where they are; null of all others.
+    u64* own_items(const List* list) const;
+
     // No list may have more items, and no block more bytes.
     void limit(std::size_t items) { most_items_ = items; }
     // The length of the first list that was refused since it was last asked; 0: none.

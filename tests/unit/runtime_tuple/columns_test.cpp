@@ -1,6 +1,7 @@
 // Who owns the lists of facts: columns, through giving and taking, packing, clearing, and writing one column from another.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -13,42 +14,50 @@
 namespace meld::tuple {
 namespace {
 
-// path(node, list int, string), rows; name(node, string), a record; count(node, int), a record without lists.
+// path(node, list int, string), rows; name(node, string), a record; count(node, int), a record without lists; speed(node, vec3)
+// and turn(node, float, float), which share a record.
 class Module {
   public:
     Module() {
         string_ = types_.add(ValueType::String);
         list_ = types_.add(ValueType::List, {Types::kInt});
+        vec3_ = types_.add(ValueType::Vec3);
         path_fields_[0] = {"route", ValueType::List, 8, 0, list_};
         path_fields_[1] = {"label", ValueType::String, 8, 8, string_};
         name_fields_[0] = {"text", ValueType::String, 8, 0, string_};
         count_fields_[0] = {"n", ValueType::Int, 8, 0, Types::kInt};
         path_types_[0] = list_;
         path_types_[1] = string_;
+        speed_fields_[0] = {"v", ValueType::Vec3, 8, 0, vec3_};
+        turn_fields_[0] = {"x", ValueType::Float, 8, 8, Types::kFloat};
+        turn_fields_[1] = {"y", ValueType::Float, 8, 16, Types::kFloat};
         predicates_[0] = {"path", PredicateKind::Persistent, Storage::Rows, false, false, 2, path_fields_, 0, 0, kNone32, 0, 0};
         predicates_[1] = {"name", PredicateKind::Persistent, Storage::Single, false, false, 1, name_fields_, 1, 1, kNone32, 8, 1};
         predicates_[2] = {"count", PredicateKind::Persistent, Storage::Single, false, false, 1, count_fields_, 2, 2, kNone32, 8, 1};
+        predicates_[3] = {"speed", PredicateKind::Sensed, Storage::Single, false, false, 1, speed_fields_, 3, 3, kNone32, 24, 1};
+        predicates_[4] = {"turn", PredicateKind::Sensed, Storage::Single, false, false, 2, turn_fields_, 3, 4, kNone32, 24, 2};
         columns_[0] = {"path", true, false, sizeof(RowsHead), 16, 0, 0, nullptr, 2, path_offsets_, path_types_, nullptr};
         columns_[1] = {"name", false, true, 16, 0, 0, 0, nullptr, 1, path_offsets_, &string_, nullptr};
         columns_[2] = {"count", false, false, 16, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr};
+        columns_[3] = {"speed+turn", false, false, 32, 0, 0, 0, nullptr, 1, path_offsets_, &vec3_, nullptr};
         info_.types = types_.table();
-        info_.predicate_count = 3;
+        info_.predicate_count = 5;
         info_.predicates = predicates_;
-        info_.column_count = 3;
+        info_.column_count = 4;
         info_.columns = columns_;
     }
     const ModuleInfo& info() const { return info_; }
 
-    static constexpr u32 kPath = 0, kName = 1, kCount = 2;
+    static constexpr u32 kPath = 0, kName = 1, kCount = 2, kSpeed = 3, kTurn = 4;
 
   private:
     Types types_;
-    u16 string_ = 0, list_ = 0;
-    FieldInfo path_fields_[2], name_fields_[1], count_fields_[1];
+    u16 string_ = 0, list_ = 0, vec3_ = 0;
+    FieldInfo path_fields_[2], name_fields_[1], count_fields_[1], speed_fields_[1], turn_fields_[2];
     u32 path_offsets_[2] = {0, 8};
     u16 path_types_[2];
-    PredicateInfo predicates_[3];
-    ColumnInfo columns_[3];
+    PredicateInfo predicates_[5];
+    ColumnInfo columns_[4];
     ModuleInfo info_{};
 };
 
@@ -160,6 +169,29 @@ TEST_F(ColumnsWithLists, RowsMayBeTheCatomsOwn) {
     columns_->set_rows(0, 0, head.data + 16, 1, 0);
     columns_->release_dropped(0);
     EXPECT_EQ(facts(Module::kPath, 0), "path(@0, [2], \"b\") ");
+}
+
+TEST_F(ColumnsWithLists, NumbersAreGivenInPlace) {
+    const auto give = [&](u32 predicate, const Numbers& numbers) { give_numbers(module_.info(), *columns_, predicate, 1, numbers, 1); };
+    const auto read = [&](u32 predicate) { return read_numbers(module_.info(), *columns_, predicate, 1); };
+    EXPECT_EQ(read(Module::kSpeed).count + read(Module::kTurn).count, 0u);
+    give(Module::kTurn, {{1, -0.0}, 2});
+    EXPECT_EQ(facts(Module::kSpeed, 1) + facts(Module::kTurn, 1), "turn(@1, 1.0, 0.0) ");
+    give(Module::kSpeed, {{1, 2, 3}, 3});
+    const std::size_t once = list_bytes();
+    give(Module::kTurn, {{4, 5}, 2});
+    give(Module::kSpeed, {{-0.0, 2.5, 3}, 3});
+    EXPECT_EQ(facts(Module::kSpeed, 1) + facts(Module::kTurn, 1), "speed(@1, vec3(0.0, 2.5, 3.0)) turn(@1, 4.0, 5.0) ");
+    EXPECT_EQ(read(Module::kSpeed).at, (std::array<double, 4>{0, 2.5, 3, 0}));
+    EXPECT_EQ(read(Module::kTurn).count, 2u);
+    EXPECT_EQ(list_bytes(), once);
+    // What somebody else has kept stays as it was.
+    columns_->set_record(3, 2, columns_->entry(3, 1), 0);
+    give(Module::kSpeed, {{7, 8, 9}, 3});
+    EXPECT_EQ(facts(Module::kSpeed, 1) + facts(Module::kSpeed, 2), "speed(@1, vec3(7.0, 8.0, 9.0)) speed(@2, vec3(0.0, 2.5, 3.0)) ");
+    EXPECT_EQ(list_bytes(), 2 * once);
+    for (const u32 catom : {1u, 2u}) columns_->clear(catom, 0);
+    EXPECT_EQ(list_bytes(), 0u);
 }
 
 TEST_F(ColumnsWithLists, GrowingKeepsWhatIsThere) {
