@@ -30,6 +30,7 @@ class BlockEngine final : public Engine {
     void state_restored() override;
     bool asleep(std::uint32_t slot) const override;
     void each_contact(const ContactVisitor& visit) const override;
+    void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const override;
     std::size_t bytes() const override;
     double residual() override;
 
@@ -85,6 +86,10 @@ class BlockEngine final : public Engine {
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
+    // Calls pair(batch, lane) for each two bodies of the block that touch, obstacle(batch, lane, what it is) for each that
+    // touches an obstacle.
+    template <class Pair, class Obstacle>
+    void each_touch(std::size_t block, const Pair& pair, const Obstacle& obstacle) const;
     double list_reach_m() const { return margin_m_ + skin_m_; }
     double reach_m() const;
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "physics/block_engine.h"
@@ -63,6 +64,20 @@ void BlockEngine::find_events(Workers& workers) {
     std::sort(world_.events.begin(), world_.events.end());
 }
 
+template <class Pair, class Obstacle>
+void BlockEngine::each_touch(std::size_t block, const Pair& pair, const Obstacle& obstacle) const {
+    const auto each_lane = [](std::span<const Batch> batches, const std::uint8_t* touching, const auto& visit) {
+        for (std::size_t n = 0; n < batches.size(); ++n)
+            for (unsigned lanes = touching[n]; lanes != 0; lanes &= lanes - 1) visit(n, std::countr_zero(lanes));
+    };
+    const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
+    const auto what = contacts_.obstacle_lanes(block);
+    const std::uint8_t* touching = contacts_.touching.data();
+    each_lane(pairs, touching + contacts_.first_pair_batch(block), [&](std::size_t n, int i) { pair(pairs[n], i); });
+    each_lane(obstacles, touching + contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block),
+              [&](std::size_t n, int i) { obstacle(obstacles[n], i, what[kLanes * n + static_cast<std::size_t>(i)]); });
+}
+
 void BlockEngine::each_contact(const ContactVisitor& visit) const {
     const Bodies& bodies = world_.bodies;
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
@@ -71,24 +86,32 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
                             per_second * static_cast<double>(batch.normal_impulse[i]),
                             (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };
-    for (std::size_t block = 0; block < states_.size(); ++block) {
-        std::size_t n = contacts_.first_pair_batch(block);
-        for (const Batch& batch : contacts_.pairs(block)) {
-            for (int i = 0; i < kLanes; ++i)
-                if (contacts_.touching[n] >> i & 1) {
-                    const BodyId a = bodies.nature[batch.a[i]].id, b = bodies.nature[batch.b[i]].id;
-                    report(batch, i, touch_of(a, b), a < b ? 1 : -1);
-                }
-            ++n;
-        }
-        n = contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block);
-        const ObstacleLane* lane = contacts_.obstacle_lanes(block).data();
-        for (const Batch& batch : contacts_.obstacle_contacts(block)) {
-            for (int i = 0; i < kLanes; ++i)
-                if (contacts_.touching[n] >> i & 1) report(batch, i, touch_of(bodies.nature[batch.a[i]].id, obstacle_code(lane[i])), 1);
-            ++n, lane += kLanes;
-        }
-    }
+    for (std::size_t block = 0; block < states_.size(); ++block)
+        each_touch(
+            block,
+            [&](const Batch& batch, int i) {
+                const BodyId a = bodies.nature[batch.a[i]].id, b = bodies.nature[batch.b[i]].id;
+                report(batch, i, touch_of(a, b), a < b ? 1 : -1);
+            },
+            [&](const Batch& batch, int i, ObstacleLane what) { report(batch, i, touch_of(bodies.nature[batch.a[i]].id, obstacle_code(what)), 1); });
+}
+
+// Blocks of one colour touch no body in common, so nobody else adds to a sum while a worker does.
+void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const {
+    const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
+    // Also those that sleep, in which everything presses as it did.
+    std::array<std::vector<std::uint32_t>, kColours> coloured;
+    for (std::uint32_t block = 0; block < states_.size(); ++block)
+        coloured[static_cast<std::size_t>(colour_of(unpack(grid_.blocks()[block].key)))].push_back(block);
+    const auto press = [&](std::uint32_t slot, float impulse) {
+        if (impulse > 0) of_slot[slot].add(per_second * static_cast<double>(impulse));
+    };
+    for (const std::vector<std::uint32_t>& blocks : coloured)
+        for_blocks(blocks, workers, [&](int, std::uint32_t block) {
+            each_touch(
+                block, [&](const Batch& batch, int i) { press(batch.a[i], batch.normal_impulse[i]), press(batch.b[i], batch.normal_impulse[i]); },
+                [&](const Batch& batch, int i, ObstacleLane) { press(batch.a[i], batch.normal_impulse[i]); });
+        });
 }
 
 StepReport BlockEngine::report() const {

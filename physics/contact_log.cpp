@@ -23,4 +23,12 @@ void ContactLog::update(World& world, std::vector<ContactReport> contacts) {
     touching_ = std::move(now);
 }
 
+void ContactLog::add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const {
+    for (const ContactReport& contact : contacts_) {
+        if (!(contact.normal_force_n > 0)) continue;
+        of_slot[bodies.slot(contact.touch.body)].add(contact.normal_force_n);
+        if (!contact.touch.other_is_obstacle) of_slot[bodies.slot(contact.touch.other)].add(contact.normal_force_n);
+    }
+}
+
 }  // namespace meld::physics

@@ -12,6 +12,8 @@ class ContactLog {
     // Replaces the contacts by those of a step just done and appends the events to the world's, sorted.
     void update(World& world, std::vector<ContactReport> contacts);
     const std::vector<ContactReport>& contacts() const { return contacts_; }
+    // As of an engine.
+    void add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const;
     std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
 
   private:

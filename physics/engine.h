@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "physics/bodies.h"
@@ -59,6 +60,8 @@ class Engine {
     virtual bool asleep(std::uint32_t) const { return false; }
     // Calls visit for what touches now, in no order; forces are averages over the last step.
     virtual void each_contact(const ContactVisitor& visit) const = 0;
+    // Adds the normal forces in them that press to the sums of the bodies they press on.
+    virtual void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const = 0;
     virtual std::size_t bytes() const = 0;
     virtual double residual() { return 0; }
 };

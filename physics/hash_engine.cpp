@@ -71,6 +71,7 @@ class HashEngine final : public Engine {
     void body_changed(std::uint32_t, bool) override {}
     void state_restored() override { contacts_.clear(); }
     void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
+    void add_normal_forces(std::span<ExactSum> of_slot, Workers&) const override { log_.add_normal_forces(world_.bodies, of_slot); }
     std::size_t bytes() const override { return contacts_.capacity() * sizeof(FlatContact) + log_.bytes(); }
     double residual() override {
         double change = 0, impulse = 0;

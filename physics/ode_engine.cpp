@@ -89,6 +89,7 @@ class OdeEngine final : public Engine {
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
     void state_restored() override { stale_ = true; }
     void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
+    void add_normal_forces(std::span<ExactSum> of_slot, Workers&) const override { log_.add_normal_forces(world_.bodies, of_slot); }
     std::size_t bytes() const override { return log_.bytes(); }
 
   private:

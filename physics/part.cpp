@@ -301,6 +301,26 @@ StepReport Part::finish() {
     return report;
 }
 
+Part::Messages Part::pack_sums(std::span<const ExactSum> of_slot) const {
+    Messages messages;
+    for (std::size_t b = 0; b < engine_.grid_.blocks().size(); ++b) {
+        if (engine_.states_[b].owned) continue;
+        const Block& block = engine_.grid_.blocks()[b];
+        Bytes& bytes = messages[owner_(physics::unpack(block.key))];
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
+            if (!(of_slot[slot] == ExactSum{})) put(bytes, world_.bodies.nature[slot].id), put(bytes, of_slot[slot]);
+    }
+    return messages;
+}
+
+void Part::unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const {
+    Reader reader(bytes);
+    while (reader.more()) {
+        const auto id = reader.take<BodyId>();
+        of_slot[world_.bodies.slot(id)].add(reader.take<ExactSum>());
+    }
+}
+
 std::vector<BlockCoordinates> Part::border_blocks() const {
     std::vector<std::uint64_t> keys;
     for (const auto& [part, blocks] : border_)

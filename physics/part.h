@@ -23,6 +23,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -59,6 +60,9 @@ class Part {
     Messages pack(const Stage& stage) const;
     void unpack(const Stage& stage, const Bytes& bytes);
     StepReport finish();
+    // What Scene::sum_normal_forces has summed up for bodies of others, to be sent to their owners, who add it to theirs.
+    Messages pack_sums(std::span<const ExactSum> of_slot) const;
+    void unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const;
 
     // Whose a body is that is ours or next to ours, since the last rebuild.
     int owner_of(BodyId body) const;

@@ -22,6 +22,7 @@
 #include "physics/obstacles.h"
 #include "physics/types.h"
 #include "runtime/base/error.h"
+#include "runtime/base/exact_sum.h"
 #include "runtime/base/hash.h"
 #include "runtime/base/parallel_for.h"
 
@@ -229,6 +230,9 @@ class Scene {
     std::span<const ContactReport> contacts();
     // The same in no order, none of them kept, which costs a fraction.
     void each_contact(const ContactVisitor& visit) const;
+    // Sums up by slot the normal forces in them that press on each body, N; in a divided world those that this part knows of, see
+    // part.h. Cost: one pass over the contacts on all workers.
+    void sum_normal_forces(std::vector<ExactSum>& of_slot, Workers& workers) const;
     // Those of one body (in some of them it is `other`), as indices into contacts().
     std::span<const std::uint32_t> contacts_of(BodyId body);
 

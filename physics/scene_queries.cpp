@@ -90,6 +90,11 @@ std::size_t Scene::slot_count() const { return world_->bodies.count(); }
 
 void Scene::each_contact(const ContactVisitor& visit) const { engine_->each_contact(visit); }
 
+void Scene::sum_normal_forces(std::vector<ExactSum>& of_slot, Workers& workers) const {
+    of_slot.assign(slot_count(), {});
+    engine_->add_normal_forces(of_slot, workers);
+}
+
 std::span<const ContactReport> Scene::contacts() {
     if (contacts_known_) return contacts_;
     contacts_.clear();

@@ -34,7 +34,10 @@ class Agenda {
         if ((word.load(std::memory_order_relaxed) & bits) == bits) return;
         if (word.fetch_or(static_cast<u32>(bits), std::memory_order_relaxed) != 0) return;
         std::atomic_ref<u64>(words_[catom / 64]).fetch_or(u64{1} << (catom % 64), std::memory_order_relaxed);
-        std::atomic_ref<u64>(summary_[catom / 4096]).fetch_or(u64{1} << (catom / 64 % 64), std::memory_order_relaxed);
+        // Mostly another catom of its word has set it.
+        const std::atomic_ref<u64> summary(summary_[catom / 4096]);
+        const u64 bit = u64{1} << (catom / 64 % 64);
+        if ((summary.load(std::memory_order_relaxed) & bit) == 0) summary.fetch_or(bit, std::memory_order_relaxed);
     }
     u64 dirty(u32 catom) const { return dirty_[catom]; }
     // Forgets a catom that is gone or has moved to another part.

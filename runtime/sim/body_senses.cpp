@@ -8,9 +8,6 @@
 #include <numbers>
 #include <string>
 
-#include "runtime/sim/bytes.h"
-#include "runtime/tuple/facts.h"
-
 namespace meld::sim {
 
 namespace {
@@ -42,7 +39,7 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
 }  // namespace
 
 void BodySenses::find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
-    if (const auto base = stored(part, name, arity)) sensors_.push_back({quantity, *base, part.module.predicates[*base].fields[0].type == ValueType::Vec3, threshold});
+    if (const auto base = stored(part, name, arity)) sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
 }
 
 bool BodySenses::feels_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
@@ -83,91 +80,54 @@ void BodySenses::note_obstacles(PartState& part, std::span<const physics::TouchE
     }
 }
 
-void BodySenses::place(PartState& part, const physics::Scene& scene, Catom first, Catom last, std::vector<Moved>& moved) {
-    const double enough = world_->physics.sense.position * world_->physics.sense.position;
-    for (Catom c = first; c < last; ++c) {
-        if (part.ensemble.state(c) == kCatomFree) continue;
-        const world::Vec3 now = to_diameters(*world_, scene.state(static_cast<physics::BodyId>(part.ensemble.id(c))).position_m);
-        const bool entered = part.ensemble.place(c, now);
-        if (!part.owned(c)) continue;
-        const bool far = part.reads_places && square_distance(now, part.sensed_positions[c]) > enough;
-        if (far) part.sensed_positions[c] = now;
-        if (far || entered) moved.push_back({c, true});
-    }
-}
-
-void BodySenses::sum_normal_forces(PartState& part, physics::Scene& scene, const DividedBodies* divided) {
-    struct Press {
-        physics::BodyId body;
-        double force_n;
-    };
-    normal_force_n_.assign(scene.slot_count(), {});
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    const auto press = [&](physics::BodyId body, double force_n) {
-        const int owner = divided != nullptr ? divided->owner_of(body) : part.comm.part();
-        if (owner == part.comm.part()) normal_force_n_[scene.slot(body)].add(force_n);
-        else put(out[static_cast<std::size_t>(owner)], Press{body, force_n});
-    };
-    scene.each_contact([&](const physics::ContactReport& c) {
-        if (!(c.normal_force_n > 0)) return;
-        press(c.touch.body, c.normal_force_n);
-        if (!c.touch.other_is_obstacle) press(c.touch.other, c.normal_force_n);
-    });
-    if (divided == nullptr) return;
-    for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            const auto theirs = take_value<Press>(at);
-            normal_force_n_[scene.slot(theirs.body)].add(theirs.force_n);
-        }
-}
-
 void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; })) sum_normal_forces(part, *physics.scene, divided);
     const auto count = static_cast<Catom>(part.ensemble.index_count());
-    std::vector<std::vector<Moved>> moved((count + kCatomsOfJob - 1) / kCatomsOfJob);
-    part.workers.run(moved.size(), [&](int, std::size_t job) {
-        const auto first = static_cast<Catom>(job) * kCatomsOfJob;
-        place(part, *physics.scene, first, std::min(count, first + kCatomsOfJob), moved[job]);
-    });
-    for (const auto& list : moved)
-        for (const Moved& m : list) part.mark(m.catom, kDirtyPlace);
-    if (sensors_.empty() && !touches_at_) return;
-    const bool presses = std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; });
-    if (presses) sum_normal_forces(part, *physics.scene, divided);
-    tell_changes(part, *physics.scene);
-    if (!touches_at_ || physics.features.empty()) return;
-    for (Catom c = 0; c < count; ++c)
-        if (part.owned(c)) tell_contacts(part, physics, c);
-}
-
-void BodySenses::tell_changes(PartState& part, const physics::Scene& scene) {
-    struct Change {
-        Catom catom;
-        const Sensor* sensor;
-        Numbers now;
+    const auto each_catom = [&](const auto& visit) {
+        part.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
+            const auto first = static_cast<Catom>(job) * kCatomsOfJob;
+            for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) visit(worker, c);
+        });
     };
-    const auto count = static_cast<Catom>(part.ensemble.index_count());
-    std::vector<std::vector<Change>> changes((count + kCatomsOfJob - 1) / kCatomsOfJob);
-    part.workers.run(changes.size(), [&](int, std::size_t job) {
-        const auto first = static_cast<Catom>(job) * kCatomsOfJob;
-        for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) {
-            if (!part.owned(c)) continue;
-            const auto body = static_cast<physics::BodyId>(part.ensemble.id(c));
-            for (const Sensor& sensor : sensors_)
-                if (const Numbers now = measure(scene, sensor.quantity, body); differs(sensor, told(part, sensor, c), now)) changes[job].push_back({c, &sensor, now});
-        }
+    each_catom([&](int worker, Catom c) { feel(part, *physics.scene, c, worker); });
+    if (!touches_at_ || physics.features.empty()) return;
+    each_catom([&](int worker, Catom c) {
+        if (part.owned(c)) tell_contacts(part, physics, c, worker);
     });
-    for (const auto& list : changes)
-        for (const Change& change : list) tell(part, *change.sensor, change.catom, change.now);
 }
 
-BodySenses::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body) const {
-    const auto numbers = [](physics::Vec3 v) { return Numbers{{v.x, v.y, v.z, 0}, 3}; };
+void BodySenses::sum_normal_forces(PartState& part, const physics::Scene& scene, const DividedBodies* divided) {
+    scene.sum_normal_forces(normal_force_n_, part.workers);
+    if (divided != nullptr) divided->complete(part, normal_force_n_);
+}
+
+void BodySenses::feel(PartState& part, const physics::Scene& scene, Catom catom, int worker) const {
+    if (part.ensemble.state(catom) == kCatomFree) return;
+    const auto body = static_cast<physics::BodyId>(part.ensemble.id(catom));
+    const physics::BodyState state = scene.state(body);
+    const world::Vec3 here = to_diameters(*world_, state.position_m);
+    u64 news = 0;
+    if (part.ensemble.place(catom, here)) news |= kDirtyPlace;
+    if (!part.owned(catom)) return;
+    const double enough = world_->physics.sense.position;
+    if (part.reads_places && square_distance(here, part.sensed_positions[catom]) > enough * enough) {
+        part.sensed_positions[catom] = here;
+        news |= kDirtyPlace;
+    }
+    for (const Sensor& sensor : sensors_) {
+        const tuple::Numbers now = measure(scene, sensor.quantity, body, state);
+        if (!differs(sensor, tuple::read_numbers(part.module, part.columns, sensor.predicate, catom), now)) continue;
+        tuple::give_numbers(part.module, part.columns, sensor.predicate, catom, now, worker);
+        news |= sensor.dirty;
+    }
+    if (news != 0) part.mark_shared(catom, news);
+}
+
+tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const {
+    const auto numbers = [](physics::Vec3 v) { return tuple::Numbers{{v.x, v.y, v.z, 0}, 3}; };
     switch (quantity) {
-        case Quantity::Orientation: {
-            const physics::Quat q = scene.state(body).orientation;
-            return {{q.w, q.x, q.y, q.z}, 4};
-        }
-        case Quantity::Velocity: return numbers(scene.state(body).velocity_m_s);
+        case Quantity::Orientation: return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
+        case Quantity::Velocity: return numbers(state.velocity_m_s);
         case Quantity::Acceleration: return numbers(scene.acceleration(body));
         case Quantity::Pressure: return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0}, 1};
         case Quantity::Energy: return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
@@ -175,7 +135,7 @@ BodySenses::Numbers BodySenses::measure(const physics::Scene& scene, Quantity qu
     return {};
 }
 
-bool BodySenses::differs(const Sensor& sensor, const Numbers& told, const Numbers& now) {
+bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& told, const tuple::Numbers& now) {
     if (told.count == 0) return true;
     if (sensor.quantity == Quantity::Pressure || sensor.quantity == Quantity::Energy)
         return std::abs(now.at[0] - told.at[0]) > sensor.threshold * std::abs(told.at[0]);
@@ -189,32 +149,8 @@ bool BodySenses::differs(const Sensor& sensor, const Numbers& told, const Number
     return sum > sensor.threshold * sensor.threshold;
 }
 
-BodySenses::Numbers BodySenses::told(const PartState& part, const Sensor& sensor, Catom catom) const {
-    Numbers found;
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, sensor.predicate, catom, [&](const Value* v) {
-        found.count = sensor.vector ? 3 : part.module.predicates[sensor.predicate].arity;
-        for (std::size_t i = 0; i < found.count; ++i) found.at[i] = sensor.vector ? tuple::item(v[0].list, i).real : v[i].real;
-    });
-    return found;
-}
-
-void BodySenses::tell(PartState& part, const Sensor& sensor, Catom catom, const Numbers& now) {
-    std::array<Value, 4> values{};
-    for (std::size_t i = 0; i < now.count; ++i) values[i].real = now.at[i] + 0.0;
-    if (!sensor.vector) {
-        part.give(sensor.predicate, catom, values.data());
-        return;
-    }
-    u64 items[3];
-    for (std::size_t i = 0; i < 3; ++i) items[i] = static_cast<u64>(values[i].integer);
-    const List list{items, 3, 0};
-    Value value{};
-    value.list = &list;
-    part.give(sensor.predicate, catom, &value);
-}
-
 // Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
-void BodySenses::tell_contacts(PartState& part, PhysicsScene& physics, Catom catom) {
+void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
     std::vector<std::pair<u64, i64>> told, now;
     tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom, [&](const Value* v) { told.emplace_back(v[0].catom, v[1].integer); });
     const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
@@ -236,9 +172,10 @@ void BodySenses::tell_contacts(PartState& part, PhysicsScene& physics, Catom cat
         return v;
     };
     for (const auto& fact : told)
-        if (!std::binary_search(now.begin(), now.end(), fact)) part.take(*touches_at_, catom, values(fact).data());
+        if (!std::binary_search(now.begin(), now.end(), fact)) tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
     for (const auto& fact : now)
-        if (!std::binary_search(told.begin(), told.end(), fact)) part.give(*touches_at_, catom, values(fact).data());
+        if (!std::binary_search(told.begin(), told.end(), fact)) tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+    part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
 }
 
 }  // namespace meld::sim

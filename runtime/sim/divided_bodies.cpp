@@ -166,4 +166,8 @@ Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, 
     return bodies_->finish();
 }
 
+void DividedBodies::complete(PartState& part, std::vector<ExactSum>& normal_forces) const {
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_sums(normal_forces)))) bodies_->unpack_sums(normal_forces, packet.bytes);
+}
+
 }  // namespace meld::sim

@@ -26,6 +26,8 @@ class DividedBodies {
     const std::vector<std::pair<physics::BodyId, int>>& departed() const { return bodies_->departed(); }
     // A step. The error of the first part that has one is everybody's.
     Result<physics::StepReport> step(PartState& part, double step_s, int substeps);
+    // After Scene::sum_normal_forces, on every part: what others know of presses on our bodies is added.
+    void complete(PartState& part, std::vector<ExactSum>& normal_forces) const;
     // Of bodies that are ours or next to ours; since the last step in which bodies changed hands.
     int owner_of(physics::BodyId body) const { return bodies_->owner_of(body); }
     // The other parts that have the body too. Ascending.

@@ -65,6 +65,11 @@ class PartState {
     void give_all(u32 predicate, Catom catom, std::vector<const Value*>& facts);
     bool take(u32 predicate, Catom catom, const Value* arguments);
     void mark(Catom catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
+    // The same from all workers at once.
+    void mark_shared(Catom catom, u64 bits) {
+        if (workers.threads() > 1) evaluator.agenda().mark_shared(catom, bits);
+        else mark(catom, bits);
+    }
     // Catoms come and go; links around the cell are marked. Arrays may move.
     Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
     void remove_catom(Catom catom);

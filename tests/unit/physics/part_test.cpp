@@ -96,6 +96,20 @@ class Divided {
         return count;
     }
     const Part& part(std::size_t index) const { return *parts_[index]; }
+    // By body, what presses on it as its owner knows when all have told what they know.
+    std::map<BodyId, double> normal_forces() {
+        std::vector<std::vector<ExactSum>> sums(parts_.size());
+        for (std::size_t i = 0; i < parts_.size(); ++i) scenes_[i]->sum_normal_forces(sums[i], workers_);
+        // What has been added is not sent on.
+        std::vector<Part::Messages> sent;
+        for (std::size_t i = 0; i < parts_.size(); ++i) sent.push_back(parts_[i]->pack_sums(sums[i]));
+        for (const auto& messages : sent)
+            for (const auto& [to, bytes] : messages) parts_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
+        std::map<BodyId, double> found;
+        for (std::size_t i = 0; i < parts_.size(); ++i)
+            for (const BodyId body : scenes_[i]->bodies()) found[body] = sums[i][scenes_[i]->slot(body)].value();
+        return found;
+    }
 
     int rebuilds = 0;
     std::size_t sent_bytes = 0;
@@ -121,6 +135,19 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
         EXPECT_EQ(divided.sent_bytes > 0, parts > 1);
         EXPECT_EQ(divided.part(0).border_blocks().empty(), parts == 1);
     }
+}
+
+TEST(Parts, KnowTogetherWhatPressesOnTheirBodies) {
+    const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
+    Divided one(1, [](BlockCoordinates) { return 0; }), three(3, scattered);
+    std::size_t pressed = 0;
+    for (int tick = 0; tick < 60; ++tick) {
+        one.tick(), three.tick();
+        const std::map<BodyId, double> forces = one.normal_forces();
+        ASSERT_EQ(three.normal_forces(), forces) << tick;
+        for (const auto& [body, force_n] : forces) pressed += force_n > 0 ? 1 : 0;
+    }
+    EXPECT_GT(pressed, 10'000u);
 }
 
 // Blocks may change hands whenever bodies do, also those that sleep, and whole parts may be emptied.

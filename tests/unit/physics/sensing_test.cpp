@@ -64,6 +64,30 @@ TEST_P(Sensing, ContactsOfABodyAreThoseThatNameIt) {
     }
 }
 
+// The sums are those of the contacts in any order, also with two workers, and where bodies sleep.
+TEST_P(Sensing, NormalForcesAreSummedUpByBody) {
+    auto scene = scene_on_plane(settings());
+    add_cube(*scene, 6, 0.999);
+    need(scene->add_body({.id = 1000, .position_m = {60, 0, 0.5}}));
+    std::vector<ExactSum> sums;
+    for (const int ticks : {1, 20, 200}) {
+        run(*scene, ticks, 2, workers_);
+        std::vector<ExactSum> expected(scene->slot_count());
+        for (const ContactReport& contact : scene->contacts()) {
+            if (contact.normal_force_n < 0) continue;
+            expected[scene->slot(contact.touch.body)].add(contact.normal_force_n);
+            if (!contact.touch.other_is_obstacle) expected[scene->slot(contact.touch.other)].add(contact.normal_force_n);
+        }
+        Workers two(2);
+        for (Workers* workers : {&workers_, &two}) {
+            scene->sum_normal_forces(sums, *workers);
+            EXPECT_EQ(sums, expected) << ticks;
+        }
+        EXPECT_GT(sums[scene->slot(0)].value(), 0);
+    }
+    EXPECT_EQ(scene->asleep(1000), GetParam() == EngineKind::Blocks);
+}
+
 TEST_P(Sensing, RemovingABodyEndsItsTouches) {
     auto scene = scene_on_plane(settings());
     need(scene->add_body({.id = 0, .position_m = {0, 0, 0.499}}));
