@@ -1,6 +1,9 @@
 // Emits the functions of a program: static C++ functions that may call each other in any order.
 #include <algorithm>
+#include <string_view>
+#include <vector>
 
+#include "compiler/check/library.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -35,11 +38,78 @@ std::string signature(const plan::Plan& plan, FunctionId id) {
     return text + ")";
 }
 
+// Which lists a function that ends by calling itself goes along: it looks at no more than the head, the length and whether
+// there is any, and hands on the tail, or the same list, in the same place. Such a list is a place to stand at and how much is
+// left, and needs no memory for its tails.
+class Walks {
+  public:
+    Walks(FunctionId id, const Function& f) : id_(id), f_(f), held_(f.parameter_count), stepped_(f.parameter_count) { end(f.body); }
+
+    bool walked(std::size_t parameter) const { return stepped_[parameter] && !held_[parameter]; }
+    static bool is_tail(const Term& t) { return is_library(t, "tail"); }
+
+  private:
+    static bool is_library(const Term& t, std::string_view name) {
+        if (t.op != Op::Library || t.operands.size() != 1 || !t.operands[0].is_variable()) return false;
+        const LibraryFunction* f = library_function(t.text, 1);
+        return f != nullptr && f->cpp == name;
+    }
+    static bool is_empty(const Term& t) { return t.op == Op::List && t.operands.empty(); }
+    static bool is_look(const Term& t) {
+        if (t.op == Op::Equal || t.op == Op::NotEqual) return is_empty(t.operands[0]) || is_empty(t.operands[1]);
+        return is_library(t, "first") || is_library(t, "length");
+    }
+
+    // Where the function ends, as Body::give() has it.
+    void end(const Term& t) {
+        switch (t.op) {
+            case Op::If: return look(t.operands[0]), end(t.operands[1]), end(t.operands[2]);
+            case Op::Let:
+            case Op::And:
+            case Op::Or: return look(t.operands[0]), end(t.operands[1]);
+            default: break;
+        }
+        if (t.op != Op::Call || t.function != id_) return look(t);
+        for (std::size_t i = 0; i < f_.parameter_count; ++i) {
+            const Term& next = t.operands[i];
+            if (next.is_variable() && next.variable.index() == i) continue;
+            if (is_tail(next) && next.operands[0].variable.index() == i) {
+                stepped_[i] = true;
+                continue;
+            }
+            held_[i] = true;  // It goes on with another.
+            look(next);
+        }
+    }
+    void look(const Term& t) {
+        if (t.is_variable() && t.variable.index() < held_.size()) held_[t.variable.index()] = true;
+        const bool only_looks = is_look(t);
+        for (const Term& operand : t.operands)
+            if (!only_looks || !operand.is_variable()) look(operand);
+    }
+
+    FunctionId id_;
+    const Function& f_;
+    std::vector<bool> held_, stepped_;
+};
+
 // The body as statements, each way through it ending in a return, or in another round of the function where it ends by
 // calling itself.
 class Body {
   public:
-    Body(FunctionId id, const Function& f, Writer& w) : id_(id), f_(f), w_(w) {}
+    Body(FunctionId id, const Function& f, Writer& w) : id_(id), f_(f), w_(w), walks_(id, f) {}
+
+    // The function as rounds, of which give() writes one.
+    void repeat(const Scope& scope) {
+        for (std::size_t i = 0; i < f_.parameter_count; ++i) {
+            if (!walks_.walked(i)) continue;
+            w_.line("List walk_{} = contents({});", i, scope.local(VariableId(i)));
+            w_.line("{} = &walk_{};", scope.local(VariableId(i)), i);
+        }
+        w_.open("for (;;) {");
+        give(scope, f_.body);
+        w_.close();
+    }
 
     bool calls_itself(const Term& t) const {
         switch (t.op) {
@@ -80,9 +150,12 @@ class Body {
     void again(const Scope& scope, const Term& t) {
         for (std::size_t i = 0; i < f_.parameter_count; ++i) {
             const Type& type = f_.variables[VariableId(i)].type;
-            w_.line("const {} next_{} = {};", cpp_type(type), i, term_as(scope, t.operands[i], type));
+            if (!walks_.walked(i)) w_.line("const {} next_{} = {};", cpp_type(type), i, term_as(scope, t.operands[i], type));
         }
-        for (std::size_t i = 0; i < f_.parameter_count; ++i) w_.line("{} = next_{};", scope.local(VariableId(i)), i);
+        for (std::size_t i = 0; i < f_.parameter_count; ++i) {
+            if (!walks_.walked(i)) w_.line("{} = next_{};", scope.local(VariableId(i)), i);
+            else if (Walks::is_tail(t.operands[i])) w_.line("step(walk_{});", i);
+        }
         w_.raw("if (!call.again(rule)) return {};");
         w_.raw("continue;");
     }
@@ -90,6 +163,7 @@ class Body {
     FunctionId id_;
     const Function& f_;
     Writer& w_;
+    Walks walks_;
 };
 
 void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
@@ -105,10 +179,8 @@ void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     w.line("{} call(*s.e, rule, &s);", f.result.compound() ? "OpenCall" : "WordCall");
     w.raw("if (call.refused) return {};");
     Body body(id, f, w);
-    const bool repeats = body.calls_itself(f.body);
-    if (repeats) w.open("for (;;) {");
-    body.give(scope, f.body);
-    if (repeats) w.close();
+    if (body.calls_itself(f.body)) body.repeat(scope);
+    else body.give(scope, f.body);
     w.close();
 }
 

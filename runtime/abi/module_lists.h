@@ -27,6 +27,14 @@ inline bool as<bool>(u64 w) {
 
 inline u32 count_of(ListRef l) { return l == nullptr ? 0 : l->count; }
 
+// A list that a function goes along: where it stands, and how much is left.
+inline List contents(ListRef l) { return l == nullptr ? List{} : *l; }
+inline void step(List& l) {
+    if (l.count == 0) return;
+    ++l.items;
+    --l.count;
+}
+
 // A list over words that live as long as the evaluation. One that is too long is cut here, where all are made, before it
 // grows further: the evaluation ends soon, but not at once.
 inline ListRef list_over(Eval& e, const u64* items, u64 count) {
