@@ -256,17 +256,20 @@ Part::Messages Part::pack(const Stage& stage) const {
             for (const std::uint32_t b : blocks) put(messages[part], PackedRest{engine_.grid_.blocks()[b].key, engine_.states_[b].rests});
         return messages;
     }
-    for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)])
+    for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)]) {
+        Bytes& bytes = messages[part];
+        const bool pulls = stage.kind == Stage::Kind::Actuate;
+        bytes.reserve(slots.size() * (pulls ? sizeof(PackedPull) : sizeof(PackedVelocity)));
         for (const std::uint32_t slot : slots) {
-            const Motion& motion = bodies.motion[slot];
             const BodyId id = bodies.nature[slot].id;
-            if (stage.kind == Stage::Kind::Actuate)
-                put(messages[part], PackedPull{id, engine_.pulls_[slot], bodies.features[slot].charge_j});
-            else
-                put(messages[part],
-                    PackedVelocity{
-                        id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
+            if (pulls) {
+                put(bytes, PackedPull{id, engine_.pulls_[slot], bodies.features[slot].charge_j});
+                continue;
+            }
+            const Motion& motion = bodies.motion[slot];
+            put(bytes, PackedVelocity{id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
         }
+    }
     return messages;
 }
 
