@@ -1,179 +1,311 @@
-// Looks for conditions that cannot all be true: keeps between which numbers each compared term lies, and how each pair of
-// terms may compare. Only conditions that must hold are looked at, so what is inside negations and aggregates does not count.
+// Looks for conditions that cannot all be true: each becomes bounds of differences, and one is refuted where all bounds that
+// it could mean are. Ints are exact; of floats and all else only the order counts, so that no rounding is guessed at.
 #include "compiler/check/contradiction.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
+#include <numeric>
 #include <string>
-#include <vector>
+
+#include "compiler/check/differences.h"
+#include "compiler/check/linear_form.h"
 
 namespace meld::check {
 
 namespace {
 
-// How two terms may compare, as bits.
-constexpr unsigned kLess = 1, kEqual = 2, kGreater = 4;
-unsigned ways(Op op) {
+using Reasons = Differences::Reasons;
+using Bound = Differences::Bound;
+
+bool compares(const Term& t) { return t.op >= Op::Equal && t.op <= Op::GreaterEqual; }
+Op opposite(Op op) {
     switch (op) {
-        case Op::Equal: return kEqual;
-        case Op::NotEqual: return kLess | kGreater;
-        case Op::Less: return kLess;
-        case Op::LessEqual: return kLess | kEqual;
-        case Op::Greater: return kGreater;
-        default: return kGreater | kEqual;
+        case Op::Equal: return Op::NotEqual;
+        case Op::NotEqual: return Op::Equal;
+        case Op::Less: return Op::GreaterEqual;
+        case Op::LessEqual: return Op::Greater;
+        case Op::Greater: return Op::LessEqual;
+        default: return Op::Less;
     }
 }
-unsigned turned(unsigned way) { return (way & kEqual) | (way & kLess ? kGreater : 0) | (way & kGreater ? kLess : 0); }
-bool compares(const Term& t) { return t.op >= Op::Equal && t.op <= Op::GreaterEqual; }
+Op turned(Op op) {
+    switch (op) {
+        case Op::Less: return Op::Greater;
+        case Op::LessEqual: return Op::GreaterEqual;
+        case Op::Greater: return Op::Less;
+        case Op::GreaterEqual: return Op::LessEqual;
+        default: return op;
+    }
+}
 
-struct Range {
-    double least = -std::numeric_limits<double>::infinity(), greatest = std::numeric_limits<double>::infinity();
-    bool above = false, below = false;  // The ends themselves are out of it.
-    const Term *least_from = nullptr, *greatest_from = nullptr;
-};
+void add_conjuncts(const Term& t, std::vector<Condition>& out) {
+    if (t.op != Op::And) return out.push_back({&t});
+    for (const Term& operand : t.operands) add_conjuncts(operand, out);
+}
 
 class Conditions {
   public:
-    Conditions(const Program& program, const Rule& rule) : program_(program), rule_(rule) {}
+    Conditions(const Program& program, const Rule& rule) : program_(program), rule_(rule) { zero_ = *known_.node("zero"); }
 
-    std::optional<Contradiction> find() {
-        for (const Clause& c : rule_.body)
-            if (c.kind == Clause::Kind::Test) conjuncts(c.test);
-        for (const Term* t : tests_) {
-            if (const auto found = impossible(*t)) return found;
-            learn(*t);
+    std::optional<Contradiction> find(const std::vector<Condition>& around, const std::vector<Condition>& body) {
+        for (const Condition& c : around) learn(*c.term, c.holds, {c.term});
+        // What stands behind a condition may be what it cannot be true with, and rule out all but one way to be true.
+        for (int round = 0; round < kRounds; ++round) {
+            changed_ = false;
+            for (const Condition& c : body) {
+                if (const auto with = refuted(*c.term, c.holds)) return because(c, *with);
+                learn(*c.term, c.holds, {c.term});
+            }
+            for (const Condition& c : around) {
+                if (const auto with = refuted(*c.term, c.holds)) return because_of_inner(c, *with, body);
+                learn(*c.term, c.holds, {c.term});
+            }
+            if (!changed_) break;
         }
-        // What stands behind a condition may be what it cannot be true with.
-        for (const Term* t : tests_)
-            if (const auto found = impossible(*t)) return found;
         return std::nullopt;
     }
 
   private:
-    void conjuncts(const Term& t) {
-        if (t.op != Op::And) return tests_.push_back(&t);
-        for (const Term& operand : t.operands) conjuncts(operand);
-    }
+    // Each may make another one certain; more are not worth their time.
+    static constexpr int kRounds = 8;
 
-    // Above this a double does not hold every int, and bounds would be wrong by one.
-    static constexpr double kExact = 9007199254740992.0;
-    static std::optional<double> literal(const Term& t) {
-        std::optional<double> value;
-        if (t.op == Op::Int || t.op == Op::Bool || t.op == Op::Node) value = static_cast<double>(t.integer);
-        if (t.op == Op::Float) value = t.real;
-        if (t.op == Op::Negate || t.op == Op::ToFloat) {
-            value = literal(t.operands[0]);
-            if (value && t.op == Op::Negate) value = -*value;
-        }
-        if (value && t.type != Type::Float && std::abs(*value) >= kExact) return std::nullopt;
-        return value;
+    static Contradiction because(const Condition& c, Reasons with) {
+        std::erase(with, c.term);
+        return {.test = c, .with = std::move(with)};
     }
-    static const Term& without_conversion(const Term& t) { return t.op == Op::ToFloat ? t.operands[0] : t; }
-    // The term's text where it has the same value wherever the rule has it; else empty. Two variables may have one name.
-    std::string key(const Term& side) const {
-        bool fixed = true;
-        each_subterm(side, [&](const Term& t) {
-            const bool arithmetic = t.op >= Op::Negate && t.op <= Op::Power && t.op != Op::Not;
-            fixed = fixed && (t.is_variable() || t.op == Op::Constant || t.op == Op::Int || t.op == Op::Float || t.op == Op::String || arithmetic);
-        });
-        if (!fixed) return "";
-        std::string text = print(program_, rule_, without_conversion(side));
-        each_variable(side, [&](VariableId v) { text += " " + std::to_string(v.index()); });
-        return text;
-    }
-    Range range(const Term& side) const {
-        if (const auto value = literal(side)) return {.least = *value, .greatest = *value};
-        const auto known = ranges_.find(key(side));
-        return known == ranges_.end() ? Range() : known->second;
-    }
-
-    // Of numbers, `below` is less than `above`, or as much where `equal` will do: never so?
-    static bool never_less(const Range& below, const Range& above, bool equal) {
-        if (below.least != above.greatest) return below.least > above.greatest;
-        return !equal || below.above || above.below;
-    }
-    static Contradiction because(const Term& test, const Term* with) { return {.test = &test, .with = with == &test ? nullptr : with}; }
-
-    std::optional<Contradiction> impossible(const Term& t) const {
-        if (t.op == Op::Bool) return t.integer == 0 ? std::optional(because(t, nullptr)) : std::nullopt;
-        if (t.op == Op::And || t.op == Op::Or) {
-            const auto first = impossible(t.operands[0]), second = impossible(t.operands[1]);
-            if (t.op == Op::Or ? !first || !second : !first && !second) return std::nullopt;
-            return because(t, first && first->with != nullptr ? first->with : second ? second->with : nullptr);
-        }
-        if (!compares(t)) return std::nullopt;
-        if (const auto found = impossible_pair(t)) return found;
-        const Range left = range(t.operands[0]), right = range(t.operands[1]);
-        const bool equal = ways(t.op) & kEqual;
-        const auto from = [&](const Range& below, const Range& above) { return because(t, below.least_from != nullptr ? below.least_from : above.greatest_from); };
-        if (t.op == Op::NotEqual) {
-            if (left.least == left.greatest && right.least == right.greatest && left.least == right.least) return from(left, right);
-            return std::nullopt;
-        }
-        if (t.op != Op::Greater && t.op != Op::GreaterEqual && never_less(left, right, equal)) return from(left, right);
-        if (t.op != Op::Less && t.op != Op::LessEqual && never_less(right, left, equal)) return from(right, left);
+    // The last of the body that has to do with it.
+    static std::optional<Contradiction> because_of_inner(const Condition& around, Reasons with, const std::vector<Condition>& body) {
+        with = joined(std::move(with), {around.term});
+        for (auto c = body.rbegin(); c != body.rend(); ++c)
+            if (std::find(with.begin(), with.end(), c->term) != with.end()) return because(*c, std::move(with));
         return std::nullopt;
     }
-    std::optional<Contradiction> impossible_pair(const Term& t) const {
-        for (const std::size_t side : {0u, 1u})
-            if (const auto known = texts_.find(key(t.operands[side])); t.operands[1 - side].op == Op::String && known != texts_.end())
-                if ((known->second->operands[0].op == Op::String ? known->second->operands[0] : known->second->operands[1]).text != t.operands[1 - side].text && t.op == Op::Equal)
-                    return because(t, known->second);
-        const std::string left = key(t.operands[0]), right = key(t.operands[1]);
-        if (left.empty() || right.empty()) return std::nullopt;
-        if (left == right) return ways(t.op) & kEqual ? std::nullopt : std::optional(because(t, nullptr));
-        const auto known = pairs_.find({std::min(left, right), std::max(left, right)});
-        if (known == pairs_.end()) return std::nullopt;
-        const unsigned way = left < right ? ways(t.op) : turned(ways(t.op));
-        return (known->second.ways & way) == 0 ? std::optional(because(t, known->second.test)) : std::nullopt;
-    }
 
-    void learn(const Term& t) {
-        if (!compares(t)) return;
-        const std::string left = key(t.operands[0]), right = key(t.operands[1]);
-        for (const std::size_t side : {0u, 1u}) {
-            const std::string& name = side == 0 ? left : right;
-            const Term& other = t.operands[1 - side];
-            if (name.empty()) continue;
-            if (other.op == Op::String && t.op == Op::Equal) texts_.emplace(name, &t);
-            const unsigned way = side == 0 ? ways(t.op) : turned(ways(t.op));
-            if (const auto value = literal(other)) narrow(ranges_[name], way, *value, t, without_conversion(t.operands[side]).type == Type::Int);
-        }
-        if (left.empty() || right.empty()) return;
-        Pair& pair = pairs_.try_emplace({std::min(left, right), std::max(left, right)}, Pair{.test = &t}).first->second;
-        const unsigned all = pair.ways & (left < right ? ways(t.op) : turned(ways(t.op)));
-        if (all != pair.ways) pair = {.ways = all, .test = &t};
-    }
-    // The term compares so with the value. No int lies between 3 and 4.
-    static void narrow(Range& r, unsigned way, double value, const Term& test, bool whole) {
-        const bool equal = way & kEqual;
-        if (!(way & kLess)) {
-            const double least = !whole ? value : equal ? std::ceil(value) : std::floor(value) + 1;
-            if (least > r.least || (least == r.least && !equal)) r.least = least, r.above = !whole && !equal, r.least_from = &test;
-        }
-        if (!(way & kGreater)) {
-            const double greatest = !whole ? value : equal ? std::floor(value) : std::ceil(value) - 1;
-            if (greatest < r.greatest || (greatest == r.greatest && !equal)) r.greatest = greatest, r.below = !whole && !equal, r.greatest_from = &test;
-        }
-    }
+    // ---- terms as numbers of nodes
 
-    struct Pair {
-        unsigned ways = kLess | kEqual | kGreater;
-        const Term* test = nullptr;  // The last that left out some.
+    // The number of a term that has the same value wherever the rule has it.
+    std::optional<std::size_t> node_of(const Term& side) {
+        if (const auto value = literal(side)) return literal_node(*value, side);
+        const std::string name = fixed_name(program_, rule_, side);
+        if (name.empty()) return std::nullopt;
+        const auto node = known_.node((side.op == Op::ToFloat ? "float of " : "") + name);
+        if (node && side.op == Op::ToFloat) bound_by_int(*node, side.operands[0]);
+        return node;
+    }
+    // Literals lie in their order.
+    struct Literal {
+        std::size_t node;
+        double number;
+        std::string text;
     };
+    std::optional<std::size_t> literal_node(double number, const Term& side) {
+        const std::string text = side.op == Op::String ? side.text : "";
+        std::vector<Literal>& all = literals_[side.type.kind];
+        for (const Literal& l : all)
+            if (l.number == number && l.text == text) return l.node;
+        const auto node = known_.node(fmt::format("literal {} of {}", all.size(), type_name(side.type)));
+        if (!node) return std::nullopt;
+        for (const Literal& l : all) {
+            const bool less = l.number < number || (l.number == number && l.text < text);
+            known_.learn({less ? l.node : *node, less ? *node : l.node, -1}, {});
+        }
+        all.push_back({*node, number, text});
+        return node;
+    }
+    // A float made of an int lies where the int does, as far as a double holds every int.
+    void bound_by_int(std::size_t node, const Term& whole) {
+        const auto form = linear_form(program_, rule_, whole);
+        if (!form || form->parts.size() != 1 || form->parts.begin()->second != 1 || !known_.knows(form->parts.begin()->first)) return;
+        const std::size_t of = *known_.node(form->parts.begin()->first);
+        const auto most = known_.most(of, zero_), least = known_.most(zero_, of);
+        if (most)
+            if (const auto limit = exact_limit(most->first + form->rest)) note({node, *limit, 0}, most->second);
+        if (least)
+            if (const auto limit = exact_limit(form->rest - least->first)) note({*limit, node, 0}, least->second);
+    }
+    std::optional<std::size_t> exact_limit(std::int64_t value) {
+        if (std::abs(value) >= Differences::kLargest) return std::nullopt;
+        Term number;
+        number.type = Type::Float;
+        return literal_node(static_cast<double>(value), number);
+    }
+
+    // ---- comparisons as bounds: one of the ways is so, with all of its bounds
+
+    using Way = std::vector<Bound>;
+    using Ways = std::vector<Way>;
+    // k (x - y) + c compares so with 0, for k > 0.
+    static Ways whole_ways(Op op, std::size_t x, std::size_t y, std::int64_t k, std::int64_t c) {
+        const std::int64_t floor = floor_div(-c, k), ceil = -floor_div(c, k);
+        const Bound at_most{x, y, op == Op::Less ? ceil - 1 : floor}, at_least{y, x, op == Op::Greater ? -floor - 1 : -ceil};
+        switch (op) {
+            case Op::Less:
+            case Op::LessEqual: return {Way{at_most}};
+            case Op::Greater:
+            case Op::GreaterEqual: return {Way{at_least}};
+            // No int lies between the two: never equal, always different.
+            case Op::Equal: return floor != ceil ? Ways{} : Ways{Way{at_most, at_least}};
+            default: return floor != ceil ? Ways{Way{}} : Ways{Way{{x, y, floor - 1}}, Way{{y, x, -ceil - 1}}};
+        }
+    }
+    static std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
+    static Ways ordered_ways(Op op, std::size_t x, std::size_t y) { return whole_ways(op, x, y, 1, 0); }
+
+    // All that is known of a comparison, each by itself right; Ways{} where it cannot be.
+    std::vector<Ways> meanings(const Term& t, Op op) {
+        const Term &left = t.operands[0], &right = t.operands[1];
+        if (left.type == Type::Int && right.type == Type::Int) return whole_meanings(left, right, op);
+        std::vector<Ways> result;
+        for (const bool first : {true, false})
+            if (const Term &side = first ? left : right, &other = first ? right : left; side.op == Op::ToFloat && !literal(side))
+                if (const auto value = literal(other); value && std::abs(*value) < static_cast<double>(Differences::kLargest))
+                    if (const auto ways = against_float(side.operands[0], first ? op : turned(op), *value)) result.push_back(*ways);
+        const auto x = node_of(left), y = node_of(right);
+        if (x && y) result.push_back(ordered_ways(op, *x, *y));
+        return result;
+    }
+    std::vector<Ways> whole_meanings(const Term& left, const Term& right, Op op) {
+        std::vector<Ways> result;
+        const auto form = linear_form(program_, rule_, left, right);
+        if (form)
+            if (const auto ways = ways_of(*form, op)) result.push_back(*ways);
+        if (form && form->simple()) return result;
+        const std::string l = fixed_name(program_, rule_, left), r = fixed_name(program_, rule_, right);
+        if (l.empty() || r.empty() || literal(left) || literal(right)) return result;
+        const auto x = known_.node(l), y = known_.node(r);
+        if (x && y) result.push_back(ordered_ways(op, *x, *y));
+        return result;
+    }
+    // The form compares so with 0.
+    std::optional<Ways> ways_of(const LinearForm& form, Op op) {
+        if (form.parts.empty()) return whole_ways(op, zero_, zero_, 1, form.rest);
+        std::int64_t k = form.parts.begin()->second;
+        if (form.simple() && form.parts.size() == 2) {
+            const auto x = known_.node(form.parts.begin()->first), y = known_.node(form.parts.rbegin()->first);
+            if (!x || !y) return std::nullopt;
+            return k > 0 ? whole_ways(op, *x, *y, k, form.rest) : whole_ways(op, *y, *x, -k, form.rest);
+        }
+        std::string name = form.parts.begin()->first;
+        if (form.parts.size() > 1) {
+            std::int64_t common = 0;
+            for (const auto& [part, factor] : form.parts) common = std::gcd(common, factor);
+            const std::int64_t sign = k > 0 ? common : -common;
+            name = "sum";
+            for (const auto& [part, factor] : form.parts) name += fmt::format(" + {} * ({})", factor / sign, part);
+            k = sign;
+        }
+        const auto x = known_.node(name);
+        if (!x) return std::nullopt;
+        return k > 0 ? whole_ways(op, *x, zero_, k, form.rest) : whole_ways(op, zero_, *x, -k, form.rest);
+    }
+    // An int as a float compares so with this number: below kLargest as the int itself does.
+    std::optional<Ways> against_float(const Term& whole, Op op, double value) {
+        auto form = linear_form(program_, rule_, whole);
+        if (!form) return std::nullopt;
+        const double floor = std::floor(value);
+        if (floor != value) {
+            // Between floor and floor + 1.
+            if (op == Op::Equal) return Ways{};
+            if (op == Op::NotEqual) return std::nullopt;
+            op = op == Op::Less || op == Op::LessEqual ? Op::LessEqual : Op::Greater;
+        }
+        form->rest -= static_cast<std::int64_t>(floor);
+        return ways_of(*form, op);
+    }
+
+    // ---- conditions
+
+    // The other conditions because of which this cannot be so, none where it needs no others.
+    std::optional<Reasons> refuted(const Term& t, bool holds) {
+        if (t.op == Op::Bool) return (t.integer != 0) == holds ? std::nullopt : std::optional(Reasons{});
+        if (t.op == Op::Not) return refuted(t.operands[0], !holds);
+        if (t.op == Op::And || t.op == Op::Or) {
+            const auto first = refuted(t.operands[0], holds), second = refuted(t.operands[1], holds);
+            if ((t.op == Op::And) == holds) return first ? first : second;
+            return first && second ? std::optional(joined(*first, *second)) : std::nullopt;
+        }
+        if (!compares(t) || !decided(t, holds)) return std::nullopt;
+        for (const Ways& ways : meanings(t, holds ? t.op : opposite(t.op)))
+            if (const auto why = refuted(ways)) return why;
+        return std::nullopt;
+    }
+    // Of a float that is no number both a comparison and its opposite are false.
+    static bool decided(const Term& t, bool holds) { return holds || t.operands[0].type != Type::Float; }
+    std::optional<Reasons> refuted(const Ways& ways) const {
+        Reasons all;
+        for (const Way& way : ways) {
+            const auto why = refuted(way);
+            if (!why) return std::nullopt;
+            all = joined(std::move(all), *why);
+        }
+        return all;
+    }
+    std::optional<Reasons> refuted(const Way& way) const {
+        for (const Bound& b : way)
+            if (auto why = known_.refutes(b)) return why;
+        return std::nullopt;
+    }
+
+    void learn(const Term& t, bool holds, const Reasons& why) {
+        if (t.op == Op::Not) return learn(t.operands[0], !holds, why);
+        if (t.op == Op::And || t.op == Op::Or) {
+            if ((t.op == Op::And) == holds) {
+                for (const Term& operand : t.operands) learn(operand, holds, why);
+                return;
+            }
+            // Where the one cannot be, the other is.
+            for (const std::size_t side : {0u, 1u})
+                if (const auto without = refuted(t.operands[side], holds)) return learn(t.operands[1 - side], holds, joined(*without, why));
+            return;
+        }
+        if (!compares(t) || !decided(t, holds)) return;
+        for (const Ways& ways : meanings(t, holds ? t.op : opposite(t.op))) learn(ways, why);
+    }
+    void learn(const Ways& ways, const Reasons& why) {
+        const Way* only = nullptr;
+        Reasons all = why;
+        for (const Way& way : ways) {
+            if (const auto without = refuted(way)) {
+                all = joined(std::move(all), *without);
+                continue;
+            }
+            if (only != nullptr) return;
+            only = &way;
+        }
+        if (only == nullptr) return;
+        for (const Bound& b : *only) note(b, all);
+    }
+    void note(const Bound& b, const Reasons& why) {
+        if (!known_.refutes(b) && known_.learn(b, why)) changed_ = true;
+    }
 
     const Program& program_;
     const Rule& rule_;
-    std::vector<const Term*> tests_;
-    std::map<std::string, Range> ranges_;                          // By the text of a term.
-    std::map<std::string, const Term*> texts_;                     // The condition that makes it equal to a text.
-    std::map<std::pair<std::string, std::string>, Pair> pairs_;    // By both texts in their order.
+    Differences known_;
+    std::size_t zero_ = 0;
+    std::map<Type::Kind, std::vector<Literal>> literals_;
+    bool changed_ = false;
 };
 
 }  // namespace
 
-std::optional<Contradiction> contradiction(const Program& program, const Rule& rule) { return Conditions(program, rule).find(); }
+std::vector<Condition> conditions(const Term& term) {
+    std::vector<Condition> result;
+    add_conjuncts(term, result);
+    return result;
+}
+
+std::vector<Condition> conditions(const std::vector<Clause>& body) {
+    std::vector<Condition> result;
+    for (const Clause& c : body)
+        if (c.kind == Clause::Kind::Test) add_conjuncts(c.test, result);
+    return result;
+}
+
+std::optional<Contradiction> contradiction(const Program& program, const Rule& rule, const std::vector<Condition>& around, const std::vector<Condition>& body) {
+    return body.empty() ? std::nullopt : Conditions(program, rule).find(around, body);
+}
 
 }  // namespace meld::check

@@ -99,13 +99,18 @@ bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
     return report_.error_count() > errors;
 }
 
+// A body with what a head asks for; its conditions are known as the head's by their place.
+static std::vector<Clause> with_head(std::vector<Clause> body, std::vector<Clause> more, const Head& head) {
+    for (Clause& c : more) {
+        if (c.kind == Clause::Kind::Test) c.span = head.span;
+        body.push_back(std::move(c));
+    }
+    return body;
+}
+
 void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const std::vector<Head>& heads, bool axiom) {
-    const auto joined = [&](const std::vector<Clause>& more) {
-        std::vector<Clause> all = body;
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
-    };
     for (const Head& h : heads) {
+        const auto joined = [&](std::vector<Clause> more) { return with_head(body, std::move(more), h); };
         switch (h.kind) {
             case Head::Kind::Fact: {
                 Rule one = rule;
@@ -156,9 +161,7 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
 // [ sum => S | X | body | each | last ]: `each` for every match; `last` with S = sum X' : { body' }, a copy of the body
 // with variables of its own for each of the aggregates.
 void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
-    std::vector<Clause> each = body;
-    each.insert(each.end(), head.body.begin(), head.body.end());
-    views(rule, each, head.heads, false);
+    views(rule, with_head(body, head.body, head), head.heads, false);
     std::set<VariableId> outside;
     for (const Clause& c : body) each_variable(c, [&](VariableId v) { outside.insert(v); });
     Rule last = rule;

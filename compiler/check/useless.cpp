@@ -1,4 +1,4 @@
-// Pass 6: warnings. Rules that can never fire, predicates that nothing starts, predicates and parameters without a use. Facts may come
+// Pass 6: warnings. Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and parameters without a use. Facts may come
 // from the world file and results may only be written out, so it speaks only where that does not explain it.
 #include <algorithm>
 
@@ -31,17 +31,108 @@ class Useless {
     // ---- rules
 
     void never_fires(const Rule& rule) {
-        if (const auto found = contradiction(program_, rule)) {
-            const char* text = found->with == nullptr ? "this is never true, so the rule never fires" : "this is never true with the other condition, so the rule never fires";
-            auto& d = report_.add(Kind::NeverFires, found->test->span, text);
-            if (found->with != nullptr) d.labels.push_back({found->with->span, "the other condition"});
-            return;
-        }
-        for (const Clause& c : rule.body)
-            if (c.kind == Clause::Kind::Atom && links_itself(c.atom)) {
-                report_.add(Kind::NeverFires, c.atom.span, "no catom is its own neighbour, so the rule never fires");
-                return;
+        if (impossible(rule, {}, rule.body, Kind::NeverFires, "so the rule never fires")) return;
+        const Around around = conditions(rule.body);
+        parts(rule, around, rule.body, "and the rule never fires");
+        parts_of_heads(rule, around, rule.heads);
+    }
+
+    // What holds around a part of a rule.
+    using Around = std::vector<Condition>;
+    static Around with(Around around, const std::vector<Condition>& more) {
+        around.insert(around.end(), more.begin(), more.end());
+        return around;
+    }
+
+    // Negations and aggregates. `then` is what it means that there is none of what the body asks for.
+    void parts(const Rule& rule, const Around& around, const std::vector<Clause>& body, const char* then) {
+        for (const Clause& c : body) {
+            if (c.inner.empty()) continue;
+            const Around inside = with(around, conditions(c.inner));
+            if (is_forall(c)) {
+                const std::vector<Clause>& asked = c.inner.back().inner;
+                if (!impossible(rule, inside, asked, Kind::NeverMatches, "so `forall` holds only where there is no such fact")) parts(rule, with(inside, conditions(asked)), asked, "");
+            } else if (!impossible(rule, around, c.inner, Kind::NeverMatches, c.kind == Clause::Kind::Not ? "so `not` always holds" : of_nothing(c, then))) {
+                parts(rule, inside, c.inner, "");
             }
+        }
+    }
+    // It has become not (p, not (q)), where both stand for the whole.
+    static bool is_forall(const Clause& c) {
+        const Clause& last = c.inner.back();
+        return c.kind == Clause::Kind::Not && last.kind == Clause::Kind::Not && c.span.file == last.span.file && c.span.begin == last.span.begin && c.span.end == last.span.end;
+    }
+    static std::string of_nothing(const Clause& c, const std::string& then) {
+        switch (c.aggregate) {
+            case Aggregate::Sum:
+            case Aggregate::Count: return fmt::format("so the {} is always 0", aggregate_name(c.aggregate));
+            case Aggregate::Collect: return "so the list is always empty";
+            case Aggregate::Custom:
+                if (c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
+                [[fallthrough]];
+            default: return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
+        }
+    }
+
+    void parts_of_heads(const Rule& rule, const Around& around, const std::vector<Head>& heads) {
+        for (const Head& h : heads) {
+            if (h.kind == Head::Kind::If) {
+                const std::vector<Condition> condition = conditions(h.term);
+                // A bare `false` is meant, or a question of other dialects that has but one answer here.
+                const bool asked = h.term.op != Op::Bool;
+                const bool never = asked && impossible(rule, around, condition, Kind::NeverMatches, "so `then` gives nothing");
+                const bool always = asked && !h.others.empty() && !never && impossible(rule, around, {{&h.term, false}}, Kind::NeverMatches, "so `otherwise` gives nothing");
+                if (!never) parts_of_heads(rule, with(around, condition), h.heads);
+                if (!always) parts_of_heads(rule, with(around, {{&h.term, false}}), h.others);
+                continue;
+            }
+            const bool aggregate = h.kind == Head::Kind::Aggregate;
+            if (aggregate || h.kind == Head::Kind::Comprehension) {
+                if (impossible(rule, around, h.body, Kind::NeverMatches, aggregate ? "so there is nothing to aggregate" : kHeadOfNothing)) continue;
+                parts(rule, around, h.body, "");
+            }
+            parts_of_heads(rule, with(around, conditions(h.body)), h.heads);
+            parts_of_heads(rule, around, h.others);
+        }
+    }
+    static constexpr const char* kHeadOfNothing = "so this part of the head gives nothing";
+
+    // Whether these can never match; tells so, and what that means.
+    bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
+        if (impossible(rule, around, conditions(body), kind, so, &body)) return true;
+        for (const Clause& c : body)
+            if (c.kind == Clause::Kind::Atom && links_itself(c.atom)) {
+                report_.add(kind, c.atom.span, "no catom is its own neighbour, " + so);
+                return true;
+            }
+        return false;
+    }
+    bool impossible(const Rule& rule, const Around& around, const std::vector<Condition>& body, Kind kind, std::string so, const std::vector<Clause>* clauses = nullptr) {
+        const auto found = contradiction(program_, rule, around, body);
+        if (!found) return false;
+        const Term& test = *found->test.term;
+        // The other side of an `if` in the head of a view.
+        const bool denied = test.op == Op::Not && same_place(test.span, test.operands[0].span);
+        if (clauses != nullptr && kind == Kind::NeverFires && in_head(*clauses, test)) {
+            kind = Kind::NeverMatches;
+            so = denied ? "so `otherwise` gives nothing" : kHeadOfNothing;
+        }
+        const char* others = found->with.empty() ? "" : found->with.size() == 1 ? " with the other condition" : " with the other conditions";
+        auto& d = report_.add(kind, test.span, fmt::format("this is {} true{}, {}", denied || !found->test.holds ? "always" : "never", others, so));
+        for (const Term* other : found->with) {
+            const bool holds = std::none_of(around.begin(), around.end(), [&](const Condition& c) { return c.term == other && !c.holds; });
+            d.labels.push_back({other->span, !holds ? "where this is not so" : found->with.size() == 1 ? "the other condition" : "one of the others"});
+        }
+        return true;
+    }
+    static bool same_place(source::Span a, source::Span b) { return a.file == b.file && a.begin == b.begin && a.end == b.end; }
+    // Views have what their heads ask for in their bodies, under the place of that head.
+    static bool in_head(const std::vector<Clause>& body, const Term& test) {
+        return std::any_of(body.begin(), body.end(), [&](const Clause& c) {
+            bool here = false;
+            each_subterm(c.test, [&](const Term& t) { here = here || &t == &test; });
+            return here && !same_place(c.span, c.test.span);
+        });
     }
     bool links_itself(const Atom& a) const {
         const WorldSource w = program_.predicates[a.predicate].world;

@@ -1,4 +1,5 @@
 # File tests: programs with their expected output in the same file. One entry a folder; MELD_AUTOUPDATE=1 rewrites them.
+# And what `meldc check` says of contradictions against trying numbers.
 file(GLOB folders CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*)
 foreach(folder ${folders})
   get_filename_component(name ${folder} NAME)
@@ -11,3 +12,4 @@ add_test(NAME meld_every_kind_is_shown COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CUR
   --kinds ${CMAKE_SOURCE_DIR}/compiler/diagnostics/kinds.def ${CMAKE_CURRENT_LIST_DIR})
 add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
+add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py --meldc $<TARGET_FILE:meldc>)
