@@ -78,6 +78,7 @@ class Explainer {
     void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
         out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, home_of(rule), how);
         order_of_reading(r.steps, rule);
+        order_in_heads(r.heads, rule);
         std::string reads;
         remote_reads(r.steps, reads);
         heads_remote(r.heads, reads);
@@ -87,8 +88,47 @@ class Explainer {
         if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
         out_ += "\n";
     }
-    // One read alone has no order.
-    void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule) {
+    // The steps of a body, of a negation or of a head, and of what is inside of them. One read alone has no order.
+    void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule, std::string indent = "\n      ", const std::string& inside = "") {
+        if (order_of_steps(steps, rule, inside.empty() ? indent : indent + "  ", inside.empty() ? "" : indent + inside) && !inside.empty()) indent += "  ";
+        std::string last;
+        for (const Step& s : steps) {
+            if (!s.inner.empty()) {
+                const std::string what = s.kind == Step::Kind::Absent ? "the negation" : s.aggregate == Aggregate::Custom ? "the fold" : "the " + aggregate_name(s.aggregate);
+                order_of_reading(s.inner, rule, indent, fmt::format("inside {} over {}, asked {}", what, read_in(s.inner), last.empty() ? "before anything is read" : "after " + last));
+            }
+            if (std::string text = access(s, rule); !text.empty()) last = std::move(text);
+        }
+    }
+    // What the heads ask for, once the body has matched.
+    void order_in_heads(const std::vector<HeadPlan>& heads, const check::Rule& rule) {
+        for (const HeadPlan& h : heads) {
+            const char* what = h.kind == Head::Kind::Aggregate ? "aggregate" : "comprehension";
+            if (!h.steps.empty()) order_of_reading(h.steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(h.steps)));
+            order_in_heads(h.heads, rule);
+            order_in_heads(h.others, rule);
+        }
+    }
+    // Names of all that these steps read.
+    std::string read_in(const std::vector<Step>& steps) const {
+        std::vector<std::string> names;
+        const auto add = [&](const std::string& name) {
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+        };
+        for (const Step& s : steps) {
+            if (s.kind == Step::Kind::Match) add(program_.predicates[s.predicate].name);
+            else if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate) add("neighbor");
+            else if (s.kind == Step::Kind::Each) add("a list");
+        }
+        return listed(names);
+    }
+    static std::string listed(const std::vector<std::string>& texts) {
+        std::string text;
+        for (std::size_t i = 0; i < texts.size(); ++i) text += (i == 0 ? "" : i + 1 < texts.size() ? ", " : " and ") + texts[i];
+        return text;
+    }
+    // Returns whether it has said anything.
+    bool order_of_steps(const std::vector<Step>& steps, const check::Rule& rule, const std::string& indent, const std::string& header) {
         struct Read {
             std::string text;
             const Step* step;
@@ -100,8 +140,9 @@ class Explainer {
                 reads.push_back({std::move(text), &s});
                 as_written = as_written && s.choice.reason == Reason::Written && s.choice.waiting.empty();
             }
-        if (reads.size() < 2) return;
-        if (as_written) out_ += "\n      reads in the order written: ";
+        if (reads.size() < 2) return false;
+        out_ += header;
+        if (as_written) out_ += indent + "reads in the order written: ";
         const std::vector<PredicateId>* told = nullptr;
         for (std::size_t i = 0; i < reads.size(); ++i) {
             const Choice& c = reads[i].step->choice;
@@ -109,7 +150,7 @@ class Explainer {
                 out_ += (i == 0 ? "" : ", then ") + reads[i].text;
                 continue;
             }
-            out_ += fmt::format("\n      {} {}: {}", i == 0 ? "reads" : "then", reads[i].text, reason(*reads[i].step));
+            out_ += fmt::format("{}{} {}: {}", indent, i == 0 ? "reads" : "then", reads[i].text, reason(*reads[i].step));
             if (!c.dearer.empty()) {
                 out_ += ", so ahead of " + names(c.dearer, *reads[i].step);
             } else if (!c.waiting.empty() && (told == nullptr || *told != c.waiting)) {
@@ -117,6 +158,7 @@ class Explainer {
                 told = &c.waiting;
             }
         }
+        return true;
     }
     // Each once; a second atom of the predicate that is read is told from the first.
     std::string names(const std::vector<PredicateId>& predicates, const Step& read) const {
@@ -126,9 +168,7 @@ class Explainer {
             const std::string name = p.valid() ? other + program_.predicates[p].name : "the elements of a list";
             if (std::find(texts.begin(), texts.end(), name) == texts.end()) texts.push_back(name);
         }
-        std::string text;
-        for (std::size_t i = 0; i < texts.size(); ++i) text += (i == 0 ? "" : i + 1 < texts.size() ? ", " : " and ") + texts[i];
-        return text;
+        return listed(texts);
     }
     static std::string reason(const Step& s) {
         switch (s.choice.reason) {
