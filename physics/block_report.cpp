@@ -147,10 +147,7 @@ tl::unexpected<Error> BlockEngine::too_deep(std::uint32_t block) {
             if (batch.a[i] >= bodies.count()) continue;
             const double radii = bodies.place[batch.a[i]].radius + bodies.place[batch.b[i]].radius, gap = static_cast<double>(batch.gap[i]);
             if (gap >= -share * radii) continue;
-            const auto [first, second] = std::minmax(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id);
-            return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first,
-                                            second, -gap, 100 * share),
-                                "Move one of them away, or take a shorter step if they ran into each other");
+            return world_.too_deep(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id, -gap);
         }
     return world_.wrong("two bodies overlap too much", "Take a shorter step");
 }

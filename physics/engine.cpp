@@ -63,6 +63,13 @@ tl::unexpected<Error> World::wrong(const std::string& problem, std::string sugge
     return fail(fmt::format("step {}: {}", tick + 1, problem), std::move(suggestion), ExitCode::LimitHit);
 }
 
+tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m) const {
+    const auto [first, second] = std::minmax(one, other);
+    return wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first, second, overlap_m,
+                             100 * settings.deepest_overlap_share),
+                 "Move one of them away, or take a shorter step if they ran into each other");
+}
+
 Result<void> World::check_speeds() const {
     const double limit = settings.greatest_speed_m_s;
     const auto length_of = [](const float(&v)[3]) {

@@ -41,6 +41,8 @@ struct World {
     tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
     // The error for the body with the lowest number that is faster than the settings allow, or whose velocity is not a number.
     Result<void> check_speeds() const;
+    // The error for two bodies that overlap by more than the settings allow.
+    tl::unexpected<Error> too_deep(BodyId one, BodyId other, double overlap_m) const;
     // The farthest that two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const;
     bool has_features() const { return tables.size() > 1; }

@@ -55,7 +55,7 @@ class HashEngine final : public Engine {
             kept.complete = true;
         }
         world_.obstacles.prepare(workers.threads());
-        const Rules rules = rules_for(pgs_settings(), times);
+        const Rules rules = rules_for(world_.settings, times);
         {
             const StageClock clock(world_.times.actuation);
             if (auto pulled = pulls_.find(world_, times.dt_s, workers); !pulled) return tl::unexpected(pulled.error());
@@ -84,12 +84,6 @@ class HashEngine final : public Engine {
     }
 
   private:
-    Settings pgs_settings() const {
-        Settings settings = world_.settings;
-        settings.solver.mode = SolverMode::Pgs;
-        return settings;
-    }
-
     Result<void> drop_removed(Workers& workers) {
         if (!std::exchange(removed_, false)) return {};
         Bodies& bodies = world_.bodies;
@@ -160,11 +154,8 @@ class HashEngine final : public Engine {
                 const Place &a = bodies.place[pair.first], &b = bodies.place[pair.second];
                 const Vec3 apart{b.x - a.x, b.y - a.y, b.z - a.z};
                 const double distance = length(apart), radii = a.radius + b.radius;
-                if (radii - distance > world_.settings.deepest_overlap_share * radii) {
-                    const auto [first, second] = std::minmax(bodies.nature[pair.first].id, bodies.nature[pair.second].id);
-                    return world_.wrong(fmt::format("bodies {} and {} overlap by {:.3g} m", first, second, radii - distance),
-                                        "Move one of them away, or take a shorter step");
-                }
+                if (radii - distance > world_.settings.deepest_overlap_share * radii)
+                    return world_.too_deep(bodies.nature[pair.first].id, bodies.nature[pair.second].id, radii - distance);
                 add_contact(pair.first, pair.second, 0, distance > 0 ? (1 / distance) * apart : Vec3{0, 0, 1}, distance - radii,
                             bodies.nature[pair.second].material);
             }

@@ -39,7 +39,8 @@ enum class EngineKind {
 };
 
 enum class SolverMode {
-    // Soft contacts, warm started, with a relaxing pass: stacks stand.
+    // Soft contacts, warm started, with a relaxing pass: stacks stand. Only Blocks has them; the other engines take pgs20's
+    // sweeps instead.
     Soft,
     // Projected Gauss-Seidel from nothing, with error reduction, as ODE's QuickStep.
     Pgs,

@@ -107,6 +107,9 @@ std::unique_ptr<Engine> make_engine(World& world) {
 
 Scene::Scene(const Settings& settings) : world_(std::make_unique<World>()) {
     world_->settings = settings;
+    SolverSettings& solver = world_->settings.solver;
+    if (settings.engine != EngineKind::Blocks && solver.mode == SolverMode::Soft)
+        solver.mode = SolverMode::Pgs, solver.sweeps = SolverSettings::pgs20().sweeps;
     engine_ = make_engine(*world_);
 }
 Scene::~Scene() = default;

@@ -60,7 +60,7 @@ struct SenseOptions {
 
 struct PhysicsOptions {
     std::string engine = "blocks";  // "blocks", "hash" or "ode".
-    std::string solver = "soft";    // "soft" or "pgs20".
+    std::string solver = "soft";    // "soft" or "pgs20"; always "pgs20" but for "blocks".
     double step = 1.0 / 240;        // Seconds
     int substeps = 2;
     int steps = 1;                  // In a tick.

@@ -117,7 +117,11 @@ void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& 
                           {"kind",    "engine",      "solver",      "step",        "substeps", "steps",          "gravity",         "linear_damping", "angular_damping", "mass",  "inertia", "friction",
                            "restitution", "spacing", "ground",      "roll_torque", "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "sense",         "feature", "obstacle", "catoms"});
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
+    // Only blocks have soft contacts; two sweeps of the others from nothing would leave most of a blow unanswered.
+    if (p.engine != "blocks") p.solver = "pgs20";
     section.read_choice("solver", p.solver, {"soft", "pgs20"});
+    if (p.engine != "blocks" && p.solver == "soft")
+        section.wrong("solver", fmt::format("the engine \"{}\" has no soft contacts", p.engine), "take solver out, which means \"pgs20\" here, or write engine = \"blocks\"");
     section.read_seconds("step", p.step);
     section.read_count("substeps", p.substeps, 1);
     section.read_count("steps", p.steps, 1);

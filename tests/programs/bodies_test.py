@@ -176,6 +176,17 @@ def pull(bodies):
             same(least < z < most, True, f"whether it hangs, engine {engine}, tick {ticks}: {z}")
 
 
+def bounce(bodies):
+    """Two equal balls that lose nothing exchange their velocities under every engine, whose solver the world does not name."""
+    world = ('[[body]]\npositions = [[0, 0, 0], [1.5, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nrestitution = 1\nsteps = 4\n'
+             'engine = "ENGINE"\n' + FINE + '[[motion.catoms]]\nwhere = "id == 0"\nvelocity = [1, 0, 0]\n')
+    for engine in ("blocks", "hash", "ode"):
+        facts, _ = bodies.run(SPEED, world.replace("ENGINE", engine), 60)
+        speeds = {catom: x for catom, x, _, _ in facts["speed"]}
+        for catom, wanted in ((0, 0), (1, 1)):
+            close(speeds.get(catom, 0), wanted, 0.01, f"the speed of catom {catom} after an elastic collision, engine {engine}")
+
+
 def refuses(bodies):
     """A run ends with the catom, the tick and a cure, and the recording holds the last good state."""
     two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\n'
@@ -296,7 +307,7 @@ def divides_anew(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, have_sizes, wait_for_ports, divides_anew,
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce, have_sizes, wait_for_ports, divides_anew,
                       refuses):
             check(bodies)
             print(f"{check.__name__}: fine")

@@ -84,7 +84,7 @@ TEST_P(EnginesGoingWrong, OverlapNamesBothBodiesAndKeepsTheState) {
         return;
     }
     ASSERT_FALSE(report);
-    EXPECT_TRUE(report.error().problem.starts_with("step 1: bodies 3 and 12 overlap by 0.7 m")) << report.error().message();
+    EXPECT_TRUE(report.error().problem.starts_with("step 1: bodies 3 and 12 overlap by 0.7 m, more than 50 % of their radii together")) << report.error().message();
     EXPECT_EQ(scene->digest(), before);
     EXPECT_EQ(scene->tick(), 0u);
     // Cured, the scene goes on.

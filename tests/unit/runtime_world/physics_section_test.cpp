@@ -115,10 +115,18 @@ velocity = [1, 0, 0]
     EXPECT_FALSE(p.groups[0].friction);
 }
 
+TEST(PhysicsSection, OnlyBlocksAreSoftUnlessToldOtherwise) {
+    EXPECT_EQ(world_of(kFree).physics.solver, "soft");
+    EXPECT_EQ(world_of(kFree + "engine = \"hash\"\n").physics.solver, "pgs20");
+    EXPECT_EQ(world_of(kFree + "engine = \"ode\"\n").physics.solver, "pgs20");
+}
+
 TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
     const std::pair<std::string, std::string> wrong[] = {
         {"engin = \"ode\"", "w.toml:5:1: there is no key 'engin' in [motion]. did you mean 'engine'?"},
         {"engine = \"odd\"", "w.toml:5:10: [motion] engine = \"odd\" does not exist. did you mean 'ode'?"},
+        {"engine = \"hash\"\nsolver = \"soft\"",
+         "w.toml:6:10: the engine \"hash\" has no soft contacts. take solver out, which means \"pgs20\" here, or write engine = \"blocks\""},
         {"mass = 0", "w.toml:5:8: [motion] mass = 0 is not a number above zero"},
         {"mass = nan", "w.toml:5:8: [motion] mass = nan is not a number above zero"},
         {"friction = -1", "w.toml:5:12: [motion] friction = -1 is less than 0"},
