@@ -115,6 +115,17 @@ int parts_on_this_machine(const comm::Communicator& comm) {
     return local != nullptr ? std::max(1, std::atoi(local)) : comm.parts();
 }
 
+// The facts of the last tick that went well, if they are still there, and what there is to say. On every part.
+Error after_failure(sim::PartState& part, const RunOptions& options, Error error) {
+    if (options.facts_out.empty()) return error;
+    if (part.half_way) {
+        error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them", error.suggestion.empty() ? "" : ".\n", part.last_tick + 1);
+    } else if (const auto written = record::write_facts(part, options.facts_out); !written) {
+        error.suggestion += fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
+    }
+    return error;
+}
+
 // Everything after the parts stand. Errors every part meets alike are told by part 0 alone.
 Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
     const Result<Module> module = load_module(module_path, kAbiVersion);
@@ -160,7 +171,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     };
     const Result<void> ran = simulation.run({options.ticks}, each);
     progress.reset();
-    if (!ran) return tl::unexpected<Error>(ran.error());
+    if (!ran) return tl::unexpected<Error>(after_failure(simulation.part(), options, ran.error()));
     if (!options.facts_out.empty())
         if (auto written = record::write_facts(simulation.part(), options.facts_out); !written) return tl::unexpected<Error>(written.error());
     if (speaks && options.json) fmt::print("{}", summary_json(simulation.summary(), comm.parts(), options.threads));

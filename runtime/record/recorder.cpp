@@ -58,6 +58,7 @@ Result<void> Recorder::start(sim::PartState& part) {
 }
 
 Result<void> Recorder::after(sim::PartState& part) {
+    if (part.half_way) return {};
     marks_.collect(part);
     if (part.abi.now % every_ != 0) return {};
     return write(part);
@@ -65,7 +66,7 @@ Result<void> Recorder::after(sim::PartState& part) {
 
 void Recorder::finish(sim::PartState& part) {
     Result<void> done;
-    if (last_step_ != part.abi.now) done = write(part);
+    if (last_step_ != part.abi.now && !part.half_way) done = write(part);
     if (!file_) return;
     const Result<void> closed = file_->close();
     if (!done || !closed) outcome_ = "the recording is incomplete: " + (!done ? done : closed).error().message();

@@ -151,6 +151,7 @@ void BodyActions::refuse(PartState& part, Catom catom, Code code) {
     Value value{};
     value.integer = static_cast<i64>(code);
     part.give(*failed_, catom, &value);
+    part.half_way = true;
 }
 
 }  // namespace meld::sim

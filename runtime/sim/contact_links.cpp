@@ -88,6 +88,7 @@ void ContactLinks::end(PartState& part, const std::vector<Pair>& ended) {
         const std::optional<int> port = a && b ? part.ensemble.port_towards(*a, *b) : std::nullopt;
         MELD_CHECK(port.has_value(), "catoms {} and {} part and were never linked", pair.first, pair.second);
         part.ensemble.unlink(*a, *port);
+        part.half_way = true;
         for (const Catom catom : {*a, *b}) {
             part.mark(catom, kDirtyLinks);
             forget_if_lonely(part, catom);
@@ -197,6 +198,7 @@ void ContactLinks::connect_promised(PartState& part) {
         }
         const Side a = *side(part, first, second, offered_[i][0]), b = *side(part, second, first, offered_[i][1]);
         part.ensemble.link(a.catom, a.port, b.catom, b.port);
+        part.half_way = true;
         for (const Catom catom : {a.catom, b.catom}) part.mark(catom, kDirtyLinks);
     }
     waiting_.resize(kept);

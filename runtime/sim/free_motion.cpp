@@ -77,7 +77,7 @@ Result<void> FreeMotion::step(PartState& part) {
 
 Result<void> FreeMotion::step_once(PartState& part) {
     const auto report = move(part);
-    // The recording ends with the last tick that went well, whose places the ensemble still has.
+    // The ensemble still has the places of the last tick that went well.
     if (!report) {
         const Error told = about_catoms(report.error());
         return fail(fmt::format("in tick {}, {}", part.abi.now, told.problem), told.suggestion, told.code);

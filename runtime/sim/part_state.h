@@ -58,6 +58,8 @@ class PartState {
     void happen();
     // Evaluates, commits, exchanges, and agrees with the other parts on what happened.
     const Totals& end_tick();
+    // On every part, after a tick that failed: the time is that of the last tick again, and all know whether some are half-way.
+    void end_early();
 
     // ---- for central modules
     // Facts given from outside: the catom and, where neighbours read them, its readers are marked.
@@ -119,6 +121,10 @@ class PartState {
     std::function<double(Catom)> diameter_of;
     std::vector<std::int32_t> owners;  // Of catoms that move freely, by index; empty where there is one part.
     std::vector<Cell> start_cells;
+    // The last tick that went well to its end.
+    std::int64_t last_tick = 0;
+    // A tick that fails has changed facts, or the links that they stand on: they are no longer those of the last tick.
+    bool half_way = false;
     // Something moves by itself, so the run goes on though no program has anything to do.
     bool moving = false;
     // Seconds of wall clock that the ticks have taken.

@@ -73,6 +73,9 @@ Result<void> Simulation::tick() {
     if (unsettled_) unsettled_->before(part_);
     const Totals& t = part_.end_tick();
     if (unsettled_) unsettled_->after(part_);
+    // A catom whose rules trap stops in their midst, and the others do not.
+    part_.half_way = t.failure.trap != Trap::None;
+    if (!part_.half_way) part_.last_tick = part_.abi.now;
     summary_.ticks = part_.abi.now;
     summary_.catoms = t.catoms;
     summary_.evaluations += t.tick.awake;
@@ -128,6 +131,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run did not settle within " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->tell(part_), ExitCode::LimitHit);
+    if (!result) part_.end_early();
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
             module->finish(part_);

@@ -51,6 +51,14 @@ const Totals& PartState::end_tick() {
     return totals;
 }
 
+void PartState::end_early() {
+    abi.now = last_tick;
+    if (alone()) return;
+    std::vector<std::byte> mine;
+    put(mine, half_way);
+    for (const std::byte each : comm.allgather(mine)) half_way = half_way || each != std::byte{0};
+}
+
 void PartState::deliver(std::vector<Arrival>& arrivals) {
     // By receiver, as what this part has sent comes, and for each by predicate; what is equal stays in order.
     const auto by_receiver = [](const Arrival& a, const Arrival& b) { return a.to < b.to; };

@@ -14,6 +14,8 @@ import tempfile
 import time
 import unittest
 
+import h5py
+
 TOOLS = argparse.Namespace()
 SQUARE = 'lattice = "square"\n[[body]]\nshape = "box(2, 2, 1)"\n'
 COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
@@ -267,6 +269,23 @@ class Endings(Case):
 
     def test_token_that_never_rests(self):
         self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
+
+    def test_facts_of_runs_that_fail(self):
+        token = "type linear t(node).\ntype at(node, int).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\nat(A, N) :- tick(A, N).\n"
+        self.write("t.meld", token)
+        self.write("ten.toml", SQUARE + "[limits]\nmax_ticks = 10\n")
+        self.call("meldsim", "run", "t.meld", "--world", "ten.toml", "--ticks", 10, "--facts-out", "ten.facts", "--quiet")
+        # A tick whose rules trap is half done: nothing is written, and what is there stays.
+        self.write("d.meld", "type p(node, int).\ntype q(node, int).\nq(A, T) :- tick(A, T).\np(A, 1 / (3 - T)) :- tick(A, T).\n")
+        for n in (1, 2):
+            self.refused("meldsim", "run", "t.meld", "--world", "ten.toml", "--facts-out", f"{n}.facts", "--quiet", "-n", n, code=4, says="did not settle within 10 ticks")
+            self.assertEqual((self.folder / f"{n}.facts").read_text(), (self.folder / "ten.facts").read_text())
+            self.write("old.facts", "old")
+            self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet", "-n", n, code=1,
+                         says=["1 is divided by zero", "No facts are written, since tick 3 ended in the middle of changing them"])
+            self.assertEqual((self.folder / "old.facts").read_text(), "old")
+            with h5py.File(self.folder / f"{n}.vtkhdf") as recording:
+                self.assertEqual(list(recording["VTKHDF/Steps/Values"]), [0, 1, 2])
 
     def test_arithmetic_that_goes_wrong_names_operands_rule_catom_and_tick(self):
         where = "at catom @1 in tick 1"
