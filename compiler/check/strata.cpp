@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/check/check.h"
+#include "compiler/check/replaced.h"
 #include "compiler/check/rounds.h"
 #include "compiler/check/values_read.h"
 
@@ -134,7 +135,9 @@ class Strata {
             }
         }
         if (c.tree) check_tree(c, inside);
-        if (c.recursive && !c.tree && !warn_growth(c, inside)) warn_improvement(c, inside);
+        // Where a bounded number of rounds is counted, no value leads to itself.
+        if (!c.recursive || c.tree || count_rounds(program_, c) == Rounds::Bounded) return;
+        if (!warn_growth(c, inside) && !warn_improvement(c, inside)) warn_replaced(c);
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
@@ -264,13 +267,13 @@ class Strata {
     };
     // m(B, D + 1) :- m(A, D), with max: at a bound the values would replace those they were made from.
     template <class Inside>
-    void warn_improvement(const Component& c, const Inside& inside) {
+    bool warn_improvement(const Component& c, const Inside& inside) {
         Aggregate best = Aggregate::None;
         for (const PredicateId p : c.predicates) {
             const Aggregate a = program_.predicates[p].aggregate;
             if (a == Aggregate::Min || a == Aggregate::Max) best = best == Aggregate::None || best == a ? a : Aggregate::First;
         }
-        if (best != Aggregate::Min && best != Aggregate::Max) return;
+        if (best != Aggregate::Min && best != Aggregate::Max) return false;
         std::vector<Way> ways;
         for (const RuleId id : c.rules)
             each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) {
@@ -284,8 +287,20 @@ class Strata {
             d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
             for (const Way* b : back) d.labels.push_back({b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
             d.help = kGetWorse;
-            return;
+            return true;
         }
+        return false;
+    }
+    // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
+    void warn_replaced(const Component& c) {
+        const auto found = replaced_by_itself(program_, c);
+        if (!found) return;
+        const std::string& name = program_.predicates[found->predicate].name;
+        auto& d = report_.add(Kind::ImprovesItself, found->made, fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
+        d.labels.push_back({found->asked, "this is no longer so then"});
+        for (const Replaced::Between& b : found->between) d.labels.push_back({b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
+        d.help = program_.predicates[found->predicate].aggregate == Aggregate::Max ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
+                                                                                 : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
     }
     void add_ways(const Rule& rule, const Atom& a, Aggregate best, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
