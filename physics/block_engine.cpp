@@ -256,7 +256,7 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
 
 void BlockEngine::take_contacts_out(Workers& workers) {
     for (const CarriedContact& gone : contacts_.carry(world_.bodies, workers))
-        world_.events.push_back({touch_of(gone.id, gone.partner), false});
+        world_.events.push_back({touch_of(gone.id(), gone.partner), false});
 }
 
 void BlockEngine::keep_last_good(Workers& workers) {
@@ -322,7 +322,7 @@ Result<void> BlockEngine::refresh(Workers& workers) {
 
 tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block) {
     const std::span<Batch> batches = contacts_.obstacle_contacts(block);
-    const std::span<const ObstacleLane> lanes_of = contacts_.obstacle_lanes(block);
+    const ObstacleLane* lanes_of = contacts_.obstacle_lanes(block);
     Bodies& bodies = world_.bodies;
     struct Lane {
         Batch* batch;

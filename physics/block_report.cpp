@@ -44,15 +44,15 @@ void BlockEngine::find_events(Workers& workers) {
     };
     for_blocks(active_, workers, [&](int worker, std::uint32_t block) {
         auto& events = found[static_cast<std::size_t>(worker)];
-        std::size_t n = contacts_.first_pair_batch(block);
+        std::uint8_t* touching = contacts_.pair_touches(block);
         for (const Batch& batch : contacts_.pairs(block))
-            compare(batch, contacts_.touching[n++], [&](int i, bool began) {
+            compare(batch, *touching++, [&](int i, bool began) {
                 events.push_back({touch_of(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id), began});
             });
-        n = contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block);
-        const ObstacleLane* lane = contacts_.obstacle_lanes(block).data();
+        touching = contacts_.obstacle_touches(block);
+        const ObstacleLane* lane = contacts_.obstacle_lanes(block);
         for (const Batch& batch : contacts_.obstacle_contacts(block)) {
-            compare(batch, contacts_.touching[n++],
+            compare(batch, *touching++,
                     [&](int i, bool began) { events.push_back({touch_of(bodies.nature[batch.a[i]].id, obstacle_code(lane[i])), began}); });
             lane += kLanes;
         }
@@ -71,10 +71,9 @@ void BlockEngine::each_touch(std::size_t block, const Pair& pair, const Obstacle
             for (unsigned lanes = touching[n]; lanes != 0; lanes &= lanes - 1) visit(n, std::countr_zero(lanes));
     };
     const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
-    const auto what = contacts_.obstacle_lanes(block);
-    const std::uint8_t* touching = contacts_.touching.data();
-    each_lane(pairs, touching + contacts_.first_pair_batch(block), [&](std::size_t n, int i) { pair(pairs[n], i); });
-    each_lane(obstacles, touching + contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block),
+    const ObstacleLane* what = contacts_.obstacle_lanes(block);
+    each_lane(pairs, contacts_.pair_touches(block), [&](std::size_t n, int i) { pair(pairs[n], i); });
+    each_lane(obstacles, contacts_.obstacle_touches(block),
               [&](std::size_t n, int i) { obstacle(obstacles[n], i, what[kLanes * n + static_cast<std::size_t>(i)]); });
 }
 

@@ -30,12 +30,20 @@ void* allocate_large(std::size_t bytes) {
     const std::size_t before = (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;
     if (before > 0) munmap(begin, before);
     munmap(begin + before + whole, kHugePage - before);
-    // Advice only: without huge pages everything works, more slowly.
-    static_cast<void>(madvise(begin + before, whole, MADV_HUGEPAGE));
+    // Advice only: without huge pages everything works, more slowly. A last piece that would leave most of one empty stays in small ones.
+    static_cast<void>(madvise(begin + before, (bytes + kHugePage / 2) / kHugePage * kHugePage, MADV_HUGEPAGE));
     return begin + before;
 }
 
 void free_large(void* memory, std::size_t bytes) { munmap(memory, whole_pages(bytes)); }
+
+std::size_t give_back_pages(void* memory, std::size_t gone_bytes, std::size_t end_bytes) {
+    // Huge pages are not cut: what is left of one would not come back before all of it is gone.
+    const std::size_t end = end_bytes / kHugePage * kHugePage;
+    if (end <= gone_bytes) return gone_bytes;
+    static_cast<void>(madvise(static_cast<std::byte*>(memory) + gone_bytes, end - gone_bytes, MADV_DONTNEED));
+    return end;
+}
 
 #else
 
@@ -46,6 +54,8 @@ void* allocate_large(std::size_t bytes) {
 }
 
 void free_large(void* memory, std::size_t) { std::free(memory); }
+
+std::size_t give_back_pages(void*, std::size_t gone_bytes, std::size_t) { return gone_bytes; }
 
 #endif
 

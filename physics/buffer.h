@@ -44,4 +44,13 @@ struct UninitializedAllocator : std::allocator<T> {
 template <class T>
 using Buffer = std::vector<T, UninitializedAllocator<T>>;
 
+// Gives back the pages of a large array up to entry `end`, which are used no more: they read as zeros from then on. `gone_bytes` is
+// what has been given back before; returns what has been now.
+std::size_t give_back_pages(void* memory, std::size_t gone_bytes, std::size_t end_bytes);
+template <class T>
+std::size_t give_back_front(Buffer<T>& array, std::size_t gone_bytes, std::size_t end) {
+    if (array.capacity() * sizeof(T) < kLargeBytes) return 0;
+    return give_back_pages(array.data(), gone_bytes, end * sizeof(T));
+}
+
 }  // namespace meld::physics

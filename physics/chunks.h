@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "physics/buffer.h"
@@ -16,17 +15,13 @@ template <class T>
 class Chunks {
   public:
     std::size_t size() const { return size_; }
-    void push_back(const T& item) { *append(1) = item; }
-    // Room for so many items one behind the other, which are for the caller to set; it stays where it is.
-    T* append(std::size_t count) {
-        if (chunks_.empty() || chunks_.back().capacity() - chunks_.back().size() < count) {
+    void push_back(const T& item) {
+        if (chunks_.empty() || chunks_.back().size() == chunks_.back().capacity()) {
             const std::size_t wanted = chunks_.empty() ? kFirst : std::min(2 * chunks_.back().capacity(), kMost);
-            chunks_.emplace_back().reserve(std::max(wanted, count));
+            chunks_.emplace_back().reserve(wanted);
         }
-        Buffer<T>& last = chunks_.back();
-        size_ += count;
-        last.resize(last.size() + count);
-        return last.data() + (last.size() - count);
+        chunks_.back().push_back(item);
+        ++size_;
     }
     template <class F>
     void each(const F& f) const {
@@ -45,8 +40,9 @@ class Chunks {
     }
 
   private:
-    // Chunks this long are mapped and unmapped one by one; shorter ones may stay with the allocator.
-    static constexpr std::size_t kMost = (std::size_t{64} << 20) / sizeof(T);
+    // Chunks this long are mapped and unmapped one by one, so what is consumed goes in small pieces; shorter ones may stay with
+    // the allocator.
+    static constexpr std::size_t kMost = 2 * kLargeBytes / sizeof(T);
     static constexpr std::size_t kFirst = 1024;
     std::vector<Buffer<T>> chunks_;
     std::size_t size_ = 0;

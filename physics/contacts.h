@@ -8,6 +8,7 @@
 
 #include "physics/block_grid.h"
 #include "physics/bodies.h"
+#include "physics/carried_contacts.h"
 #include "physics/chunks.h"
 #include "physics/lanes.h"
 #include "physics/material.h"
@@ -45,15 +46,6 @@ struct ObstacleLane {
     std::uint32_t part;
 };
 
-// One contact's memory while the batches are laid out anew, as seen from the body with the lower id.
-struct CarriedContact {
-    std::uint32_t id;
-    std::uint32_t partner;
-    float normal_impulse;
-    float tangent[3];
-    bool touching;
-};
-
 // The partner's code of an obstacle's contact; body ids are lower.
 constexpr std::uint32_t obstacle_code(ObstacleLane lane) { return 0x80000000u | lane.obstacle << 2 | lane.part; }
 
@@ -81,25 +73,24 @@ class Contacts {
     void forget(Workers& workers);
 
     std::span<const Batch> pairs(std::size_t block) const { return const_cast<Contacts*>(this)->pairs(block); }
-    std::span<Batch> pairs(std::size_t block) { return {pairs_.data() + pair_first_[block], pairs_.data() + pair_first_[block + 1]}; }
+    std::span<Batch> pairs(std::size_t block) { return pairs_.batches(block); }
     std::span<const Batch> obstacle_contacts(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_contacts(block); }
-    std::span<Batch> obstacle_contacts(std::size_t block) {
-        return {obstacles_.data() + obstacle_first_[block], obstacles_.data() + obstacle_first_[block + 1]};
-    }
-    std::span<const ObstacleLane> obstacle_lanes(std::size_t block) const {
-        return {lanes_.data() + kLanes * obstacle_first_[block], lanes_.data() + kLanes * obstacle_first_[block + 1]};
-    }
-    std::uint32_t first_pair_batch(std::size_t block) const { return pair_first_[block]; }
-    std::uint32_t first_obstacle_batch(std::size_t block) const { return obstacle_first_[block]; }
-    std::size_t pair_batch_count() const { return pairs_.size(); }
-    std::size_t obstacle_batch_count() const { return obstacles_.size(); }
+    std::span<Batch> obstacle_contacts(std::size_t block) { return obstacles_.batches(block); }
+    // Eight for each batch with obstacles.
+    const ObstacleLane* obstacle_lanes(std::size_t block) const { return obstacles_.at(block).lanes; }
+    // A byte a batch, a bit a lane: whether it touches.
+    std::uint8_t* pair_touches(std::size_t block) const { return pairs_.at(block).touching; }
+    std::uint8_t* obstacle_touches(std::size_t block) const { return obstacles_.at(block).touching; }
+    // The numbers of a block's first batches, counted in the order of the blocks.
+    std::uint32_t first_pair_batch(std::size_t block) const { return pairs_.at(block).first; }
+    std::uint32_t first_obstacle_batch(std::size_t block) const { return obstacles_.at(block).first; }
+    std::size_t pair_batch_count() const { return pairs_.count; }
+    std::size_t obstacle_batch_count() const { return obstacles_.count; }
     std::size_t candidate_count() const { return candidates_; }
 
-    // A bit a lane: whether it touches. One byte a batch, first all pair batches, then those with obstacles.
-    Buffer<std::uint8_t> touching;
     // Of pair batches, empty unless some body has latches: the holding impulse of a lane per second, N.
     Buffer<Lanes> adhesion;
-    // Empty unless some material bounces; in the order of `touching`.
+    // Empty unless some material bounces; first of all pair batches, then of those with obstacles.
     Buffer<Bounce> bounces;
 
     void need_adhesion();
@@ -107,18 +98,36 @@ class Contacts {
     std::size_t bytes() const;
 
   private:
-    struct Arena;
-    struct Former;
-    Former sort_carried(const Bodies& bodies, Workers& workers);
-    const BodyPair* collect(const Setup& setup, std::uint32_t block, Arena& arena);
-    void collect_obstacles(const Setup& setup, std::uint32_t block, Arena& arena);
-    void fill(const Setup& setup, std::uint32_t block, const BodyPair* pair, const Arena& arena, const Former& former);
+    // Batches of some blocks, found by one worker, behind each other. They do not move, and are given back together.
+    struct Shelf {
+        Buffer<Batch> batches;
+        Buffer<std::uint8_t> touching;
+        // Of batches with obstacles.
+        Buffer<ObstacleLane> lanes;
+    };
+    // Where a block's batches lie in a shelf.
+    struct Stretch {
+        Batch* batches = nullptr;
+        std::uint8_t* touching = nullptr;
+        ObstacleLane* lanes = nullptr;
+        std::uint32_t first = 0, count = 0;
+    };
+    // All batches of one kind. A list that has not been made has no blocks.
+    struct Layout {
+        std::vector<Shelf> shelves;
+        std::vector<Stretch> of_block;
+        std::size_t count = 0;
 
-    Buffer<Batch> pairs_, obstacles_;
-    Buffer<ObstacleLane> lanes_;
-    std::vector<std::uint32_t> pair_first_, obstacle_first_;
-    // By block, while the batches are laid out: where its lanes with obstacles begin among those of its worker.
-    std::vector<std::uint32_t> obstacle_arena_first_;
+        Stretch at(std::size_t block) const { return block < of_block.size() ? of_block[block] : Stretch(); }
+        std::span<Batch> batches(std::size_t block) const { return {at(block).batches, at(block).count}; }
+        void number();
+        std::size_t bytes() const;
+    };
+    struct Arena;
+    void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former);
+    void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former);
+
+    Layout pairs_, obstacles_;
     std::vector<Chunks<CarriedContact>> carried_;
     std::size_t candidates_ = 0;
 };

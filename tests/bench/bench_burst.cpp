@@ -70,6 +70,7 @@ void burst(const std::string& name, const SolverSettings& solver, int substeps, 
         const double begin = cpu_now();
         const StepReport report = need(scene->step(kTick, substeps, workers));
         const double took_ms = 1e3 * (cpu_now() - begin), peak = per_body(status_bytes("VmHWM"));
+        scene->forget_events();
         if (tick == 0) {
             first = peak;
             continue;

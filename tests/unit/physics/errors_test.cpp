@@ -119,6 +119,20 @@ INSTANTIATE_TEST_SUITE_P(Engines, EnginesGoingWrong, testing::Values(EngineKind:
                              return test.param == EngineKind::Blocks ? "Blocks" : test.param == EngineKind::Hash ? "Hash" : "Ode";
                          });
 
+TEST(Errors, ContactsMayBeAskedForAfterAListThatFailed) {
+    auto scene = scene_on_plane();
+    add_cube(*scene, 4);
+    Workers workers(2);
+    run(*scene, 5, 2, workers);
+    EXPECT_FALSE(scene->contacts().empty());
+    need(scene->add_body({.id = 1000, .position_m = {1e9, 0, 0}}));
+    ASSERT_FALSE(scene->step(kTick, 2, workers));
+    EXPECT_TRUE(scene->contacts().empty());
+    need(scene->remove_body(1000));
+    run(*scene, 2, 2, workers);
+    EXPECT_FALSE(scene->contacts().empty());
+}
+
 TEST(Errors, BodiesTooFarAwayAreNamed) {
     auto scene = make_scene();
     need(scene->add_body({.id = 0}));
