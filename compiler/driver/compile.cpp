@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <fstream>
+#include <functional>
+#include <mutex>
 #include <sstream>
 #include <utility>
 
@@ -14,6 +18,8 @@
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/parallel_for.h"
+#include "runtime/base/progress.h"
 
 namespace meld::driver {
 
@@ -35,6 +41,30 @@ int optimisation_for(const std::string& cpp) {
     return cpp.size() < kLongModule ? 2 : 1;
 }
 
+// Does the work, and from a second on says what is being done and how long it has taken.
+void with_progress(const std::string& what, const std::function<void()>& work) {
+    using namespace std::chrono_literals;
+    std::mutex mutex;
+    std::condition_variable finished;
+    bool done = false;
+    Workers(2).run(2, [&](int, std::size_t job) {
+        if (job == 0) {
+            work();
+            const std::lock_guard lock(mutex);
+            done = true;
+            finished.notify_one();
+            return;
+        }
+        std::unique_lock lock(mutex);
+        std::optional<Progress> progress;
+        const auto begin = std::chrono::steady_clock::now();
+        for (auto pause = 1000ms; !finished.wait_for(lock, pause, [&] { return done; }); pause = 200ms) {
+            if (!progress) progress.emplace();
+            progress->update([&] { return fmt::format("{}: {:.0f} s", what, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()); });
+        }
+    });
+}
+
 Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const CompileOptions& options) {
     BuildOptions build_options;
     if (!options.cache_dir.empty()) build_options.cache_dir = options.cache_dir;
@@ -50,7 +80,11 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
         if (f.external) build_options.externs.push_back(f.name);
     build_options.schema_hash = emit::schema_hash(plan);
     build_options.abi_version = kAbiVersion;
-    return build_module(cpp, plan.program.name, build_options);
+    Result<std::string> module;
+    const auto build = [&] { module = build_module(cpp, plan.program.name, build_options); };
+    if (options.progress) with_progress(fmt::format("compiling {}, {} kB of C++", plan.program.name, cpp.size() / 1000), build);
+    else build();
+    return module;
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ struct Options {
     std::string emit;
     std::string code;
     bool json = false;
+    bool quiet = false;
     bool explain_rules = false;
     CompileOptions compile;
     FormatOptions format;
@@ -71,6 +72,7 @@ int run_compile(Options& options) {
     if (!known(after, plan::Passes::All)) return fail_with({"there is no pass '" + after + "'", did_you_mean(after, plan::passes(plan::Passes::All))});
     if (!after.empty() && options.compile.last != Stage::Plan) return fail_with({"--after prints the plan after a pass", "Add --emit=plan"});
     if (options.explain_rules) options.compile.last = Stage::Explain;
+    options.compile.progress = !options.quiet;
     Compilation c;
     if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
     show(c, options);
@@ -138,6 +140,7 @@ int main(int argc, char** argv) {
     compile->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")->type_name("PASS");
     compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");
     compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+    compile->add_flag("--quiet", options.quiet, "No progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();

@@ -1,5 +1,6 @@
 // Emits the records, the row types with their order, and the working state of one catom.
 #include <algorithm>
+#include <map>
 
 #include "compiler/emit/emit.h"
 #include "compiler/emit/type_table.h"
@@ -133,22 +134,26 @@ void emit_fold(const Predicate& p, Writer& w) {
     w.close();
 }
 
-void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
+// The first rule that derives the predicate, which a trap names.
+std::uint32_t first_rule(const plan::Plan& plan, PredicateId id) {
+    for (const RuleId r : plan.program.rules.ids())
+        for (const Head& h : plan.program.rules[r].heads)
+            if (h.kind == Head::Kind::Fact && h.atom.predicate == id) return static_cast<std::uint32_t>(r.index());
+    return 0;
+}
+
+// What a struct says of a predicate's rows.
+std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const Stored& s = plan.of(id);
     const RowShape fields = shape(p);
-    const std::string name = predicate_name(plan.program, id);
-    std::uint32_t first_rule = 0;
+    const bool followed = s.column.valid() && plan.columns[s.column].follows_rows;
     bool links = false;
     for (const plan::ComponentPlan& c : plan.components)
         for (const PredicateId member : c.predicates)
             if (member == id) links = c.links;
-    for (const RuleId r : plan.program.rules.ids())
-        for (const Head& h : plan.program.rules[r].heads)
-            if (h.kind == Head::Kind::Fact && h.atom.predicate == id && first_rule == 0) first_rule = static_cast<std::uint32_t>(r.index());
 
-    w.raw("");
-    w.open(fmt::format("struct {}_t {{  // {}", name, p.signature()));
+    Writer w;
     w.open("struct Row {");
     std::vector<Member> members;
     for (std::size_t i = 0; i < s.fields.size(); ++i) {
@@ -165,9 +170,9 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
     w.line("static constexpr Reduce kReduce = Reduce::{};", reduce(p.aggregate));
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
-    w.line("static constexpr u16 kPredicate = {};", id.index());
-    w.line("static constexpr bool kFollowed = {};", s.column.valid() && plan.columns[s.column].follows_rows);
-    w.line("static constexpr u32 kFirstRule = {};", first_rule);
+    w.line("static constexpr bool kFollowed = {};", followed);
+    if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
+    if (folds(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
     const auto signature = [](const std::vector<std::size_t>& f) { return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b"; };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
     const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
@@ -186,14 +191,27 @@ void emit_predicate(const plan::Plan& plan, PredicateId id, Writer& w) {
     for (const std::size_t f : fields.key) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", fields.key.empty() ? "" : " row", hash);
     emit_fold(p, w);
-    w.close("};");
+    return w.text();
 }
 
 }  // namespace
 
 void emit_predicates(const plan::Plan& plan, Writer& w) {
-    for (const PredicateId id : plan.program.predicates.ids())
-        if (has_view(plan, id)) emit_predicate(plan, id, w);
+    // Predicates of like rows share a type, and so what is compiled for it.
+    std::map<std::string, std::string> known;
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        if (!has_view(plan, id)) continue;
+        const std::string name = predicate_name(plan.program, id) + "_t", signature = plan.program.predicates[id].signature();
+        const auto [same, fresh] = known.try_emplace(rows_of(plan, id), name);
+        w.raw("");
+        if (!fresh) {
+            w.line("using {} = {};  // {}", name, same->second, signature);
+            continue;
+        }
+        w.open(fmt::format("struct {} {{  // {}", name, signature));
+        w.lines(same->first);
+        w.close("};");
+    }
 }
 
 void emit_self(const plan::Plan& plan, Writer& w) {
@@ -247,13 +265,14 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     const Stored& s = plan.of(id);
     const std::string name = predicate_name(plan.program, id);
     const std::string view = "s." + name;
+    const std::uint32_t rule = first_rule(plan, id);
     w.raw("");
     w.open(fmt::format("MELD_STEP static void open_{}(Self& s) {{", name));
     w.line("s.loaded[{}] = true;", id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
-        if (plan.program.predicates[id].linear()) w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count);", view, name);
-        else w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count);", view, name);
+        if (plan.program.predicates[id].linear()) w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
+        else w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
     } else {
         w.line("const {0}& r = record<{0}>(s, {1}, s.catom);", record_name(s.column), s.column.index());
         if (s.storage == Storage::PerLink) {
@@ -265,16 +284,16 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
             for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("rows[n].{1} = r.{0}_{1}[port];", name, field_name(i + 1));
             w.raw("++n;");
             w.close();
-            w.line("{}.open(rows, n);", view);
+            w.line("{}.open(rows, n, {});", view, rule);
         } else {
             w.open(fmt::format("if ({}) {{", presence(s, "r", name)));
             for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("{0}.single.{2} = r.{1}_{2};", view, name, field_name(i + 1));
             if (s.ranked) w.line("{}.single.rank = r.{}_rank;", view, name);
             else if (s.fields.empty()) w.line("{}.single.unit = 0;", view);
-            w.line("{0}.open(&{0}.single, 1);", view);
+            w.line("{0}.open(&{0}.single, 1, {1});", view, rule);
             w.close();
             w.open("else {");
-            w.line("{}.open(nullptr, 0);", view);
+            w.line("{}.open(nullptr, 0, {});", view, rule);
             w.close();
         }
     }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -26,6 +27,13 @@ class Writer {
         if (!text.empty()) out_.append(depth_ * 4, ' ');
         out_ += text;
         out_ += '\n';
+    }
+    // The lines of a text, indented further.
+    void lines(const std::string& text) {
+        for (std::size_t from = 0, to; from < text.size(); from = to + 1) {
+            to = std::min(text.find('\n', from), text.size());
+            raw(text.substr(from, to - from));
+        }
     }
     // Lines that are indented already.
     void block(const std::string& text) { out_ += text; }

@@ -118,7 +118,7 @@ bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, con
     r.proposed.reset();
     if (removed.count == 0 && added.count == 0) return false;
     const u32 count = r.count - removed.count + added.count;
-    check_fact_limit<T>(e, count, T::kFirstRule);
+    check_fact_limit(e, count, r.rule);
     Row* next = static_cast<Row*>(scratch(e, u64{count} * sizeof(Row)));
     u32 n = 0, from = 0, gone = 0;
     for (u32 i = 0; i < added.count || gone < removed.count;) {

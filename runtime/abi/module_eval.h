@@ -25,11 +25,13 @@ struct Relation {
     const RowChanges* changes;  // From origin to rows, where somebody has asked for it.
     RowList<Row> proposed; // Candidates of the current round.
     Row single;            // Where rows of a Single are loaded to.
+    u32 rule;              // That a trap names: the first that derives T.
     bool changed;
 
     // Called by the emitted load function.
-    void open(const Row* from, u32 n) {
+    void open(const Row* from, u32 n, u32 first_rule) {
         rows = origin = from;
+        rule = first_rule;
         count = origin_count = n;
         changes = nullptr;
         proposed.reset();
@@ -60,8 +62,7 @@ bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m
     return true;
 }
 
-template <class T>
-void check_fact_limit(Eval& e, u32 count, u32 rule) {
+inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
     if (count > e.part->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.part->max_facts));
 }
 
@@ -84,7 +85,7 @@ MELD_STEP bool settle_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 
         if (reduce_group<T>(e, held, p + i, end - i, fold, needed, out)) p[kept++] = out;
         i = end;
     }
-    check_fact_limit<T>(e, kept, T::kFirstRule);
+    check_fact_limit(e, kept, r.rule);
     r.proposed.reset();
     if (equal_rows<T>(r.rows, r.count, p, kept)) return false;
     r.replace(p, kept);
@@ -219,7 +220,7 @@ MELD_STEP bool settle_ranked(Eval& e, Relation<T>& r) {
             changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
             if (current != nullptr) ++held;
         }
-        check_fact_limit<T>(e, next.count, T::kFirstRule);
+        check_fact_limit(e, next.count, r.rule);
         r.proposed.reset();
         if (changed) r.replace(next.rows, next.count);
         return changed;
@@ -339,7 +340,7 @@ struct Mutual {
         while (held < r.count) next.add(e, r.rows[held++]);
         r.proposed.reset();
         if (!grew) return false;
-        check_fact_limit<T>(e, next.count, T::kFirstRule);
+        check_fact_limit(e, next.count, r.rule);
         r.rows = next.rows;
         r.count = next.count;
         return true;
@@ -376,7 +377,7 @@ MELD_STEP bool gather(Eval& e, Relation<T>& r) {
     while (held < r.count) next.add(e, r.rows[held++]);
     r.proposed.reset();
     if (!grew) return false;
-    check_fact_limit<T>(e, next.count, T::kFirstRule);
+    check_fact_limit(e, next.count, r.rule);
     r.rows = next.rows;
     r.count = next.count;
     return true;
@@ -419,10 +420,12 @@ struct Bag {
     using Row = typename T::Row;
     RowList<Row> list;
     RowList<Row> held;   // Made while a comprehension consumes this bag: they join it when it ends.
+    u32 rule;            // That a trap names: the first that derives T.
     bool holding;
     bool changed;
 
-    void open(Eval& e, const Row* from, u32 n) {
+    void open(Eval& e, const Row* from, u32 n, u32 first_rule) {
+        rule = first_rule;
         list.reset();
         held.reset();
         for (u32 i = 0; i < n; ++i) list.add(e, from[i]);
@@ -448,7 +451,7 @@ struct Bag {
         }
         list.rows[at] = row;
         changed = true;
-        check_fact_limit<T>(e, list.count, T::kFirstRule);
+        check_fact_limit(e, list.count, rule);
     }
     // Removes the facts at these positions, in any order; `positions` is sorted on the way.
     void remove_all(u32* positions, u32 n) {
@@ -485,7 +488,7 @@ bool give_base(Eval& e, Relation<T>& r, const typename T::Row& row) {
     while (held < r.count && T::key(r.rows[held], row) < 0) next.add(e, r.rows[held++]);
     next.add(e, row);
     while (held < r.count) next.add(e, r.rows[held++]);
-    check_fact_limit<T>(e, next.count, T::kFirstRule);
+    check_fact_limit(e, next.count, r.rule);
     r.replace(next.rows, next.count);
     return true;
 }

@@ -22,14 +22,17 @@ std::string meldc_path() {
 
 }  // namespace
 
-Result<std::string> compile_program(const std::string& program, const std::vector<std::string>& link, const std::vector<std::string>& library_paths) {
-    if (program.ends_with(".so")) return program;
+Result<std::string> compile_program(const RunOptions& options) {
+    if (options.program.ends_with(".so")) return options.program;
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
     const std::string meldc = meldc_path();
-    std::vector<const char*> arguments = {"meldc", "compile", program.c_str()};
-    for (const std::string& file : link) arguments.insert(arguments.end(), {"--link", file.c_str()});
-    for (const std::string& folder : library_paths) arguments.insert(arguments.end(), {"-I", folder.c_str()});
+    std::vector<const char*> arguments = {"meldc", "compile", options.program.c_str()};
+    for (const std::string& file : options.link) arguments.insert(arguments.end(), {"--link", file.c_str()});
+    for (const std::string& folder : options.library_paths) arguments.insert(arguments.end(), {"-I", folder.c_str()});
+    const std::string level = std::to_string(options.optimisation.value_or(0));
+    if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
+    if (options.quiet) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
     const pid_t child = fork();
     if (child < 0) return fail(std::string("cannot start meldc: ") + std::strerror(errno));

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     r->add_option("--set", run.set, "Give a constant of the program another value: name=value")->type_name("NAME=VALUE")->take_all()->allow_extra_args(false);
     r->add_option("--arg", run.given, "The value of the program's @arg1; the next --arg is that of @arg2, and so on")->type_name("VALUE")->take_all()->allow_extra_args(false);
     r->add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+    r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")->check(CLI::Range(0, 3))->type_name("N");
     r->add_option("--seed", run.seed, "The seed of everything random")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");

@@ -183,7 +183,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
 // Part 0 compiles and tells the others where the module is.
 Result<std::string> module_for_all(const RunOptions& options, comm::Communicator& comm) {
     if (!options.module.empty()) return options.module;
-    Result<std::string> mine = comm.part() == 0 ? compile_program(options.program, options.link, options.library_paths) : Result<std::string>("");
+    Result<std::string> mine = comm.part() == 0 ? compile_program(options) : Result<std::string>("");
     if (comm.parts() == 1) return mine;
     const int code = mine ? 0 : static_cast<int>(mine.error().code);
     const std::string text = mine ? *mine : mine.error().problem;
@@ -222,7 +222,7 @@ int run_command(RunOptions options) {
         return run_parts(options, *comm);
     }
     // Compiled before the parts start, so that a program's mistakes are told once and soon.
-    const Result<std::string> module = compile_program(options.program, options.link, options.library_paths);
+    const Result<std::string> module = compile_program(options);
     if (!module) return tell(module.error());
     if (const auto world = choose_world(options); !world) return tell(world.error());
     std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};

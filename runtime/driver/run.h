@@ -13,7 +13,7 @@ namespace meld::driver {
 int run_command(RunOptions options);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
-// `link` are the C files of its externs, `library_paths` the folders of its includes and libraries. Errors carry meldc's exit code; its messages have been printed by then.
-Result<std::string> compile_program(const std::string& program, const std::vector<std::string>& link = {}, const std::vector<std::string>& library_paths = {});
+// Errors carry meldc's exit code; its messages have been printed by then.
+Result<std::string> compile_program(const RunOptions& options);
 
 }  // namespace meld::driver

@@ -37,7 +37,7 @@ struct Run {
     std::unique_ptr<sim::Simulation> simulation;
 
     Run(const std::string& program, const std::string& world_text, int threads = 1)
-        : module(need(load_module(need(driver::compile_program(program)), kAbiVersion))),
+        : module(need(load_module(need(driver::compile_program({.program = program})), kAbiVersion))),
           world(std::make_unique<world::World>(need(world::parse_world(world_text, "benchmark")))),
           target(std::make_unique<world::Target>(need(world::Target::make(*world, world::Lattice(world->lattice))))) {
         simulation = std::make_unique<sim::Simulation>(info(), *world, *target, *comm, threads);

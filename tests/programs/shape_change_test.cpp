@@ -113,7 +113,7 @@ std::vector<Digest> run_case(const ShapeCase& c, int parts, int threads) {
     const world::Target target = *world::Target::make(world, world::Lattice(world.lattice));
     const std::string seed = fmt::format("{}[facts]\ngiven-seed = [\"{}\"]\n", text, seed_region(world, target));
     world = *world::parse_world(seed, "test");
-    const std::string module_path = *driver::compile_program(CLAYMELD_EXAMPLES "/shape_change.meld");
+    const std::string module_path = *driver::compile_program({.program = CLAYMELD_EXAMPLES "/shape_change.meld"});
     const Module module = *load_module(module_path, kAbiVersion);
     const std::uint64_t mass = world::count_catoms(world, world::Lattice(world.lattice)) * static_cast<std::uint64_t>(1 + c.held);
     std::vector<Digest> digests;
