@@ -26,6 +26,10 @@ constexpr std::size_t kSlotsPerJob = 16384;
 // is stopped at the surface instead of inside it.
 constexpr double kLookAheadShare = 0.02;
 
+// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxing sweep stops those that
+// would touch in the next, and they bounce if that was noted when the step began.
+constexpr double kStepsAhead = 2;
+
 float squared(double value) { return static_cast<float>(value * value); }
 
 }  // namespace
@@ -143,7 +147,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Move:
             return move(times, workers);
         case Stage::Kind::Refresh:
-            return refresh(workers);
+            return refresh(times, workers);
         case Stage::Kind::Finish: {
             if (world_.has_features()) settle_charges(world_, workers);
             find_events(workers);
@@ -170,7 +174,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     rebuilt_in_step_ = false;
     count_still_ticks();
     if (rebuild_ || list_is_old(times))
-        if (auto built = rebuild(workers); !built) return built;
+        if (auto built = rebuild(times, workers); !built) return built;
     keep_last_good(workers);
     find_resting();
     return {};
@@ -181,7 +185,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     world_.obstacles.prepare(workers.threads());
     if (world_.bounces()) contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
     if (!fresh_)
-        if (auto refreshed = refresh(workers); !refreshed) return refreshed;
+        if (auto refreshed = refresh(times, workers); !refreshed) return refreshed;
     // All must forget after a step that failed; a step of another length would make impulses of another size.
     if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
@@ -213,7 +217,7 @@ GridShape BlockEngine::next_shape() const {
     return GridShape::fitting(radii.least, radii.largest, margin + skin);
 }
 
-Result<void> BlockEngine::rebuild(Workers& workers) {
+Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     Bodies& bodies = world_.bodies;
     note_stillness();
     const RadiusRange radii = radii_of_world();
@@ -234,7 +238,7 @@ Result<void> BlockEngine::rebuild(Workers& workers) {
         std::vector<bool> owned;
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m()}, owns_ ? &owned : nullptr, workers);
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m(), kStepsAhead * times.dt_s}, owns_ ? &owned : nullptr, workers);
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});
         for (std::size_t b = 0; b < owned.size(); ++b) states_[b].owned = owned[b];
@@ -296,16 +300,16 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     return fine ? Result<void>() : world_.check_speeds();
 }
 
-Result<void> BlockEngine::refresh(Workers& workers) {
+Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.refresh);
     const auto deepest = static_cast<float>(world_.settings.deepest_overlap_share);
     std::atomic<std::uint32_t> crushed{kNoBlock};
     std::mutex failing;
-    std::optional<std::pair<BodyId, std::string>> failure;
+    std::optional<std::pair<BodyId, Error>> failure;
     for_blocks(active_, workers, [&](int worker, std::uint32_t block) {
-        if (auto collided = refresh_obstacles(worker, block); !collided) {
+        if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) {
             const std::lock_guard lock(failing);
-            if (!failure || collided.error() < *failure) failure = collided.error();
+            if (!failure || collided.error().first < failure->first) failure = collided.error();
         }
         if (!refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), deepest)) return;
         std::uint32_t seen = crushed.load();
@@ -313,14 +317,12 @@ Result<void> BlockEngine::refresh(Workers& workers) {
         }
     });
     fresh_ = true;
-    if (failure)
-        return world_.wrong(fmt::format("ODE cannot collide body {} with an obstacle ({})", failure->first, failure->second),
-                            "Check the obstacle's shape");
+    if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};
 }
 
-tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block) {
+tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block, double dt_s) {
     const std::span<Batch> batches = contacts_.obstacle_contacts(block);
     const ObstacleLane* lanes_of = contacts_.obstacle_lanes(block);
     Bodies& bodies = world_.bodies;
@@ -340,18 +342,34 @@ tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacle
     if (!single) std::sort(found.begin(), found.end(), [&](const Lane& one, const Lane& other) { return key(one) < key(other); });
 
     std::array<SurfaceContact, kMostSurfaceContacts> surfaces;
+    std::optional<std::pair<BodyId, Error>> failure;
+    const auto fails = [&](BodyId body, Error error) {
+        if (!failure || body < failure->first) failure = std::pair(body, std::move(error));
+    };
     for (std::size_t begin = 0; begin < found.size();) {
         const std::uint32_t slot = found[begin].batch->a[found[begin].lane], obstacle = found[begin].what.obstacle;
         std::size_t end = begin + 1;
         while (!single && end < found.size() && found[end].batch->a[found[end].lane] == slot && found[end].what.obstacle == obstacle) ++end;
         const Place& p = bodies.place[slot];
+        const BodyId id = bodies.nature[slot].id;
+        // On uneven ground a look too far ahead would find more contacts than a body has lanes for.
+        const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
         int count = 0;
         try {
-            // On uneven ground a look too far ahead would find more contacts than a body has lanes for.
-            const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
             count = world_.obstacles.collide(worker, obstacle, {p.x, p.y, p.z}, p.radius, ahead, surfaces);
-        } catch (const OdeFailure& failure) {
-            return tl::unexpected(std::pair(bodies.nature[slot].id, std::string(failure.what())));
+        } catch (const OdeFailure& wrong) {
+            fails(id, {fmt::format("ODE cannot collide body {} with an obstacle ({})", id, wrong.what()), "Check the obstacle's shape"});
+        }
+        for (int c = 0; c < count; ++c)
+            if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine) fails(id, fine.error());
+        // What comes from farther away would be on the other side of a wall before anything is noticed, and of what is near only
+        // its way says what it will touch.
+        const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.motion[slot]);
+        const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
+        if (apart && dot(path, path) > ahead * ahead && world_.obstacles.parts(obstacle) == 1) {
+            const auto met = world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path);
+            count = met ? 1 : 0;
+            if (met) surfaces[0] = *met;
         }
         std::array<bool, kMostSurfaceContacts> used{};
         for (std::size_t n = begin; n < end; ++n) {
@@ -382,6 +400,7 @@ tl::expected<void, std::pair<BodyId, std::string>> BlockEngine::refresh_obstacle
         }
         begin = end;
     }
+    if (failure) return tl::unexpected(std::move(*failure));
     return {};
 }
 

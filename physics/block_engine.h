@@ -63,7 +63,7 @@ class BlockEngine final : public Engine {
 
     Result<void> prepare(const StepTimes& times, Workers& workers);
     bool list_is_old(const StepTimes& times) const;
-    Result<void> rebuild(Workers& workers);
+    Result<void> rebuild(const StepTimes& times, Workers& workers);
     void keep_last_good(Workers& workers);
     RadiusRange radii_of_world() const;
     // How the next rebuild will cut space.
@@ -80,9 +80,9 @@ class BlockEngine final : public Engine {
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
-    Result<void> refresh(Workers& workers);
-    // The error: a body that ODE fails at, and what ODE says.
-    tl::expected<void, std::pair<BodyId, std::string>> refresh_obstacles(int worker, std::uint32_t block);
+    Result<void> refresh(const StepTimes& times, Workers& workers);
+    // The error: a body that ODE fails at, or that is too deep in an obstacle, and what to say; of several the lowest.
+    tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);

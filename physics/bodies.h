@@ -24,6 +24,11 @@ struct alignas(32) Motion {
     float inverse_rim_mass;
 };
 
+inline Vec3 velocity_of(const Motion& motion) {
+    const float(&v)[3] = motion.velocity;
+    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
 struct alignas(32) Place {
     double x, y, z, radius;
 };

@@ -218,8 +218,9 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
     for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
         if (bodies.nature[slot].flags & kFixed) continue;
         const Place& p = bodies.place[slot];
+        const double reach_m = setup.reach_m + setup.ahead_s * length(velocity_of(bodies.motion[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
-            if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, setup.reach_m)) continue;
+            if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
             for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {
                 pairs.push_back({slot - own.first, kNoSlot});
                 met.push_back({obstacle, static_cast<std::uint32_t>(part)});

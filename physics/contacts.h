@@ -59,6 +59,8 @@ class Contacts {
         const Obstacles& obstacles;
         std::span<const Material> materials;
         double reach_m;
+        // Obstacles are looked for as far as a body may come in so much time besides.
+        double ahead_s = 0;
     };
     // Takes impulses and touch out of the batches, to be given back by `lay_out`; the batches are gone then. Returns the contacts
     // that touched a body flagged kRemoved, which end here.

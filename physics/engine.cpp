@@ -70,6 +70,13 @@ tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m
                  "Move one of them away, or take a shorter step if they ran into each other");
 }
 
+Result<void> World::check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const {
+    if (!(depth_m > 2 * radius_m * settings.deepest_overlap_share)) return {};
+    return fail(fmt::format("body {} is {:.3g} m deep in obstacle {}, a {}, more than {:.0f} % of its diameter", body, depth_m, obstacle,
+                            obstacles.kind(obstacle), 100 * settings.deepest_overlap_share),
+                "Move it out of there, or take a shorter step if it ran into it", ExitCode::LimitHit);
+}
+
 Result<void> World::check_speeds() const {
     const double limit = settings.greatest_speed_m_s;
     const auto length_of = [](const float(&v)[3]) {

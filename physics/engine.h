@@ -43,6 +43,8 @@ struct World {
     Result<void> check_speeds() const;
     // The error for two bodies that overlap by more than the settings allow.
     tl::unexpected<Error> too_deep(BodyId one, BodyId other, double overlap_m) const;
+    // The same for a body in an obstacle, without the tick: nothing, if it is not so deep.
+    Result<void> check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const;
     // The farthest that two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const;
     bool has_features() const { return tables.size() > 1; }

@@ -166,9 +166,12 @@ class HashEngine final : public Engine {
             for (std::uint32_t obstacle = 0; obstacle < world_.obstacles.count(); ++obstacle) {
                 if ((bodies.nature[slot].flags & kFixed) || !world_.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, 0)) continue;
                 const int count = world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found);
-                for (int i = 0; i < count; ++i)
-                    add_contact(slot, kNobody, obstacle, -found[static_cast<std::size_t>(i)].normal,
-                                found[static_cast<std::size_t>(i)].gap_m, world_.obstacles.material(obstacle));
+                for (int i = 0; i < count; ++i) {
+                    const SurfaceContact& contact = found[static_cast<std::size_t>(i)];
+                    if (auto fine = world_.check_depth(bodies.nature[slot].id, p.radius, obstacle, -contact.gap_m); !fine)
+                        return world_.wrong(fine.error().problem, fine.error().suggestion);
+                    add_contact(slot, kNobody, obstacle, -contact.normal, contact.gap_m, world_.obstacles.material(obstacle));
+                }
             }
         }
         static_cast<void>(workers);

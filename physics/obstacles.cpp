@@ -114,6 +114,86 @@ bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, do
     return true;
 }
 
+namespace {
+
+// From the box's surface to a point beside it, both in the box's frame.
+Vec3 from_box(const Box& box, Vec3 local) {
+    const auto beyond = [](double at, double size) { return at - std::clamp(at, -size / 2, size / 2); };
+    return {beyond(local.x, box.size_m.x), beyond(local.y, box.size_m.y), beyond(local.z, box.size_m.z)};
+}
+
+double depth_in(const Plane& plane, Vec3 centre, double radius_m) { return radius_m + plane.offset_m - dot(plane.normal, centre); }
+
+double depth_in(const Box& box, Vec3 centre, double radius_m) {
+    const Vec3 local = rotate(conjugate(box.orientation), centre - box.centre), outside = from_box(box, local);
+    if (outside != Vec3{}) return radius_m - length(outside);
+    return radius_m + std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
+}
+
+// Below the middle of a cell's four points, weighted by how near they are; as steep as the cell is there.
+double depth_in(const Terrain& terrain, Vec3 centre, double radius_m) {
+    const double x = (centre.x - terrain.origin.x) / terrain.cell_m, y = (centre.y - terrain.origin.y) / terrain.cell_m;
+    if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return 0;
+    const int column = std::min(static_cast<int>(x), terrain.columns - 2), row = std::min(static_cast<int>(y), terrain.rows - 2);
+    const auto height = [&](int i, int j) {
+        return terrain.heights_m[static_cast<std::size_t>(row + j) * static_cast<std::size_t>(terrain.columns) + static_cast<std::size_t>(column + i)];
+    };
+    const double u = x - column, v = y - row, along_x = (1 - v) * (height(1, 0) - height(0, 0)) + v * (height(1, 1) - height(0, 1)),
+                 along_y = (1 - u) * (height(0, 1) - height(0, 0)) + u * (height(1, 1) - height(1, 0)),
+                 ground = height(0, 0) + u * (height(1, 0) - height(0, 0)) + v * along_y;
+    return radius_m + (terrain.origin.z + ground - centre.z) / std::hypot(1.0, along_x / terrain.cell_m, along_y / terrain.cell_m);
+}
+
+double depth_in(const Mesh&, Vec3, double) { return 0; }
+
+std::optional<SurfaceContact> meeting(const Plane& plane, Vec3 centre, double radius_m, Vec3 path) {
+    const double gap = -depth_in(plane, centre, radius_m);
+    if (gap < 0 || gap + dot(plane.normal, path) > 0) return std::nullopt;
+    return SurfaceContact{plane.normal, gap};
+}
+
+// Goes on by the distance to the box again and again, which never leads into it (conservative advancement).
+std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius_m, Vec3 path) {
+    constexpr int kMostSteps = 64;
+    // A path that stays this near, as a share of the radius, touches.
+    constexpr double kNear = 1e-4;
+    const Quat into = conjugate(box.orientation);
+    const Vec3 start = rotate(into, centre - box.centre), way = rotate(into, path);
+    const double far = length(way);
+    double gone = 0;
+    for (int i = 0; i < kMostSteps; ++i) {
+        const Vec3 outside = from_box(box, start + (gone / far) * way);
+        const double distance = length(outside), gap = distance - radius_m;
+        if (gap > kNear * radius_m) {
+            gone += gap;
+            if (gone > far) return std::nullopt;
+            continue;
+        }
+        if (i == 0) return std::nullopt;
+        const Vec3 normal = (1 / distance) * outside;
+        return SurfaceContact{rotate(box.orientation, normal), gap - gone / far * dot(normal, way)};
+    }
+    return std::nullopt;
+}
+
+std::optional<SurfaceContact> meeting(const Terrain&, Vec3, double, Vec3) { return std::nullopt; }
+std::optional<SurfaceContact> meeting(const Mesh&, Vec3, double, Vec3) { return std::nullopt; }
+
+}  // namespace
+
+std::string_view Obstacles::kind(std::size_t obstacle) const {
+    constexpr std::string_view kKinds[] = {"plane", "box", "terrain", "mesh"};
+    return kKinds[entries_[obstacle].shape.index()];
+}
+
+double Obstacles::depth(std::size_t obstacle, Vec3 centre, double radius_m) const {
+    return std::max(0.0, std::visit([&](const auto& shape) { return depth_in(shape, centre, radius_m); }, entries_[obstacle].shape));
+}
+
+std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const {
+    return std::visit([&](const auto& shape) { return meeting(shape, centre, radius_m, path); }, entries_[obstacle].shape);
+}
+
 void Obstacles::prepare(int threads) {
     const bool all_planes =
         std::all_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return std::holds_alternative<Plane>(entry.shape); });

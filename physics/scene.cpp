@@ -155,6 +155,9 @@ Result<void> Scene::add_body(const BodySpec& spec) {
     Bodies& bodies = world_->bodies;
     if (bodies.has(spec.id))
         return fail(fmt::format("body {} was removed in this tick", spec.id), "Use another number, or step before you use it again");
+    for (std::uint32_t obstacle = 0; !spec.fixed && obstacle < world_->obstacles.count(); ++obstacle)
+        if (auto fine = world_->check_depth(spec.id, spec.radius_m, obstacle, world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m)); !fine)
+            return fail(fine.error().problem, fine.error().suggestion);
     const Nature nature{.id = spec.id,
                         .mass = single(spec.mass_kg),
                         .inertia_factor = single(spec.inertia_factor),

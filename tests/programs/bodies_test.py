@@ -220,6 +220,7 @@ def refuses(bodies):
         (two.format(0.2), "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n', "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its rim at 0 m/s, more than [motion] greatest_speed = 1e+03."),
         (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]"), "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
+        (two.format(9) + 'ground = 0.6\n', "w.toml: [motion] catom @0 is 1.1 m deep in obstacle 0, a plane, more than 50 % of its diameter. Move it out of there"),
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n', "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
         (two.format(9) + '[[motion.feature]]\ndirections = [[0, 0, 0]]\n', "w.toml:6:1: feature 0 points nowhere. Give it a direction that is not zero"),
         (two.format(9) + '[[motion.obstacle]]\nkind = "box"\nsize = [0, 1, 1]\n', "w.toml:6:1: the box is 0 x 1 x 1 m, which is no box"),

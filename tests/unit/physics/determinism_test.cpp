@@ -16,7 +16,7 @@ struct History {
 History run_scene(const Settings& settings, int threads) {
     auto scene = scene_on_plane(settings);
     const auto bouncy = need(scene->add_material({.friction = 0.3f, .restitution = 0.4f}));
-    need(scene->add_obstacle(Box{.centre = {4, 4, 1}, .size_m = {3, 2, 2}, .orientation = {std::cos(0.2), 0, 0, std::sin(0.2)}}, bouncy));
+    need(scene->add_obstacle(Box{.centre = {4, 4, 0.8}, .size_m = {3, 2, 2}, .orientation = {std::cos(0.2), 0, 0, std::sin(0.2)}}, bouncy));
     add_cloud(*scene, 10, 1.2, 23);
     std::vector<Feature> features;
     for (const Vec3 direction : feature_directions(12))

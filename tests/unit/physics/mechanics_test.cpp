@@ -142,6 +142,19 @@ TEST_F(Mechanics, EqualBallsExchangeVelocities) {
     EXPECT_NEAR(scene->state(1).velocity_m_s.x, 3, 1e-4);
 }
 
+// Soft contacts are the default, which these have not.
+TEST_F(Mechanics, OtherEnginesExchangeVelocitiesUnlessToldOtherwise) {
+    for (const EngineKind engine : {EngineKind::Hash, EngineKind::Ode}) {
+        auto scene = make_scene({.engine = engine, .gravity_m_s2 = {}});
+        const std::uint8_t elastic = need(scene->add_material({.restitution = 1}));
+        need(scene->add_body({.id = 0, .velocity_m_s = {1, 0, 0}, .material = elastic}));
+        need(scene->add_body({.id = 1, .position_m = {1.5, 0, 0}, .material = elastic}));
+        run(*scene, 240, 2, workers_);
+        EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0, 1e-3);
+        EXPECT_NEAR(scene->state(1).velocity_m_s.x, 1, 1e-3);
+    }
+}
+
 TEST_F(Mechanics, HeavyBallsPushLightOnes) {
     auto scene = make_scene({.gravity_m_s2 = {}});
     const auto material = need(scene->add_material({.friction = 0.0f, .restitution = 1.0f}));

@@ -85,6 +85,83 @@ TEST(Obstacles, BallRestsOnAMesh) {
     EXPECT_FALSE(scene->contacts().empty());
 }
 
+// Whatever a step's way is: it hits a wall thinner than that where its way leads, and bounces off as it came.
+TEST(Obstacles, FastBallsDoNotPassThinWalls) {
+    Workers workers(1);
+    for (const double speed : {20.0, 60.0, 150.0, 333.0, 900.0})
+        for (const double start : {2.0, 3.7, 6.0, 11.3})
+            for (const double restitution : {0.0, 1.0})
+                for (const bool plane : {false, true}) {
+                    auto scene = make_scene({.gravity_m_s2 = {}});
+                    const std::uint8_t material = need(scene->add_material({.friction = 0, .restitution = static_cast<float>(restitution)}));
+                    const Quat turned{std::cos(0.2), 0, 0, std::sin(0.2)};
+                    if (plane) need(scene->add_obstacle(Plane{.offset_m = 0.05}, material));
+                    else need(scene->add_obstacle(Box{.size_m = {60, 60, 0.1}, .orientation = turned}, material));
+                    need(scene->add_body({.id = 0, .position_m = {0, 0, start}, .velocity_m_s = {0.4 * speed, 0, -speed}, .material = material}));
+                    double nearest = start;
+                    for (int tick = 0; tick < static_cast<int>(2 * start / speed / kTick) + 3; ++tick) {
+                        need(scene->step(kTick, 2, workers));
+                        nearest = std::min(nearest, scene->state(0).position_m.z);
+                    }
+                    EXPECT_GT(nearest, 0.54) << speed << " from " << start;
+                    const Vec3 after = scene->state(0).velocity_m_s;
+                    EXPECT_NEAR(after.x, 0.4 * speed, 1e-3 * speed);
+                    EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed) << speed << " from " << start << (plane ? " onto a plane" : " onto a box");
+                }
+}
+
+TEST(Obstacles, FastBallsPassBesideThem) {
+    Workers workers(1);
+    for (const double speed : {150.0, 600.0})
+        for (const double start : {3.0, 4.1, 5.2}) {
+            auto scene = make_scene({.gravity_m_s2 = {}});
+            need(scene->add_obstacle(Box{.size_m = {2, 2, 2}}, 0));
+            // Its way leads past the edge, which the nearest point of the box is on, with 5 cm to spare.
+            need(scene->add_body({.id = 0, .position_m = {1.55, start, start}, .velocity_m_s = {0, -speed, -speed}}));
+            for (int tick = 0; tick < 8; ++tick) need(scene->step(kTick, 2, workers));
+            EXPECT_NEAR(scene->state(0).velocity_m_s.z, -speed, 1e-6 * speed);
+            EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0, 1e-6 * speed);
+        }
+}
+
+TEST(Obstacles, BallsThatBeginDeepInOneAreRefused) {
+    auto scene = make_scene();
+    need(scene->add_obstacle(Plane{}, 0));
+    need(scene->add_obstacle(Box{.centre = {5, 0, 4}, .size_m = {8, 8, 8}}, 0));
+    need(scene->add_obstacle(bowl(), 0));
+    const auto refused = [&](Vec3 position, std::string_view problem) {
+        const auto added = scene->add_body({.id = 7, .position_m = position});
+        ASSERT_FALSE(added);
+        EXPECT_EQ(added.error().problem, problem);
+        EXPECT_TRUE(added.error().suggestion.starts_with("Move it out of there"));
+    };
+    refused({20, 0, -30}, "body 7 is 30.5 m deep in obstacle 0, a plane, more than 50 % of its diameter");
+    refused({6, 0, 5}, "body 7 is 3.5 m deep in obstacle 1, a box, more than 50 % of its diameter");
+    refused({-4, 0, 0.1}, "body 7 is 1.15 m deep in obstacle 2, a terrain, more than 50 % of its diameter");
+    // Less deep is a contact, and what does not move may be anywhere.
+    need(scene->add_body({.id = 0, .position_m = {20, 0, 0.1}}));
+    need(scene->add_body({.id = 1, .position_m = {30, 0, -9}, .fixed = true}));
+    Workers workers(1);
+    run(*scene, 10, 2, workers);
+}
+
+TEST(Obstacles, BallsPressedDeepIntoOneEndTheStep) {
+    for (const EngineKind engine : {EngineKind::Blocks, EngineKind::Hash}) {
+        auto scene = scene_on_plane({.engine = engine});
+        for (BodyId id = 2; id < 5; ++id) need(scene->add_body({.id = id, .position_m = {3.0 * id, 0, 0.5}}));
+        Workers workers(1);
+        run(*scene, 3, 2, workers);
+        BodyState state = scene->state(3);
+        state.position_m.z = -1;
+        need(scene->set_state(3, state));
+        const Digest before = scene->digest();
+        const auto report = scene->step(kTick, 2, workers);
+        ASSERT_FALSE(report);
+        EXPECT_EQ(report.error().problem, "step 4: body 3 is 1.5 m deep in obstacle 0, a plane, more than 50 % of its diameter");
+        EXPECT_EQ(scene->digest(), before);
+    }
+}
+
 TEST(Obstacles, ImpossibleOnesAreRefusedWithTheReason) {
     auto scene = make_scene();
     EXPECT_FALSE(scene->add_obstacle(Plane{.normal = {0, 0, 0}}, 0));
