@@ -103,6 +103,9 @@ void Resolver::check_watched(const Term& name) {
         near.empty() ? "name a predicate of the program; what is read from the world is not stored" : fmt::format("did you mean `{}`?", near);
 }
 
+// In ticks: what a double holds exactly, and far from where adding it to the present tick would overflow.
+constexpr double kLongestDelay = 0x1p53;
+
 Term Resolver::delay(const syntax::Delay& tree) {
     Term ticks;
     ticks.type = Type::Int;
@@ -110,9 +113,11 @@ Term Resolver::delay(const syntax::Delay& tree) {
     const bool whole = tree.unit == syntax::Delay::Unit::Ticks;
     if (!(tree.amount > 0) || (whole && tree.amount < 1))
         report_.add(Kind::BadDelay, tree.span, "a delay of no time is none").help = "leave it out, or write @+1 for the next tick";
+    const bool fits = !whole || tree.amount <= kLongestDelay;
+    if (!fits) report_.add(Kind::NumberOutOfRange, tree.span, "this delay does not fit").help = fmt::format("the longest has {:.0f} ticks", kLongestDelay);
     if (whole) {
         ticks.op = Op::Int;
-        ticks.integer = static_cast<std::int64_t>(tree.amount);
+        ticks.integer = fits ? static_cast<std::int64_t>(tree.amount) : 1;
         return ticks;
     }
     ticks.op = Op::Ticks;

@@ -228,6 +228,14 @@ class Files(Case):
         self.assertEqual(digests[0], digests[1])
         self.assertEqual(digests[0], digests[2])
 
+    def test_a_tick_that_failed_has_no_digest(self):
+        # How far the other catoms came in it depends on the processes.
+        self.write("fails.meld", "type linear counter(node, int). counter(A, 0). counter(A, N), id(A, 0) -o counter(A, N + 1).\n")
+        for n in (1, 2):
+            out, err = self.call("meldsim", "run", "fails.meld", "--world", "w.toml", "--quiet", "--digest", "-", "-n", n, code=4)
+            self.assertEqual(out, "")
+            self.assertIn("counter", err)
+
 
 class Endings(Case):
     def ends(self, program, *, code, says, limits="", processes=(1, 3)):
