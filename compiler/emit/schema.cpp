@@ -1,6 +1,7 @@
 // Emits the tables by which the runtime knows a module's predicates, columns, parameters and rules.
 #include <xxhash.h>
 
+#include <optional>
 #include <set>
 
 #include "compiler/emit/emit.h"
@@ -166,6 +167,23 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
     w.close("};");
 }
 
+// The catom that a rule names as its home, of a table of facts the last.
+std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, const std::vector<Clause>& body) {
+    std::optional<std::uint64_t> named;
+    for (const Clause& c : body) {
+        if (c.kind == Clause::Kind::Atom && program.predicates[c.atom.predicate].world == WorldSource::Facts)
+            named = static_cast<std::uint64_t>(program.predicates[c.atom.predicate].facts.back().catom);
+        if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+        const auto& sides = c.test.operands;
+        for (const std::size_t i : {0, 1})
+            if (sides[i].is_variable() && sides[i].variable == r.home && sides[1 - i].op == Op::Node) named = static_cast<std::uint64_t>(sides[1 - i].integer);
+    }
+    if (r.birth && !named)
+        for (const Head& h : r.heads)
+            if (h.kind == Head::Kind::Comprehension) return named_catom(program, r, h.body);
+    return named;
+}
+
 void emit_rule_table(const plan::Plan& plan, Writer& w) {
     for (const RuleId id : plan.program.rules.ids()) {
         std::string heads;
@@ -175,9 +193,11 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr RuleInfo kRules[] = {");
     for (const RuleId id : plan.program.rules.ids()) {
         const check::Rule& r = plan.program.rules[id];
-        w.line("{{{}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(), r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()));
+        const std::optional<std::uint64_t> named = named_catom(plan.program, r, r.body);
+        w.line("{{{}, {}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(), r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()),
+               named ? fmt::format("{}ull", *named) : "kEverywhere");
     }
-    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr},");
+    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr, kEverywhere},");
     w.close("};");
 }
 

@@ -6,7 +6,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 7;
+inline constexpr u32 kAbiVersion = 8;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 // The rank of a fact that is not there.
@@ -135,7 +135,9 @@ struct RuleInfo {
     const char* file;  // Where it stands; empty: made by the compiler.
     u32 head_count;    // The predicates that it derives or makes, as the program says.
     const u16* heads;
+    u64 at;            // The catom that it is for, of facts of the text the greatest one; or kEverywhere.
 };
+inline constexpr u64 kEverywhere = ~u64{0};
 
 // One part of the ensemble as a module sees it. The runtime owns all arrays.
 struct Part {
@@ -174,7 +176,15 @@ enum class Trap : u32 {
     TooDeep,
     TooLong,  // A list; of how many items, and how many are the most (Part::max_list).
     TooMuchMemory,  // Scratch memory of one catom's evaluation, in bytes.
+    TextTooLong,    // A string; of how many bytes, and how many are the most.
+    NotAnInt,       // A text that should say one.
+    NotAFloat,
+    NegativePower,  // Of an int: base and exponent.
+    NothingBelow,   // A random int that should be from 0 to below this bound.
 };
+
+// How much of a text a trap carries.
+inline constexpr u32 kMostTrapText_bytes = 32;
 
 struct Host;
 
@@ -194,6 +204,7 @@ struct Eval {
     u32 trap_rule = 0;
     Value trap_left = {}, trap_right = {};
     bool trap_real = false;   // The operands are floats.
+    char trap_text[kMostTrapText_bytes] = {};  // The start of the text at fault, whose bytes trap_left counts.
     u32 draws = 0;            // Random numbers drawn for this catom in this tick.
     u32 depth = 0;            // Calls of functions that are open.
     u32 rule = kNone32;       // The one at work, for failures that only the runtime notices; kNone32: none.

@@ -193,7 +193,7 @@ inline double sigmoid(Eval& e, u32 rule, double a) { return checked_real(e, rule
 // ---- chance
 
 inline i64 random_below(Eval& e, u32 rule, i64 n) {
-    if (n <= 0) trap(e, Trap::BadConversion, rule, n);
+    if (n <= 0) trap(e, Trap::NothingBelow, rule, n);
     // The high half of a product is below n, and all values but a few in 2^64 are equally likely.
     return n <= 0 ? 0 : static_cast<i64>(static_cast<u64>((static_cast<unsigned __int128>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
 }
@@ -272,7 +272,7 @@ inline i64 to_int(Eval& e, u32 rule, ListRef s) {
     }
     // Counted downwards, so that the least number can be read too.
     if (!minus) wrong = __builtin_sub_overflow(i64{0}, value, &value) || wrong;
-    if (wrong) trap(e, Trap::BadConversion, rule, i64{n});
+    if (wrong) trap_text(e, Trap::NotAnInt, rule, text, n);
     return wrong ? 0 : value;
 }
 inline ListRef to_ints(Eval& e, u32 rule, ListRef s) {
@@ -296,7 +296,7 @@ inline double to_real(Eval& e, u32 rule, ListRef s) {
     if (n > 0 && n < sizeof text) __builtin_memcpy(text, s->items, n);
     const bool starts = (text[0] >= '0' && text[0] <= '9') || text[0] == '-' || text[0] == '.';
     const double value = starts ? strtod(text, &end) : 0;
-    if (!starts || end != text + n) trap(e, Trap::BadConversion, rule, i64{n});
+    if (!starts || end != text + n) trap_text(e, Trap::NotAFloat, rule, text_of(s), n);
     return checked_real(e, rule, value);
 }
 

@@ -37,10 +37,10 @@ inline void step(List& l) {
 
 // A list over words that live as long as the evaluation. One that is too long is cut here, where all are made, before it
 // grows further: the evaluation ends soon, but not at once.
-inline ListRef list_over(Eval& e, const u64* items, u64 count) {
+inline ListRef list_over(Eval& e, const u64* items, u64 count, Trap kind = Trap::TooLong) {
     if (count == 0) return nullptr;
     if (count > e.part->max_list) {
-        trap(e, Trap::TooLong, e.rule, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
+        trap(e, kind, e.rule, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
         return nullptr;
     }
     List* l = static_cast<List*>(scratch(e, sizeof(List)));
@@ -81,7 +81,8 @@ template <class ListOf>
 ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u64)) {
     u64 count = 0;
     for (u32 i = 0; i < n; ++i) count += count_of(list(i));
-    if (count > e.part->max_list) return list_over(e, nullptr, count);
+    const Trap kind = item_bytes == 1 ? Trap::TextTooLong : Trap::TooLong;
+    if (count > e.part->max_list) return list_over(e, nullptr, count, kind);
     u8* items = static_cast<u8*>(scratch(e, count * item_bytes));
     u8* at = items;
     for (u32 i = 0; i < n; ++i) {
@@ -90,7 +91,7 @@ ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u
         __builtin_memcpy(at, l->items, u64{l->count} * item_bytes);
         at += u64{l->count} * item_bytes;
     }
-    return list_over(e, reinterpret_cast<const u64*>(items), count);
+    return list_over(e, reinterpret_cast<const u64*>(items), count, kind);
 }
 // Patterns ask only after they have counted: what is not there reads as zero.
 inline u64 item(ListRef l, u32 i) { return i < count_of(l) ? l->items[i] : 0; }
@@ -99,7 +100,7 @@ inline ListRef tail(Eval& e, ListRef l) { return count_of(l) < 2 ? nullptr : lis
 // ---- strings: their items are bytes
 
 inline const char* text_of(ListRef s) { return s == nullptr ? "" : reinterpret_cast<const char*>(s->items); }
-inline ListRef text_over(Eval& e, const char* bytes, u64 count) { return list_over(e, reinterpret_cast<const u64*>(bytes), count); }
+inline ListRef text_over(Eval& e, const char* bytes, u64 count) { return list_over(e, reinterpret_cast<const u64*>(bytes), count, Trap::TextTooLong); }
 inline ListRef make_text(Eval& e, const char* bytes, u64 count) {
     if (count == 0) return nullptr;
     char* copy = new_text(e, count);

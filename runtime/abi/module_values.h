@@ -32,6 +32,11 @@ inline void* scratch(Eval& e, u64 bytes) {
     e.trap_right.real = right;
     e.trap_real = true;
 }
+[[gnu::noinline, gnu::cold]] inline void trap_text(Eval& e, Trap kind, u32 rule, const char* text, u64 count) {
+    if (e.trap != Trap::None) return;
+    trap(e, kind, rule, static_cast<i64>(count));
+    for (u64 i = 0; i < count && i < kMostTrapText_bytes; ++i) e.trap_text[i] = text[i];
+}
 
 // ---- arithmetic that never goes wrong silently
 
@@ -73,7 +78,7 @@ inline double checked_modulo(Eval& e, u32 rule, double a, double b) {
     return b == 0 ? 0 : __builtin_fmod(a, b);
 }
 inline i64 checked_power(Eval& e, u32 rule, i64 a, i64 b) {
-    if (b < 0) trap(e, Trap::BadConversion, rule, a, b);
+    if (b < 0) trap(e, Trap::NegativePower, rule, a, b);
     i64 result = 1;
     for (i64 i = 0; i < b && e.trap == Trap::None; ++i) {
         if (a == 0 || a == 1) return a;

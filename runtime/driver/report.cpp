@@ -61,7 +61,7 @@ std::string summary_table(const sim::Summary& s, int parts, int threads) {
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
-    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their neighbour had left)", grouped(s.dropped)) : ""));
+    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: the catom they were for was no neighbour)", grouped(s.dropped)) : ""));
     if (parts > 1) row("between processes", format_bytes(s.sent_bytes));
     row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on part 0)", format_duration(s.setup_seconds), format_duration(s.run_seconds), format_duration(s.cpu_seconds)));

@@ -8,7 +8,6 @@
 #include "runtime/abi/module_values.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
-#include "runtime/base/units.h"
 
 namespace meld::eval {
 
@@ -17,9 +16,6 @@ namespace {
 // Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
 constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
-// Chunks double, so an evaluation may have twice this in all. More is a program that runs away by copying, which the limit of
-// derivations stops only after the machine's memory is gone.
-constexpr std::size_t kMostChunk = std::size_t{1} << 29;
 // Expired memories are forgotten in the same ticks on every part, however many it has: ranks that grow by more than one a
 // tick can make one matter again, and then all parts must agree on whether it is still there.
 constexpr i64 kSweepTicks = 64;
@@ -117,10 +113,10 @@ struct Evaluator::Thread : Eval {
     }
     // After lists were kept for facts of this column.
     void check_length(u16 column) {
-        const std::size_t items = owner->columns_.lists().too_long(number);
+        const auto [items, text] = owner->columns_.lists().too_long(number);
         if (items == 0) return;
         if (trap == Trap::None) failed_column = column;
-        meld::trap(*this, Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(part->max_list));
+        meld::trap(*this, text ? Trap::TextTooLong : Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(part->max_list));
     }
     // Before a private column is written: lists that rows of the catom have lost stay alive until it has written all its
     // columns, for it may hand them from one to the next.
@@ -260,7 +256,8 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        const Failure failure{t.trap, t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real};
+        Failure failure{t.trap, t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real, {}};
+        std::copy(std::begin(t.trap_text), std::end(t.trap_text), failure.text);
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
         t.failed_column = kNone32;
@@ -359,55 +356,6 @@ void Evaluator::order_messages() {
         for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at) messages_[at] = messages_[at - 1];
         messages_[at] = m;
     }
-}
-
-namespace {
-
-// The file of a rule, where it is not the program's own.
-std::string place(const ModuleInfo& module, const RuleInfo& rule) {
-    const std::string_view file = rule.file;
-    return file.empty() || file == std::string(module.program_name) + ".meld" ? "" : fmt::format(" of {}", file);
-}
-
-// The predicates of a column as the program names them; what the compiler has made of `p` is called p@...
-std::string kept_in(const ModuleInfo& module, u32 column) {
-    std::string names;
-    if (column >= module.column_count) return names;
-    for (u32 i = 0; i < module.predicate_count; ++i) {
-        if (module.predicates[i].column != column) continue;
-        const std::string_view name = module.predicates[i].name;
-        names += fmt::format("{}`{}`", names.empty() ? "" : " or ", name.substr(0, name.find('@')));
-    }
-    return names;
-}
-
-}  // namespace
-
-std::string describe(const ModuleInfo& module, const Failure& f) {
-    std::string where = fmt::format("at catom @{} in tick {}", f.catom, f.tick);
-    if (f.rule != kNone32) {
-        const RuleInfo& rule = module.rules[f.rule];
-        std::string_view text = rule.text;
-        if (text.ends_with('.')) text.remove_suffix(1);
-        where = fmt::format("in rule {}{} {}: {}", rule.name, place(module, rule), where, text);
-    } else if (const std::string names = kept_in(module, f.column); !names.empty()) {
-        where = fmt::format("among the facts of {} {}", names, where);
-    }
-    const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
-    switch (f.trap) {
-        case Trap::None: return "";
-        case Trap::Overflow: return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
-        case Trap::DivisionByZero: return fmt::format("{} is divided by zero {}", operand(f.left), where);
-        case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
-        case Trap::BadConversion: return fmt::format("{} has no such value as an int {}", operand(f.left), where);
-        case Trap::TooManyDerivations: return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
-        case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
-        case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
-        case Trap::TooLong: return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
-        case Trap::TooMuchMemory: return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMostChunk), where);
-        case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
-    }
-    return "";
 }
 
 }  // namespace meld::eval

@@ -11,6 +11,7 @@
 #include "runtime/base/parallel_for.h"
 #include "runtime/base/radix_sort.h"
 #include "runtime/eval/agenda.h"
+#include "runtime/eval/failure.h"
 #include "runtime/eval/memory.h"
 #include "runtime/tuple/columns.h"
 
@@ -30,18 +31,6 @@ struct Action {
     u16 predicate = 0;
     const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
-
-// What went wrong inside the program; the message names rule, catom, tick, operands.
-struct Failure {
-    Trap trap = Trap::None;
-    u32 rule = 0;          // kNone32: of none in particular.
-    u32 column = kNone32;  // Where no rule is to blame: what the catom could not keep.
-    u64 catom = 0;         // Id
-    i64 tick = 0;
-    Value left = {}, right = {};  // The operands; of floats where `real`.
-    bool real = false;
-};
-std::string describe(const ModuleInfo& module, const Failure& failure);
 
 struct Statistics {
     u64 awake = 0;         // Catoms evaluated.

@@ -43,6 +43,9 @@ struct Totals {
     eval::Failure failure;
 };
 
+// The cell whose centre is nearest to a place that is given in diameters.
+Cell nearest_cell(const world::Vec3& position);
+
 class PartState {
   public:
     PartState(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
@@ -161,12 +164,15 @@ class PartState {
     // setup.cpp
     enum class Given { Check, Give, Take };
     // Gives the fact to the catoms of its region, or takes it from them; Check only says what is wrong with it.
-    Result<void> change_given(const world::GivenFact& fact, Given how);
+    // `matched` counts the catoms on this part; under Check it says whether there are any.
+    Result<void> change_given(const world::GivenFact& fact, Given how, u64* matched = nullptr);
     // For regions: where catoms move freely, the cell in which it starts, later that whose centre would be nearest.
     Cell cell_in_regions(Catom catom) const;
     void populate_cells(const std::vector<std::pair<world::BrickKey, std::uint32_t>>& counts);
     void populate_freely(const std::vector<std::pair<world::BrickKey, std::uint32_t>>& counts);
     Result<void> given_facts();
+    void warn_of_nobody(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched);
+    void warn_of_missing_catoms();
     Result<void> set_parameters();
     Result<void> check_length(const std::string& what);
 

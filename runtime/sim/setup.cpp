@@ -1,10 +1,8 @@
-// Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts; and
-// its events, which give facts later.
+// Set-up of a part: catoms and ghosts from the world, ids along the curve, the program's parameters.
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "runtime/base/assert.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bytes.h"
 #include "runtime/sim/part_state.h"
@@ -49,12 +47,12 @@ tl::unexpected<Error> missing_argument(const ModuleInfo& module, const Parameter
                 "Give --arg VALUE " + (name == "arg1" ? std::string("once") : name.substr(3) + " times") + ", or --set " + name + "=VALUE");
 }
 
+}  // namespace
+
 Cell nearest_cell(const world::Vec3& position) {
     const auto nearest = [](double x) { return static_cast<std::int32_t>(std::clamp(std::round(x), -1e6, 1e6)); };
     return {nearest(position[0]), nearest(position[1]), nearest(position[2])};
 }
-
-}  // namespace
 
 Result<void> PartState::populate() {
     const Counts counts = count_together(world, lattice, comm);
@@ -156,9 +154,9 @@ void PartState::populate_freely(const Counts& counts) {
 
 // A list is not longer than the world allows; told before anything is made of it.
 Result<void> PartState::check_length(const std::string& what) {
-    const std::size_t items = columns.lists().too_long(0);
+    const auto [items, text] = columns.lists().too_long(0);
     if (items == 0) return {};
-    return fail(what + " has a list of " + std::to_string(items) + " items, and " + std::to_string(abi.max_list) + " are the most",
+    return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") + ", and " + std::to_string(abi.max_list) + " are the most",
                 "Raise [limits] max_list in the world if it should", ExitCode::LimitHit);
 }
 
@@ -198,63 +196,6 @@ Result<void> PartState::set_parameters() {
     }
     abi.parameters = parameters.data();
     return {};
-}
-
-Cell PartState::cell_in_regions(Catom catom) const {
-    if (!ensemble.is_free()) return ensemble.cell(catom);
-    return catom < start_cells.size() ? start_cells[catom] : nearest_cell(ensemble.position(catom));
-}
-
-Result<void> PartState::change_given(const world::GivenFact& fact, Given how) {
-    const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
-    if (!predicate) {
-        std::vector<std::string_view> known;
-        for (u32 i = 0; i < module.predicate_count; ++i)
-            if (!module.predicates[i].auxiliary && module.predicates[i].base != kNone16) known.emplace_back(module.predicates[i].name);
-        return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
-                    known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
-    }
-    const PredicateInfo& p = module.predicates[*predicate];
-    if (p.base == kNone16 || p.column == kNone16)
-        return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
-                    "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
-    tuple::Arena lists;
-    std::vector<Value> values;
-    for (u32 i = 0; i < p.arity; ++i) {
-        const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
-        if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
-        values.push_back(*value);
-    }
-    // Kept once, so that the catoms share them.
-    for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
-    const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
-    for (Catom c = 0; c < ensemble.index_count() && how != Given::Check; ++c) {
-        if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), cell_in_regions(c), ensemble.position(c))) continue;
-        if (how == Given::Give) give(p.base, c, values.data());
-        else take(p.base, c, values.data());
-    }
-    for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
-    return fits;
-}
-
-Result<void> PartState::given_facts() {
-    for (const world::GivenFact& fact : world.facts)
-        if (auto done = change_given(fact, Given::Give); !done) return done;
-    // A mistake in what happens late is told now.
-    for (const world::Event& event : world.events)
-        for (const auto* facts : {&event.give, &event.take})
-            for (const world::GivenFact& fact : *facts)
-                if (auto done = change_given(fact, Given::Check); !done) return done;
-    return {};
-}
-
-// What the world does in this tick.
-void PartState::happen() {
-    for (const world::Event& event : world.events) {
-        if (!event.happens_in(abi.now)) continue;
-        for (const world::GivenFact& fact : event.take) MELD_CHECK(change_given(fact, Given::Take).has_value(), "an event at {} that was checked", fact.place);
-        for (const world::GivenFact& fact : event.give) MELD_CHECK(change_given(fact, Given::Give).has_value(), "an event at {} that was checked", fact.place);
-    }
 }
 
 }  // namespace meld::sim

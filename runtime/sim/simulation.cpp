@@ -105,16 +105,10 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         }
         each();
         if (part_.totals.failure.trap != Trap::None) {
-            const Trap trap = part_.totals.failure.trap;
-            const bool limit = trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TooMuchMemory;
+            const eval::Failure& failure = part_.totals.failure;
             summary_.ending = Ending::Failed;
-            result = fail(eval::describe(part_.module, part_.totals.failure),
-                          trap == Trap::TooManyDerivations ? "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should"
-                          : trap == Trap::TooManyFacts     ? "Raise [limits] max_facts_per_catom in the world if it should"
-                          : trap == Trap::TooMuchMemory    ? "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick"
-                          : trap == Trap::TooLong          ? "Raise [limits] max_list in the world if it should"
-                                                           : "",
-                          limit ? ExitCode::LimitHit : ExitCode::ProgramWrong);
+            result = fail(eval::describe(part_.module, failure), eval::cure(failure),
+                          eval::is_limit(failure.trap) ? ExitCode::LimitHit : ExitCode::ProgramWrong);
             break;
         }
         if (part_.totals.stop) {

@@ -34,8 +34,20 @@ std::size_t character(std::string_view text) {
     return byte(0) >= 0xf0 && follows(1) && follows(2) && follows(3) && !overlong && !beyond ? 4 : 0;
 }
 
-std::string print_string(const List* list) {
-    std::string_view rest = list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(list->items), list->count);
+// What stands around the items.
+std::pair<std::string_view, std::string_view> brackets(ValueType kind) {
+    switch (kind) {
+        case ValueType::Set: return {"{", "}"};
+        case ValueType::Struct: return {":(", ")"};
+        case ValueType::Tuple: return {"(", ")"};
+        case ValueType::Vec3: return {"vec3(", ")"};
+        default: return {"[", "]"};
+    }
+}
+
+}  // namespace
+
+std::string print_text(std::string_view rest) {
     std::string text = "\"";
     while (!rest.empty()) {
         const char c = rest.front();
@@ -51,26 +63,13 @@ std::string print_string(const List* list) {
     return text + '"';
 }
 
-// What stands around the items.
-std::pair<std::string_view, std::string_view> brackets(ValueType kind) {
-    switch (kind) {
-        case ValueType::Set: return {"{", "}"};
-        case ValueType::Struct: return {":(", ")"};
-        case ValueType::Tuple: return {"(", ")"};
-        case ValueType::Vec3: return {"vec3(", ")"};
-        default: return {"[", "]"};
-    }
-}
-
-}  // namespace
-
 std::string print_value(Type type, Value v) {
     switch (type.kind()) {
         case ValueType::Int: return std::to_string(v.integer);
         case ValueType::Bool: return v.integer ? "true" : "false";
         case ValueType::Node: return "@" + std::to_string(v.catom);
         case ValueType::Float: return print_float(v.real);
-        case ValueType::String: return print_string(v.list);
+        case ValueType::String: return print_text(v.list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count));
         default: break;
     }
     const auto [open, close] = brackets(type.kind());

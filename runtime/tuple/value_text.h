@@ -13,6 +13,8 @@ namespace meld::tuple {
 // for, stands in braces, an array in brackets as a list does. Floats have the shortest form that reads back the same, with
 // a point; bytes of a string that are no text stand as \x and two digits.
 std::string print_value(Type type, Value v);
+// The same of a string with these bytes.
+std::string print_text(std::string_view bytes);
 // "list int", as a program declares it.
 std::string type_name(Type type);
 

@@ -160,9 +160,13 @@ Block* block_of(const List* list) {
 struct Measure {
     std::size_t words = 0;
     std::size_t longest = 0;
+    bool longest_is_text = false;
 
     void add(Type type, const List* list) {
-        longest = std::max(longest, length(list));
+        if (length(list) > longest) {
+            longest = length(list);
+            longest_is_text = type.kind() == ValueType::String;
+        }
         words += item_words(type, length(list));
         if (type.kind() == ValueType::String || length(list) == 0) return;
         if (!type.has_fields()) {
@@ -221,7 +225,7 @@ const List* ListStore::keep(Type type, const List* list, int pool) {
     measure.add(type, list);
     const std::size_t bytes = sizeof(Block) + measure.words * sizeof(u64);
     if (measure.longest > most_items_ || bytes > 0xffffffff) {
-        if (mine.too_long == 0) mine.too_long = measure.longest;
+        if (mine.too_long.items == 0) mine.too_long = {measure.longest, measure.longest_is_text};
         return nullptr;
     }
     void* memory = std::malloc(bytes);
@@ -248,7 +252,7 @@ u64* ListStore::own_items(const List* list) const {
     return own ? const_cast<u64*>(list->items) : nullptr;
 }
 
-std::size_t ListStore::too_long(int pool) { return std::exchange(pools_[static_cast<std::size_t>(pool)].too_long, 0); }
+ListStore::Refused ListStore::too_long(int pool) { return std::exchange(pools_[static_cast<std::size_t>(pool)].too_long, {}); }
 
 std::size_t ListStore::bytes() const {
     std::ptrdiff_t total = 0;

@@ -97,8 +97,12 @@ class ListStore {
 
     // No list may have more items, and no block more bytes.
     void limit(std::size_t items) { most_items_ = items; }
-    // The length of the first list that was refused since it was last asked; 0: none.
-    std::size_t too_long(int pool);
+    // The first list that was refused since it was last asked; of no items: none.
+    struct Refused {
+        std::size_t items = 0;
+        bool text = false;  // It is a string, and its items bytes.
+    };
+    Refused too_long(int pool);
     // Of all blocks. Not while others keep or release.
     std::size_t bytes() const;
 
@@ -106,7 +110,7 @@ class ListStore {
     // Each on its own cache line. Blocks move between pools, so a pool's bytes may be negative; the sum is right.
     struct alignas(64) Pool {
         std::ptrdiff_t bytes = 0;
-        std::size_t too_long = 0;
+        Refused too_long;
     };
 
     std::vector<Pool> pools_;

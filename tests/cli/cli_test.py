@@ -175,7 +175,8 @@ class Worlds(Case):
         self.world("[[body]]\ncells = [[0, 0, 0], [0, 0, 0]]\n", says=["cell (0, 0, 0) is listed twice", "bad.toml:2:21"][:1])
         self.world(SQUARE + "[limits]\nmax_ticks = -1\n", says="bad.toml:5:13")
         self.world(SQUARE + '[facts]\nqq = ["all"]\n', says=["bad.toml:5:7", "no predicate qq"])
-        self.world(SQUARE + '[facts]\np = ["all"]\n', says="no predicate p with 0 arguments")
+        self.world(SQUARE + '[facts]\np = ["all"]\n', says=["bad.toml:5:6: p has 1 argument after the catom, and is given 0 arguments", 'Write p = { where = "all", args = [1] }'])
+        self.world(SQUARE + '[components]\nfoo = "x"\n', says=["there is no interface 'foo'", "thermometer"])
         self.world(SQUARE + "[set]\nfoo = 1\n", says="no constant 'foo'")
         self.world(SQUARE + '[motion]\nkind = "latice"\n', says="did you mean 'lattice'?")
 
@@ -307,7 +308,7 @@ class Endings(Case):
     def test_functions_without_a_value_name_rule_and_catom(self):
         where = "at catom @1 in tick 1"
         calls = (("lnth([4, 5], N + 1)", "there is no element 2 in a list of 2 in rule p@2"), ("lhead(ltail([N]))", "there is no element 0 in a list of 0"),
-                 ("lmax(ltake([N], 0))", "there is no element 0 in a list of 0"), ('str2int("1x")', "such value"), ('str2int("9223372036854775808")', "such value"),
+                 ("lmax(ltake([N], 0))", "there is no element 0 in a list of 0"), ('str2int("1x")', '"1x" is no int'), ('str2int("9223372036854775808")', '"9223372036854775808" is no int'),
                  ("lsum([9223372036854775807, N])", "too large"), ("down(N)", "functions call each other more than 10000 deep in rule p@2"))
         for body, says in calls:
             self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\nfun down(int N) : int = 1 + down(N + 1).\n", code=1, says=[says, where], processes=(1,))

@@ -200,11 +200,13 @@ TEST(Values, ListsThatAreTooLongAreRefused) {
     store.limit(5);
     const Value fits = store.keep(list, *parse_value(list, "[\"12345\", \"1\"]", arena), 0);
     EXPECT_NE(fits.list, nullptr);
-    EXPECT_EQ(store.too_long(0), 0u);
+    EXPECT_EQ(store.too_long(0).items, 0u);
     EXPECT_EQ(store.keep(list, *parse_value(list, "[\"123456\"]", arena), 0).list, nullptr);
     EXPECT_EQ(store.keep(list, *parse_value(list, "[\"1234567\"]", arena), 0).list, nullptr);
-    EXPECT_EQ(store.too_long(0), 6u);
-    EXPECT_EQ(store.too_long(0), 0u);
+    const ListStore::Refused refused = store.too_long(0);
+    EXPECT_EQ(refused.items, 6u);
+    EXPECT_TRUE(refused.text);
+    EXPECT_EQ(store.too_long(0).items, 0u);
     store.release(list, fits, 0);
 }
 

@@ -1,0 +1,98 @@
+#include "runtime/eval/failure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "runtime/base/units.h"
+#include "runtime/tuple/value_text.h"
+
+namespace meld::eval {
+
+namespace {
+
+// The file of a rule, where it is not the program's own.
+std::string place(const ModuleInfo& module, const RuleInfo& rule) {
+    const std::string_view file = rule.file;
+    return file.empty() || file == std::string(module.program_name) + ".meld" ? "" : fmt::format(" of {}", file);
+}
+
+// The predicates of a column as the program names them; what the compiler has made of `p` is called p@...
+std::string kept_in(const ModuleInfo& module, u32 column) {
+    std::string names;
+    if (column >= module.column_count) return names;
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        if (module.predicates[i].column != column) continue;
+        const std::string_view name = module.predicates[i].name;
+        names += fmt::format("{}`{}`", names.empty() ? "" : " or ", name.substr(0, name.find('@')));
+    }
+    return names;
+}
+
+// The text at fault as a literal; a long one has its start and dots behind it.
+std::string text_of(const Failure& f) {
+    const auto all = static_cast<std::size_t>(f.left.integer);
+    std::string_view start(f.text, std::min<std::size_t>(all, kMostTrapText_bytes));
+    // A character that continues beyond the end is left out.
+    if (start.size() < all) {
+        while (!start.empty() && (static_cast<unsigned char>(start.back()) & 0xc0) == 0x80) start.remove_suffix(1);
+        if (!start.empty() && (static_cast<unsigned char>(start.back()) & 0x80) != 0) start.remove_suffix(1);
+    }
+    return tuple::print_text(start) + (start.size() < all ? "..." : "");
+}
+
+}  // namespace
+
+std::string describe(const ModuleInfo& module, const Failure& f) {
+    std::string where = fmt::format("at catom @{} in tick {}", f.catom, f.tick);
+    if (f.rule != kNone32) {
+        const RuleInfo& rule = module.rules[f.rule];
+        std::string_view text = rule.text;
+        if (text.ends_with('.')) text.remove_suffix(1);
+        where = fmt::format("in rule {}{} {}: {}", rule.name, place(module, rule), where, text);
+    } else if (const std::string names = kept_in(module, f.column); !names.empty()) {
+        where = fmt::format("among the facts of {} {}", names, where);
+    }
+    const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
+    switch (f.trap) {
+        case Trap::None: return "";
+        case Trap::Overflow: return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
+        case Trap::DivisionByZero: return fmt::format("{} is divided by zero {}", operand(f.left), where);
+        case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
+        case Trap::BadConversion: return fmt::format("{} has no such value as an int {}", operand(f.left), where);
+        case Trap::TooManyDerivations: return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
+        case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
+        case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
+        case Trap::TooLong: return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
+        case Trap::TooMuchMemory: return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMostChunk), where);
+        case Trap::TextTooLong: return fmt::format("a string has {} bytes, and {} are the most {}", operand(f.left), operand(f.right), where);
+        case Trap::NotAnInt: return fmt::format("{} is no int {}", text_of(f), where);
+        case Trap::NotAFloat: return fmt::format("{} is no float {}", text_of(f), where);
+        case Trap::NegativePower: return fmt::format("{} ^ {} is no int {}", operand(f.left), operand(f.right), where);
+        case Trap::NothingBelow: return fmt::format("no random int is from 0 to below {} {}", operand(f.left), where);
+        case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
+    }
+    return "";
+}
+
+std::string cure(const Failure& f) {
+    switch (f.trap) {
+        case Trap::TooManyDerivations: return "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should";
+        case Trap::TooManyFacts: return "Raise [limits] max_facts_per_catom in the world if it should";
+        case Trap::TooMuchMemory: return "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick";
+        case Trap::TooLong:
+        case Trap::TextTooLong: return "Raise [limits] max_list in the world if it should";
+        case Trap::NotAnInt: return "An int is written in digits alone, with `-` before them if it is negative, and fits in 64 bits";
+        case Trap::NotAFloat: return "A float is written as in a program, without blanks: \"1.5\", \"-2\" or \"3e-4\"";
+        case Trap::NegativePower: return fmt::format("The power of a float may have a negative exponent: `{}.0 ^ {}`", f.left.integer, f.right.integer);
+        case Trap::NothingBelow: return "`randint(N)` needs an N of at least 1";
+        default: return "";
+    }
+}
+
+bool is_limit(Trap trap) {
+    return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong || trap == Trap::TooMuchMemory;
+}
+
+}  // namespace meld::eval
