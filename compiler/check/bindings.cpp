@@ -84,11 +84,23 @@ class Bindings {
             report_.add(Kind::TypeMismatch, v.span, fmt::format("`{}` is {}, which has no least or greatest", v.name, type_name(v.type))).help = "choose by an int, a float or a node";
     }
 
+    // `n-1` as a difference where `n` is a variable of the rule; else empty.
+    std::string as_difference(const std::string& name) const {
+        const std::size_t minus = name.find('-');
+        if (minus == std::string::npos) return "";
+        const std::string left = name.substr(0, minus);
+        const bool known = std::any_of(rule_.variables.begin(), rule_.variables.end(), [&](const Variable& v) { return v.name == left; });
+        return known ? left + " - " + name.substr(minus + 1) : "";
+    }
+
     void need(const Term& term, const Bound& bound, const char* what) {
         each_free_use(term, [&](const Term& t) {
             if (bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
-            report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", rule_.variables[t.variable].name, what)).help =
-                fmt::format("use it in a fact of the body, or set it with `{} = ...`", rule_.variables[t.variable].name);
+            const std::string& name = rule_.variables[t.variable].name;
+            auto& d = report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", name, what));
+            const std::string apart = as_difference(name);
+            d.help = !apart.empty() ? fmt::format("`{}` is one name; a difference of lower-case variables has blanks: `{}`", name, apart)
+                                    : fmt::format("use it in a fact of the body, or set it with `{} = ...`", name);
         });
     }
     // In Y = Z + 1 without a value for Z, that Y has none either goes without saying.

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "compiler/check/scope.h"
+#include "compiler/syntax/parse.h"
 
 namespace meld::check {
 
@@ -59,6 +60,17 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
         }
     if (name == "priority" && arguments.size() == 1) {
         report_.add(Kind::UnknownFunction, span, "catoms have no priority").help = "what a condition on it leaves out must be said by the rules; leave the condition out";
+        return term;
+    }
+    // Forms of their own, with something missing.
+    if (name == "proved" && arguments.size() <= 2) {
+        const std::string predicate = arguments.empty() ? "p" : syntax::print(*arguments.back());
+        report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help =
+            fmt::format("write `proved(A, {})`", predicate.find('(') == std::string::npos ? predicate : predicate.substr(0, predicate.find('(')));
+        return term;
+    }
+    if (name == "delta" && arguments.size() == 1) {
+        report_.add(Kind::UnknownFunction, span, "`delta` says first which argument changes").help = fmt::format("write `delta(X; {})`, where X is that argument", syntax::print(*arguments[0]));
         return term;
     }
     std::vector<std::string> known;

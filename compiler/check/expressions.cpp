@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "compiler/check/scope.h"
+#include "compiler/syntax/parse.h"
 
 namespace meld::check {
 
@@ -62,6 +63,16 @@ Term Scope::unary(const syntax::Unary& u, Span span) {
     return term;
 }
 
+namespace {
+
+// The call that makes a text of a value, if there is one.
+std::string as_text(const syntax::Expr& e, const Type& type) {
+    const char* function = type == Type::Int ? "int2str" : type == Type::Float ? "float2str" : type == Type::Node ? "node2str" : nullptr;
+    return function == nullptr ? "" : fmt::format("write `{}({})`", function, syntax::print(e));
+}
+
+}  // namespace
+
 Term Scope::binary(const syntax::Binary& b, Span span) {
     const auto [op, sign] = operator_of(b.op);
     const std::string where = fmt::format("`{}`", sign);
@@ -82,6 +93,7 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
         auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
         d.labels.push_back({b.left->span, "this is " + type_name(l)});
         d.labels.push_back({b.right->span, "this is " + type_name(r)});
+        if (op == Op::Append && (l == Type::String || r == Type::String)) d.help = as_text(*(l == Type::String ? b.right : b.left), l == Type::String ? r : l);
         return term;
     }
     const bool vectors = *common == Type::Vec3 && (op == Op::Add || op == Op::Subtract);
@@ -171,10 +183,13 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
     // The place knows what the elements are where they cannot say so themselves: [] or [1, 2] of floats.
     if (holds_elements(wanted)) type.parts[0] = join(wanted.parts[0], type.parts[0]).value_or(wanted.parts[0]);
     term.type = type;
+    const std::size_t errors = report_.error_count();
     if (!l.rest) {
         term.op = Op::List;
         for (std::size_t i = 0; i < l.elements.size(); ++i) term.operands.push_back(resolve(*l.elements[i], type.parts[0], fmt::format("element {} of the list", i + 1)));
         for (const Term& element : term.operands) term.type.parts[0] = refined(term.type.parts[0], element.type);
+        // An element that was refused says enough about the list.
+        if (report_.error_count() > errors) term.type = Type::Error;
         return term;
     }
     term = resolve(*l.rest, type, "the rest of a list");

@@ -327,6 +327,7 @@ void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
     sigil(tree, p);
+    not_a_negation(tree, p);
     if (p.kind == PredicateKind::Action)
         report_.add(Kind::ActionInBody, tree.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help = "read the facts that lead to it";
     Clause c{.kind = Clause::Kind::Atom, .span = tree.span};
@@ -358,6 +359,15 @@ void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));
     d.labels = {{p.span, "declared here"}};
     d.help = fmt::format("write `{}({})`", p.name, tree.arguments.size() > 1 ? "..." : "A");
+}
+
+// In a file without `-o` who writes `!p` for what is persistent means `not p`.
+void Resolver::not_a_negation(const syntax::Atom& tree, const Predicate& p) {
+    if (dialect_linear_ || tree.sigil != syntax::Sigil::Persistent || p.linear()) return;
+    auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`!` before `{}` does not negate it", p.name));
+    d.labels = {{p.span, "declared here, persistent"}};
+    const std::string atom = tree.arguments.size() > 1 ? p.name + "(...)" : p.name + "(A)";
+    d.help = fmt::format("write `not {0}` where it does not hold, `{0}` where it does", atom);
 }
 
 }  // namespace meld::check

@@ -59,6 +59,7 @@ class Resolver {
     // So that variables of an atom that was refused do not count as unbound.
     void visit_anyway(const syntax::Atom& tree);
     void sigil(const syntax::Atom& tree, const Predicate& p);
+    void not_a_negation(const syntax::Atom& tree, const Predicate& p);
 
     // ---- heads (resolve_heads.cpp)
     std::vector<Head> heads(std::span<const syntax::HeadItem> items);

@@ -173,13 +173,18 @@ class Useless {
             "add a rule or a fact that does, or give one in the world file";
     }
 
+    static bool alike(const Predicate& a, const Predicate& b) {
+        return std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), b.arguments.end(), [](const Argument& x, const Argument& y) { return x.type == y.type; });
+    }
+
     // Two names for one thing: the one is only read, the other only derived.
     void other_name(PredicateId id) {
         const Predicate& p = program_.predicates[id];
         if (!ours(id) || p.sensed || made_[id.index()] || given_[id.index()] || !read_[id.index()]) return;
         std::vector<std::string> lonely;
         for (const PredicateId other : program_.predicates.ids())
-            if (ours(other) && (made_[other.index()] || given_[other.index()]) && !read_[other.index()] && program_.predicates[other].kind != PredicateKind::Action)
+            if (ours(other) && (made_[other.index()] || given_[other.index()]) && !read_[other.index()] && program_.predicates[other].kind != PredicateKind::Action &&
+                alike(p, program_.predicates[other]))
                 lonely.push_back(program_.predicates[other].name);
         const std::string near = diagnostics::nearest_name(p.name, lonely);
         if (near.empty()) return;

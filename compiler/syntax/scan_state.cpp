@@ -124,11 +124,18 @@ void ScanState::include_path(std::string_view written) {
     if (!token.text.empty() && token.text.back() == '.') token.text.pop_back();
 }
 
-void ScanState::unexpected_character() {
+void ScanState::unexpected_character(std::string_view help) {
     damaged_ = true;
     if (++unexpected_count_ > kMaxUnexpected) return;
-    auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), "this character starts nothing in Meld");
+    auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), fmt::format("{} nothing in Meld", end_ - begin_ == 1 || help.empty() ? "this character starts" : "this means"));
+    diagnostic.help = help;
     if (unexpected_count_ == kMaxUnexpected) diagnostic.help = "more of these are not shown; is this file a Meld program?";
+}
+
+void ScanState::single_quotes() {
+    wrong(Kind::UnexpectedCharacter, span(), "a text does not stand in single quotes").help = R"(write "text", in double quotes)";
+    // A text stands in for it, so that the rule around it is not reported as well.
+    push(TokenKind::String);
 }
 
 void ScanState::open_comment() { comments_.push_back(begin_); }

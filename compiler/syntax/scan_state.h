@@ -31,7 +31,8 @@ class ScanState {
     void run_argument(const char* written);
     void delay(const char* written);
     void include_path(std::string_view written);
-    void unexpected_character();
+    void unexpected_character(std::string_view help = {});
+    void single_quotes();
 
     void open_comment();
     // True when the outermost comment is closed.

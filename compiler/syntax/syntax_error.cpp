@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "compiler/syntax/other_languages.h"
+
 namespace meld::syntax {
 
 using diagnostics::Kind;
@@ -203,7 +205,10 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
     const bool wrong_closing = is_closing(token.kind) && open && !closes(stop.tokens[*open].kind, token.kind);
     const bool ends = token.kind == TokenKind::Period || token.kind == TokenKind::End || is_arrow(token.kind) || wrong_closing;
     const bool other_arrow = token.kind == TokenKind::Colon || token.kind == TokenKind::ResultArrow;
-    if (other_arrow && has(stop.expected, TokenKind::ViewArrow)) {
+    const std::string cure = cure_of_other_language(stop);
+    if (!cure.empty()) {
+        diagnostic.help = cure;
+    } else if (other_arrow && has(stop.expected, TokenKind::ViewArrow)) {
         diagnostic.help = "write head :- body for a view, body -o head for a linear rule";
     } else if (ends && open) {
         const Token& bracket = stop.tokens[*open];
