@@ -298,7 +298,7 @@ class Separator {
         if (declared != nullptr) d.labels = {{*declared, "declared here"}};
         const std::vector<std::string> shown = names.shown();
         const std::string near = diagnostics::nearest_name(name, shown);
-        if (declared != nullptr) d.help = fmt::format("add `export {}.` to its file; it shows {}", name, list_of(shown));
+        if (declared != nullptr) d.help = fmt::format("add `export {}.` to its file; it shows {}", name, shown.empty() ? "no names" : list_of(shown));
         else d.help = (near.empty() ? "" : fmt::format("did you mean `{}`? ", near)) + (shown.empty() ? "it shows no names" : "it shows " + list_of(shown));
     }
 

@@ -42,12 +42,12 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
     std::vector<std::string_view> known;
     for (u32 i = 0; i < module.predicate_count; ++i) {
         const PredicateInfo& p = module.predicates[i];
-        if (p.auxiliary || p.base == kNone16) continue;
-        known.emplace_back(p.name);
+        if (p.auxiliary) continue;
+        if (p.base != kNone16) known.emplace_back(p.name);
         if (p.name != fact.predicate) continue;
         const auto arguments = [](std::size_t n) { return fmt::format("{} argument{}", n, n == 1 ? "" : "s"); };
         return fail(fmt::format("{}: {} has {} after the catom, and is given {}", fact.place, p.name, arguments(p.arity), arguments(fact.arguments.size())),
-                    "Write " + as_given(module, p));
+                    p.base != kNone16 ? "Write " + as_given(module, p) : "Rules derive it or the world senses it: give facts to a predicate of its own");
     }
     return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
                 known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));

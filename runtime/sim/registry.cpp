@@ -48,7 +48,7 @@ Result<Registry::Choice> Registry::choose(const std::string& interface, const st
     std::optional<Choice> found;
     const auto look = [&](const auto& all) {
         for (const auto& [known, implementations] : all) {
-            interfaces.push_back(known);
+            if (std::find(interfaces.begin(), interfaces.end(), known) == interfaces.end()) interfaces.push_back(known);
             if (known != interface) continue;
             for (const auto& [implementation, make] : implementations) {
                 names.push_back(implementation);
