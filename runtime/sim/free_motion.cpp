@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/give_back.h"
+#include "runtime/base/log.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bytes.h"
@@ -27,10 +28,27 @@ Result<void> FreeMotion::start(PartState& part) {
     return {};
 }
 
+namespace {
+
+// A region that matches no catom on any part is hardly meant.
+void warn_of_nobody(PartState& part, std::vector<bool> met) {
+    std::vector<std::byte> mine;
+    for (const bool some : met) put(mine, some);
+    for (const auto& theirs : gather_bytes(part, mine))
+        for (std::size_t i = 0; i < met.size(); ++i) met[i] = met[i] || theirs[i] != std::byte{0};
+    if (part.comm.part() != 0) return;
+    for (std::size_t i = 0; i < met.size(); ++i)
+        if (const world::CatomGroup& group = part.world.physics.groups[i]; !met[i])
+            log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] are of none", group.place, group.where.text());
+}
+
+}  // namespace
+
 Result<void> FreeMotion::make_scene(PartState& part) {
     BodyMaker bodies(world_, part.next_id);
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
+    warn_of_nobody(part, bodies.groups_met());
     std::vector<std::byte> bytes;
     if (part.ensemble.owned_count() > 0) {
         put(bytes, bodies.radii());

@@ -169,6 +169,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
 
 void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
     const auto [spec, surface] = describe(id, cell, position);
+    for (std::size_t i = 0; i < groups_met_.size(); ++i)
+        if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.radius_m;
     radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.least, r), std::max(radii_.largest, r)};
     surfaces_.insert(surface);

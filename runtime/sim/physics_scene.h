@@ -36,12 +36,14 @@ struct Surface {
 class BodyMaker {
   public:
     // `catoms`: of all parts; the last of them are those at listed positions.
-    BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()) {}
+    BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
     void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
     // Of the bodies looked at.
     RadiusRange radii() const { return radii_; }
+    // By group of the world: whether any that was looked at is in its region.
+    const std::vector<bool>& groups_met() const { return groups_met_; }
     // Those looked at that are fixed and stand still.
     const std::vector<FixedBody>& at_rest() const { return at_rest_; }
     // `surfaces`: those of all parts.
@@ -56,6 +58,7 @@ class BodyMaker {
     Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;
     std::uint64_t first_placed_;
+    std::vector<bool> groups_met_;
     std::set<Surface> surfaces_;
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;

@@ -33,6 +33,7 @@ struct CatomGroup {
     std::optional<bool> fixed;
     std::optional<Vec3> velocity;  // At the start, m/s.
     std::optional<Vec3> spin;      // At the start, rad/s.
+    std::string place;
 };
 
 // A thing that catoms meet. Lengths in catom diameters.

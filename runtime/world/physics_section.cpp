@@ -2,7 +2,9 @@
 #include "runtime/world/physics_section.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace meld::world {
@@ -21,11 +23,29 @@ void each_table(TomlReader& reader, const toml::table& motion, std::string_view 
     for (const toml::node& table : *node->as_array()) read(*table.as_table());
 }
 
+// The keys that only some kinds of a thing have.
+struct KeysOfKind {
+    std::string_view kind;
+    std::vector<std::string_view> keys;
+    bool has(std::string_view key) const { return std::find(keys.begin(), keys.end(), key) != keys.end(); }
+};
+
+// A key of another kind would do nothing here.
+void refuse_keys_of_others(const Section& section, std::string_view kind, std::initializer_list<KeysOfKind> kinds) {
+    const KeysOfKind& own = *std::find_if(kinds.begin(), kinds.end(), [&](const KeysOfKind& k) { return k.kind == kind; });
+    for (const KeysOfKind& other : kinds)
+        for (const std::string_view key : other.keys)
+            if (!own.has(key) && section.has(key))
+                section.wrong(key, fmt::format("a {} has no {}", kind, key), fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
+}
+
 void read_feature(TomlReader& reader, const toml::table& table, FeatureOptions& feature) {
     const Section section(reader, table, "[[motion.feature]]",
                           {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
     feature.place = reader.place(table.source());
     section.read_choice("kind", feature.kind, {"dipole", "two-pole", "plate", "latch"});
+    refuse_keys_of_others(section, feature.kind,
+                          {{"dipole", {"strength", "depth"}}, {"two-pole", {"strength", "depth", "length"}}, {"plate", {"strength", "area", "cover", "permittivity"}}, {"latch", {"strength"}}});
     const toml::node* directions = section.find("directions");
     if (directions && directions->is_integer()) {
         section.read_count("directions", feature.count, 0);
@@ -73,6 +93,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
                           {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "friction", "restitution"});
     obstacle.place = reader.place(table.source());
     section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain"});
+    refuse_keys_of_others(section, obstacle.kind, {{"plane", {"normal", "offset"}}, {"box", {"centre", "size", "degrees"}}, {"terrain", {"centre", "cell", "heights"}}});
     section.read("normal", obstacle.normal);
     section.read_number("offset", obstacle.offset);
     section.read("centre", obstacle.centre);
@@ -85,6 +106,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]", {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
+    group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
     if (section.has("radius")) section.read_positive("radius", value), group.radius = value;

@@ -163,7 +163,7 @@ def pull(bodies):
            '[[motion.feature]]\ndirections = [[0, 0, 1], [0, 0, -1]]\nstrength = 200\ndepth = 0.2\nrange = 1.2\n'
            '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n')
     on = SPEED + "type go(node, int).\ngo(A, I) :- id(A, I).\nmagnet(A, 1, 1) :- go(A, 0).\nmagnet(A, 0, 0 - 1) :- go(A, 1).\n"
-    near = far.replace("-1.3", "-1").replace("[0, 0, 0]\nsub", "[0, 0, -9.81]\nsub").replace("strength = 200", 'kind = "latch"\nstrength = 30').replace("range = 1.2", "range = 0.05")
+    near = far.replace("-1.3", "-1").replace("[0, 0, 0]\nsub", "[0, 0, -9.81]\nsub").replace("strength = 200", 'kind = "latch"\nstrength = 30').replace("range = 1.2", "range = 0.05").replace("depth = 0.2\n", "")
     hold = PLACE + "type go(node, int).\ngo(A, T) :- tick(A, T).\nlatch(A, 0, 1) :- go(A, 1).\nlatch(A, 1, 1) :- go(A, 1).\nlatch(A, 1, 0) :- go(A, 120), id(A, 0).\n"
     for engine in ("blocks", "hash", "ode"):
         facts, _ = bodies.run(on, far.replace("ENGINE", engine), 5)
@@ -211,6 +211,15 @@ def ends_with_the_last_good_tick(bodies, falling):
         same((done.returncode, facts.read_text()), (4, "old"), f"the facts of a tick that failed half-way on {processes} processes: {done.stderr}")
         same("No facts are written, since tick 2 ended in the middle of changing them" in done.stderr, True, done.stderr)
         same(list(Recorded(recording).times), [0, 1], "the recording of a tick that failed half-way")
+
+
+def warns(bodies):
+    """Groups of catoms that nobody is in are told of once, on any number of processes."""
+    world = ONE + '[[motion.catoms]]\nwhere = "id == 7 && x < 2"\nmass = 2\n[[motion.catoms]]\nwhere = "id == 0"\nmass = 2\n'
+    for processes in ("1", "3"):
+        done = bodies.command(PLACE, world, 1, "-n", processes)
+        same((done.returncode, done.stderr.count("matches no catom")), (0, 1), f"warnings on {processes} processes: {done.stderr}")
+        same("w.toml:5:1: `id == 7 && x < 2` matches no catom, so these [[motion.catoms]] are of none" in done.stderr, True, done.stderr)
 
 
 def refuses(bodies):
@@ -331,7 +340,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
         for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce, have_sizes, wait_for_ports, divides_anew,
-                      refuses):
+                      warns, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 
