@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Draws moments of a recording of bodies side by side into an SVG: spheres seen along an axis, coloured by number from first to
-last unless the program coloured them, with the ground if there is one.
+last unless the program coloured them, with what the program wrote and drew between them, and the world's ground and obstacles:
+boxes and terrain by their edges, planes where they cut the plane of view in the middle of the bodies.
 
     meldsim run examples/meld/ring.meld --record ring.vtkhdf
     docs/pictures/draw_bodies.py ring.vtkhdf docs/pictures/ring.svg --view xy --ticks 0 1000 1600 2218
@@ -8,7 +9,11 @@ last unless the program coloured them, with the ground if there is one.
 Needs numpy and h5py.
 """
 import argparse
+import collections
 import colorsys
+import html
+import itertools
+import tomllib
 
 import h5py
 import numpy as np
@@ -17,10 +22,13 @@ GREY = 176          # Of a catom that has no colour.
 MARGIN = 0.7        # Diameters around the bodies of all moments.
 LABEL = 0.9         # Diameters below each panel, for its tick.
 WIDTH = 880         # Pixels of the picture.
+BEYOND = 3          # Diameters around the bodies, as far as obstacles are shown.
+
+Moment = collections.namedtuple("Moment", "tick points diameters colours labels lines")
 
 
 def moment(recording, tick):
-    """Tick, positions, diameters and colours of the recorded step nearest to a tick."""
+    """The recorded step nearest to a tick; a label a body, empty where there is none, and pairs of places for the lines."""
     data = recording["VTKHDF"]
     times = data["Steps/Values"][:]
     step = int(np.argmin(np.abs(times - tick)))
@@ -32,7 +40,40 @@ def moment(recording, tick):
 
     first = data["Steps/PointOffsets"][step]
     diameters = rows("diameter") if "diameter" in data["PointData"] else np.ones(count)
-    return times[step], data["Points"][first:first + count].astype(float), diameters, rows("colour")
+    labels, lines = [""] * count, []
+    if "label" in data["PointData"]:
+        table = recording["meld/texts/label"]
+        everything, ends = table["text"][:].tobytes(), table["ends"][:]
+        texts = [everything[begin:end].decode() for begin, end in zip([0, *ends], ends)] + [""]
+        labels = [texts[number] for number in rows("label")]
+    if "Lines" in data:
+        begin, lines_there = data["Steps/ConnectivityIdOffsets"][step, 1], data["Lines/NumberOfCells"][data["Steps/PartOffsets"][step]]
+        lines = data["Lines/Connectivity"][begin:begin + 2 * lines_there].reshape(-1, 2)
+    return Moment(times[step], data["Points"][first:first + count].astype(float), diameters, rows("colour"), labels, lines)
+
+
+def obstacles(recording, ground):
+    """Polygons and planes of the recorded world: arrays of corners in space, and (normal, offset)."""
+    motion = tomllib.loads(recording["meld/world"].asstr()[()]).get("motion", {})
+    ground = motion.get("ground") if ground is None else ground
+    polygons, planes = [], [] if ground is None else [(np.array([0, 0, 1.0]), ground)]
+    found = motion.get("obstacle", [])
+    for one in found if isinstance(found, list) else [found]:
+        centre = np.array(one.get("centre", [0, 0, 0]), float)
+        if one.get("kind", "plane") == "plane":
+            normal = np.array(one.get("normal", [0, 0, 1]), float)
+            planes.append((normal / np.linalg.norm(normal), one.get("offset", 0) / np.linalg.norm(normal)))
+        elif one["kind"] == "box":
+            turn = np.radians(one.get("degrees", 0))
+            turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+            corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * one.get("size", [1, 1, 1]) @ turned + centre
+            polygons += [corners[face] for face in ([0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5])]
+        else:
+            heights, cell = np.array(one["heights"], float), one.get("cell", 1)
+            y, x = np.indices(heights.shape)
+            points = np.stack([x * cell, y * cell, heights], axis=-1) + centre
+            polygons += [points[[j, j, j + 1, j + 1], [i, i + 1, i + 1, i]] for j, i in np.ndindex(heights.shape[0] - 1, heights.shape[1] - 1)]
+    return polygons, planes
 
 
 def shades(colours, by_number):
@@ -43,12 +84,47 @@ def shades(colours, by_number):
     return [tuple("#%02x%02x%02x" % tuple(int(part * share) for part in colour) for share in (1, 0.55)) for colour in colours]
 
 
-def panel(points, diameters, colours, axes, low, offset, out):
-    """The spheres of a moment, the farthest first."""
+def behind(plane, middle, low, size, axes):
+    """The part of the view that is full behind a plane, as corners: the view's rectangle, cut where the plane cuts it at a depth."""
+    (across, up, (depth, _)), (normal, offset) = axes, plane
+    corners = [np.array(low) + np.array(corner) * size for corner in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    outside = [normal[across] * a + normal[up] * b + normal[depth] * middle - offset for a, b in corners]
+    kept = []
+    for (one, here), (other, there) in zip(zip(corners, outside), zip(corners[1:] + corners[:1], outside[1:] + outside[:1])):
+        if here <= 0:
+            kept.append(one)
+        if (here <= 0) != (there <= 0):
+            kept.append(one + here / (here - there) * (other - one))
+    return kept
+
+
+def panel(moment, colours, scene, axes, low, size, offset, out):
+    """Obstacles, then the spheres of a moment, the farthest first, then lines and labels."""
     across, up, depth = axes
+    polygons, planes = scene
+
+    def place(a, b):
+        return f"{a - low[0] + offset[0]:.3f} {offset[1] - (b - low[1]):.3f}"
+
+    def outline(corners, fill):
+        out.append(f'<path d="M{"L".join(place(*corner) for corner in corners)}Z" fill="{fill}" stroke="#9aa3b0" stroke-width="0.04"/>')
+
+    points = moment.points
+    middle = (points[:, depth[0]].min() + points[:, depth[0]].max()) / 2
+    for plane in planes:
+        if len(corners := behind(plane, middle, low, size, axes)) > 2:
+            outline(corners, "#eef0f3")
+    for polygon in sorted(polygons, key=lambda polygon: (polygon[:, depth[0]] * depth[1]).mean()):
+        outline(polygon[:, [across, up]], "#dfe3e9")
     for i in np.argsort(points[:, depth[0]] * depth[1], kind="stable"):
-        x, y = points[i, across] - low[0] + offset[0], offset[1] - (points[i, up] - low[1])
-        out.append(f'<circle cx="{x:.3f}" cy="{y:.3f}" r="{diameters[i] / 2:.3f}" fill="url(#c{colours[i]})"/>')
+        x, y = place(points[i, across], points[i, up]).split()
+        out.append(f'<circle cx="{x}" cy="{y}" r="{moment.diameters[i] / 2:.3f}" fill="url(#c{colours[i]})"/>')
+    for one, other in moment.lines:
+        out.append(f'<path d="M{place(*points[one, [across, up]])}L{place(*points[other, [across, up]])}" stroke="#333" stroke-width="0.06"/>')
+    for point, diameter, label in zip(points, moment.diameters, moment.labels):
+        x, y = place(point[across], point[up] - diameter / 8).split()
+        if label:
+            out.append(f'<text x="{x}" y="{y}" font-size="{0.4 * diameter:.2f}" text-anchor="middle" font-family="sans-serif">{html.escape(label)}</text>')
 
 
 def main():
@@ -58,27 +134,30 @@ def main():
     arguments.add_argument("--ticks", nargs="+", type=float, help="the moments; without it the first, the middle one, the last")
     arguments.add_argument("--view", choices=("xy", "xz"), default="xz", help="from above or from the front")
     arguments.add_argument("--columns", type=int, default=2)
-    arguments.add_argument("--ground", type=float, help="its height, for a view from the front")
+    arguments.add_argument("--ground", type=float, help="its height; without it that of the recorded world")
     options = arguments.parse_args()
     with h5py.File(options.recording) as recording:
         last = recording["VTKHDF/Steps/Values"][-1]
         moments = [moment(recording, tick) for tick in options.ticks or (0, last / 2, last)]
+        scene = obstacles(recording, options.ground)
     axes = (0, 1, (2, 1)) if options.view == "xy" else (0, 2, (1, -1))
-    ends = np.concatenate([np.concatenate([points[:, axes[:2]] - d[:, None] / 2, points[:, axes[:2]] + d[:, None] / 2]) for _, points, d, _ in moments])
-    low, size = ends.min(axis=0) - MARGIN, np.ptp(ends, axis=0) + 2 * MARGIN
-    by_number = all((colours == GREY).all() for _, _, _, colours in moments)
-    used = sorted({shade for _, _, _, colours in moments for shade in shades(colours, by_number)})
+    ends = np.concatenate([m.points[:, axes[:2]] + sign * m.diameters[:, None] / 2 for m in moments for sign in (-1, 1)])
+    least, most = ends.min(axis=0), ends.max(axis=0)
+    if scene[0]:
+        corners = np.concatenate(scene[0])[:, axes[:2]]
+        least, most = np.minimum(least, np.maximum(corners.min(axis=0), least - BEYOND)), np.maximum(most, np.minimum(corners.max(axis=0), most + BEYOND))
+    low, size = least - MARGIN, most - least + 2 * MARGIN
+    by_number = all((m.colours == GREY).all() for m in moments)
+    used = sorted({shade for m in moments for shade in shades(m.colours, by_number)})
     out = [f'<radialGradient id="c{i}" cx="0.36" cy="0.30" r="0.75"><stop offset="0" stop-color="#ffffff"/><stop offset="0.25" stop-color="{bright}"/>'
            f'<stop offset="1" stop-color="{dark}"/></radialGradient>' for i, (bright, dark) in enumerate(used)]
     columns = min(options.columns, len(moments))
     height = size[1] + LABEL
-    for i, (tick, points, diameters, colours) in enumerate(moments):
+    for i, m in enumerate(moments):
         left, bottom = i % columns * size[0], i // columns * height + size[1]
-        if options.ground is not None:
-            y = bottom - (options.ground - low[1])
-            out.append(f'<path d="M{left + 0.2:.2f} {y:.3f}H{left + size[0] - 0.2:.2f}" stroke="#9aa3b0" stroke-width="0.06"/>')
-        panel(points, diameters, [used.index(shade) for shade in shades(colours, by_number)], axes, low, (left, bottom), out)
-        out.append(f'<text x="{left + size[0] / 2:.2f}" y="{bottom + 0.3:.2f}" font-size="0.55" text-anchor="middle" font-family="sans-serif" fill="#555">tick {tick:.0f}</text>')
+        out.append(f'<clipPath id="p{i}"><rect x="{left + 0.1:.2f}" y="{bottom - size[1]:.2f}" width="{size[0] - 0.2:.2f}" height="{size[1]:.2f}"/></clipPath><g clip-path="url(#p{i})">')
+        panel(m, [used.index(shade) for shade in shades(m.colours, by_number)], scene, axes, low, size, (left, bottom), out)
+        out.append(f'</g><text x="{left + size[0] / 2:.2f}" y="{bottom + 0.5:.2f}" font-size="0.55" text-anchor="middle" font-family="sans-serif" fill="#555">tick {m.tick:.0f}</text>')
     full = (columns * size[0], -(-len(moments) // columns) * height)
     with open(options.picture, "w") as file:
         file.write(f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{WIDTH * full[1] / full[0]:.0f}" viewBox="0 0 {full[0]:.2f} {full[1]:.2f}">\n'
