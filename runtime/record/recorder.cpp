@@ -58,7 +58,6 @@ Result<void> Recorder::start(sim::PartState& part) {
 }
 
 Result<void> Recorder::after(sim::PartState& part) {
-    if (part.half_way) return {};
     marks_.collect(part);
     if (part.abi.now % every_ != 0) return {};
     return write(part);
