@@ -195,6 +195,7 @@ std::optional<Term> Folder::real(const Term& t, double a, double b) {
         default: return std::nullopt;
     }
     if (std::isnan(out.real)) return fails(t, "this is not a number");
+    if (std::isinf(out.real)) return fails(t, "this is too large for a float");
     return out;
 }
 

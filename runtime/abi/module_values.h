@@ -103,9 +103,10 @@ template <class V>
 V greatest_of(V a, V b) {
     return a < b ? b : a;
 }
-// A NaN has no place in an order, so it never enters a fact; and zero has one sign there, so that equal facts have equal bytes.
+// A NaN has no place in an order and infinity is an overflow, so neither ever enters a fact; and zero has one sign there, so
+// that equal facts have equal bytes.
 inline double checked_real(Eval& e, u32 rule, double a) {
-    if (a != a) trap(e, Trap::NotANumber, rule, a);
+    if (!(__builtin_fabs(a) <= __DBL_MAX__)) trap(e, a != a ? Trap::NotANumber : Trap::Overflow, rule, a);
     return a + 0.0;
 }
 

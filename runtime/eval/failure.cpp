@@ -57,7 +57,9 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
     const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
     switch (f.trap) {
         case Trap::None: return "";
-        case Trap::Overflow: return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
+        case Trap::Overflow:
+            if (f.real) return fmt::format("a number became too large for a float ({}) {}", operand(f.left), where);
+            return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
         case Trap::DivisionByZero: return fmt::format("{} is divided by zero {}", operand(f.left), where);
         case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
         case Trap::BadConversion: return fmt::format("{} has no such value as an int {}", operand(f.left), where);
@@ -86,6 +88,7 @@ std::string cure(const Failure& f) {
         case Trap::NotAnInt: return "An int is written in digits alone, with `-` before them if it is negative, and fits in 64 bits";
         case Trap::NotAFloat: return "A float is written as in a program, without blanks: \"1.5\", \"-2\" or \"3e-4\"";
         case Trap::NegativePower: return fmt::format("The power of a float may have a negative exponent: `{}.0 ^ {}`", f.left.integer, f.right.integer);
+        case Trap::Overflow: return f.real ? "A float lies between -1.797e308 and 1.797e308, and log(0.0) below all of them" : "";
         case Trap::NothingBelow: return "`randint(N)` needs an N of at least 1";
         default: return "";
     }

@@ -107,7 +107,7 @@ Result vector(Op op, const Values& a, const Value& b) {
         const double other = b.has_items() ? b.items()[i].real() : b.real();
         // v - w is v + w * -1, which matters for the sign of zero alone.
         const Result one = reals(op == Op::Subtract ? Op::Add : op, a[i].real(), op == Op::Subtract ? other * -1 : other);
-        if (!one || one->real() != one->real()) return std::nullopt;
+        if (!one || !is_finite(*one)) return std::nullopt;
         sum.push_back(*one);
     }
     return value_of(std::move(sum));
@@ -203,7 +203,7 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
     Values operands;
     for (const Term& operand : term.operands) {
         const Result value = evaluate(scene, operand, env);
-        if (!value || (value->is_real() && term.op >= Op::List && term.op <= Op::Tuple && value->real() != value->real())) return std::nullopt;
+        if (!value || (term.op >= Op::List && term.op <= Op::Tuple && !is_finite(*value))) return std::nullopt;
         operands.push_back(*value);
     }
     switch (term.op) {
@@ -213,9 +213,11 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
         case Op::Cons: return cons(operands[0], operands[1]);
         case Op::Append: return joined(operands[0], operands[1]);
         case Op::Ticks: return ticks_in(operands[0].real());
-        case Op::Library:
+        case Op::Library: {
             if (term.text == "randint" || term.text == "randfloat" || term.text == "random") return drawn(scene, term.text, operands);
-            return term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
+            Result result = term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
+            return result && is_finite(*result) ? result : std::nullopt;
+        }
         case Op::Call: return call(scene, term.function, operands);
         default: break;
     }

@@ -37,7 +37,7 @@ bool add_up(const std::vector<Row>& group, std::size_t at, Value& out) {
             out = value_of(sum);
         }
     }
-    return true;
+    return is_finite(out);
 }
 
 // All values in order, one behind the other.
@@ -153,7 +153,7 @@ std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const E
     for (std::size_t i = 0; i < head.arguments.size(); ++i) {
         const bool counted = p.aggregate == Aggregate::Count && p.aggregate_at == i;
         const std::optional<Value> value = counted ? value_of(std::int64_t{1}) : evaluate(scene, head.arguments[i], env);
-        if (!value || (value->is_real() && value->real() != value->real())) return std::nullopt;
+        if (!value || !is_finite(*value)) return std::nullopt;
         row.push_back(*value);
     }
     return row;

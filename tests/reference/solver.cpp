@@ -214,7 +214,7 @@ bool Solver::match(const Atom& atom, const Row& row, Environment& env) {
 bool Solver::unify(const Term& t, const Value& is, Environment& env) {
     if (t.op == Op::Anonymous) return true;
     if (t.is_variable() && !env[t.variable.index()]) {
-        if (is.is_real() && is.real() != is.real()) failed_ = true;
+        if (!is_finite(is)) failed_ = true;
         bind(t.variable.index(), is, env);
         return true;
     }

@@ -1,6 +1,8 @@
 // Values and facts as the reference evaluator knows them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <compare>
 #include <cstdint>
 #include <set>
@@ -46,6 +48,11 @@ using Bag = std::multiset<Row>;
 // By PredicateId.
 using Facts = std::vector<Rows>;
 
+// Whether every float in it is a number that is not infinite: no other enters a fact.
+inline bool is_finite(const Value& v) {
+    if (v.has_items()) return std::all_of(v.items().begin(), v.items().end(), [](const Value& item) { return is_finite(item); });
+    return !v.is_real() || std::isfinite(v.real());
+}
 inline bool is_real(const check::Type& type) { return type == check::Type::Float; }
 
 // As a program could write it.
