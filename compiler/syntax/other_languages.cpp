@@ -30,7 +30,11 @@ std::string cure_of_other_language(const Stop& stop) {
     switch (token.kind) {
         case TokenKind::Name: return stop.at > stop.begin ? cure_of_word(token.text) : "";
         case TokenKind::Semicolon: return cure_of_semicolon(stop);
-        case TokenKind::Colon: return next.kind == TokenKind::Equal && next.span.begin == token.span.end ? "write `=`: an equality gives a variable its value" : "";
+        case TokenKind::Colon: {
+            // Behind a fact it is the arrow of a rule that was meant.
+            const bool assigns = stop.at > stop.begin && stop.tokens[stop.at - 1].kind == TokenKind::Variable;
+            return assigns && next.kind == TokenKind::Equal && next.span.begin == token.span.end ? "write `=`: an equality gives a variable its value" : "";
+        }
         case TokenKind::Percent: return stop.at == stop.begin || token.first_on_line ? "comments start with `//`" : "";
         case TokenKind::Equal: return stop.tokens[stop.begin].kind == TokenKind::Fun ? "a function says the type of its value: `fun f(int A) : int = A + 1.`" : "";
         case TokenKind::LeftBrace: {
