@@ -6,6 +6,15 @@
 #include "physics/carried_contacts.h"
 #include "tests/unit/physics/scenes.h"
 
+// GCC says it with macros, Clang with features.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+
 namespace meld::physics {
 namespace {
 
@@ -30,7 +39,7 @@ void look_anew(Scene& scene, int times, Workers& workers) {
 }
 
 TEST(Memory, DoesNotGrowWithListsMadeAnew) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef SANITIZED
     GTEST_SKIP() << "sanitizers keep freed memory for a while";
 #endif
     if (resident_bytes() == 0) GTEST_SKIP() << "the system does not tell what is resident";
