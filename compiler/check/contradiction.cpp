@@ -9,6 +9,7 @@
 #include <numeric>
 #include <string>
 
+#include "compiler/check/comparison.h"
 #include "compiler/check/differences.h"
 #include "compiler/check/linear_form.h"
 
@@ -18,27 +19,6 @@ namespace {
 
 using Reasons = Differences::Reasons;
 using Bound = Differences::Bound;
-
-bool compares(const Term& t) { return t.op >= Op::Equal && t.op <= Op::GreaterEqual; }
-Op opposite(Op op) {
-    switch (op) {
-        case Op::Equal: return Op::NotEqual;
-        case Op::NotEqual: return Op::Equal;
-        case Op::Less: return Op::GreaterEqual;
-        case Op::LessEqual: return Op::Greater;
-        case Op::Greater: return Op::LessEqual;
-        default: return Op::Less;
-    }
-}
-Op turned(Op op) {
-    switch (op) {
-        case Op::Less: return Op::Greater;
-        case Op::LessEqual: return Op::GreaterEqual;
-        case Op::Greater: return Op::Less;
-        case Op::GreaterEqual: return Op::LessEqual;
-        default: return op;
-    }
-}
 
 void add_conjuncts(const Term& t, std::vector<Condition>& out) {
     if (t.op != Op::And) return out.push_back({&t});

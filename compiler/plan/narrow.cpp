@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "compiler/check/comparison.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -83,16 +84,6 @@ Range range_of(const Term& t, const Known& known) {
             return {std::max(a.least, b.least), std::max(a.greatest, b.greatest)};
         }
         default: return {};
-    }
-}
-
-Op mirrored(Op op) {
-    switch (op) {
-        case Op::Less: return Op::Greater;
-        case Op::LessEqual: return Op::GreaterEqual;
-        case Op::Greater: return Op::Less;
-        case Op::GreaterEqual: return Op::LessEqual;
-        default: return op;
     }
 }
 
@@ -216,7 +207,7 @@ class Narrower {
                 if (c.kind != Clause::Kind::Test || c.test.operands.size() != 2 || c.test.operands[0].type != Type::Int || c.test.operands[1].type != Type::Int) continue;
                 for (const bool left : {true, false}) {
                     const Term &one = c.test.operands[left ? 0 : 1], &other = c.test.operands[left ? 1 : 0];
-                    if (one.is_variable()) meet(one.variable, where(left ? c.test.op : mirrored(c.test.op), range_of(other, known)));
+                    if (one.is_variable()) meet(one.variable, where(left ? c.test.op : turned(c.test.op), range_of(other, known)));
                 }
             }
         return std::none_of(known.begin(), known.end(), [](const auto& k) { return k.second.is_empty(); });

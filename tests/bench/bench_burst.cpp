@@ -15,6 +15,7 @@
 
 #include "physics/physics.h"
 #include "tests/bench/clock.h"
+#include "tests/bench/cube.h"
 #include "tests/bench/need.h"
 
 namespace meld::physics {
@@ -50,14 +51,9 @@ void burst(const std::string& name, const SolverSettings& solver, int substeps, 
     const double before = status_bytes("VmRSS");
     Settings settings{.solver = solver, .sleep_ticks = 0, .keep_last_good = false};
     auto scene = need(Scene::make(settings));
-    need(scene->add_obstacle(Plane{}, 0));
     const double count = 1.0 * side * side * side;
     scene->reserve(static_cast<std::size_t>(count), static_cast<std::size_t>(count));
-    BodyId id = 0;
-    for (int z = 0; z < side; ++z)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x)
-                need(scene->add_body({.id = id++, .position_m = {kSpacing * x, kSpacing * y, kSpacing * (z + 0.5)}}));
+    bench::add_cube(*scene, side, kSpacing);
     Workers workers(options.threads);
     const auto per_body = [&](double bytes) { return (bytes - before) / count; };
     double first = 0, later = 0;

@@ -20,6 +20,7 @@
 #include "physics/broadphase.h"
 #include "physics/physics.h"
 #include "tests/bench/clock.h"
+#include "tests/bench/cube.h"
 #include "tests/bench/need.h"
 
 namespace meld::physics {
@@ -55,12 +56,7 @@ double wall_now() {
 
 std::unique_ptr<Scene> cube(const Settings& settings, int side, double spacing) {
     auto scene = need(Scene::make(settings));
-    need(scene->add_obstacle(Plane{}, 0));
-    BodyId id = 0;
-    for (int z = 0; z < side; ++z)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x)
-                need(scene->add_body({.id = id++, .position_m = {spacing * x, spacing * y, spacing * (z + 0.5)}}));
+    bench::add_cube(*scene, side, spacing);
     return scene;
 }
 
