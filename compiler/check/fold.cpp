@@ -30,7 +30,7 @@ template <class V>
 int three_way(const V& a, const V& b) {
     return a < b ? -1 : b < a ? 1 : 0;
 }
-// The order of runtime/abi/module_library.h.
+// The order of runtime/kernel/library.h.
 int compare(const Term& a, const Term& b) {
     if (a.op == Op::String) return three_way(a.text, b.text);
     if (a.op == Op::Float || b.op == Op::Float) return three_way(as_real(a), as_real(b));

@@ -1,4 +1,4 @@
-// The functions of the library: what they take and give, and which C++ function of runtime/abi/module_library.h each is.
+// The functions of the library: what they take and give, and which C++ function of runtime/kernel/library.h each is.
 // The table also makes the list in docs/language.md.
 #pragma once
 

@@ -61,7 +61,7 @@ enum class Op {
     ListHead, ListTail, IsEmpty, Item,         // What patterns are taken apart with; Item: field number `integer`.
     Let,                                       // `variable` = operands[0] in operands[1]
     Call,                                      // `function` of the program.
-    Library,                                   // The function `text` of runtime/abi/module_library.h.
+    Library,                                   // The function `text` of runtime/kernel/library.h.
     Append,                                    // L ++ M, also of strings.
     Now,                                       // The tick. Made by delays, as are the next two.
     Ticks,                                     // How many ticks operands[0] seconds are, at least 1.

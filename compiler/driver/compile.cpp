@@ -90,13 +90,12 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> module_headers() {
-    return {{"meld/module_eval.h", kModuleEval},
-            {"meld/module_deltas.h", kModuleDeltas},
-            {"runtime/abi/module_eval.h", kModuleEval},
-            {"runtime/abi/module_rows.h", kModuleRows},
-            {"runtime/abi/module_library.h", kModuleLibrary},
-            {"runtime/abi/module_lists.h", kModuleLists},
-            {"runtime/abi/module_values.h", kModuleValues},
+    return {{"runtime/kernel/views.h", kKernelViews},
+            {"runtime/kernel/deltas.h", kKernelDeltas},
+            {"runtime/kernel/rows.h", kKernelRows},
+            {"runtime/kernel/library.h", kKernelLibrary},
+            {"runtime/kernel/lists.h", kKernelLists},
+            {"runtime/kernel/values.h", kKernelValues},
             {"runtime/abi/module_abi.h", kModuleAbi},
             {"runtime/abi/geometry_abi.h", kGeometryAbi}};
 }

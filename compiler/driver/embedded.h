@@ -8,12 +8,12 @@ namespace meld::driver {
 extern const char kPrelude[];
 extern const char kGeometryAbi[];
 extern const char kModuleAbi[];
-extern const char kModuleValues[];
-extern const char kModuleLists[];
-extern const char kModuleLibrary[];
-extern const char kModuleRows[];
-extern const char kModuleEval[];
-extern const char kModuleDeltas[];
+extern const char kKernelValues[];
+extern const char kKernelLists[];
+extern const char kKernelLibrary[];
+extern const char kKernelRows[];
+extern const char kKernelViews[];
+extern const char kKernelDeltas[];
 extern const char kExtern[];
 
 // stdlib/*.meld without the prelude, for `use "name"`.

@@ -1,16 +1,16 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kModuleAbi kModuleValues kModuleLists kModuleLibrary kModuleRows kModuleEval kModuleDeltas kExtern)
+set(embedded_names kPrelude kGeometryAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_abi.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_values.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_lists.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_library.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_rows.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_eval.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_deltas.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/values.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/lists.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/library.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/rows.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/views.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/deltas.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
 file(GLOB embedded_libraries CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/stdlib/*.meld)
 list(REMOVE_ITEM embedded_libraries ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld)

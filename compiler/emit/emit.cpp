@@ -8,7 +8,7 @@ namespace meld::emit {
 std::string emit_module(const plan::Plan& plan) {
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
-    w.line("#include \"meld/{}.h\"", has_deltas(plan) ? "module_deltas" : "module_eval");
+    w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     w.raw("");
     w.raw("using namespace meld;");
     emit_externs(plan, w);

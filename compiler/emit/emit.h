@@ -9,7 +9,7 @@
 
 namespace meld::emit {
 
-// The text of the module. It includes "meld/module_eval.h" alone.
+// The text of the module. It includes "runtime/kernel/views.h", or "runtime/kernel/deltas.h" where it follows single rows.
 std::string emit_module(const plan::Plan& plan);
 
 // A hash of everything a running ensemble's columns depend on: predicates, fields, offsets. Two modules with the same

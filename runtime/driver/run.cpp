@@ -18,10 +18,10 @@
 #include "runtime/module/module.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
-#include "runtime/sim/bytes.h"
-#include "runtime/sim/printer.h"
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/sim/watcher.h"
+#include "runtime/sim/watchers/watcher.h"
 
 namespace meld::driver {
 

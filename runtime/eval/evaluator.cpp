@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "runtime/abi/module_values.h"
+#include "runtime/kernel/values.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <queue>
 
-#include "runtime/sim/bytes.h"
+#include "runtime/sim/core/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {

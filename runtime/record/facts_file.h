@@ -5,7 +5,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
-#include "runtime/sim/part_state.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::record {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/bytes.h"
+#include "runtime/sim/core/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/sim/part_state.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::record {
 

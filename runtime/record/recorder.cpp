@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "runtime/base/nearest.h"
-#include "runtime/sim/bytes.h"
+#include "runtime/sim/core/bytes.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 

@@ -8,8 +8,8 @@
 
 #include "runtime/record/marks.h"
 #include "runtime/record/recording.h"
-#include "runtime/sim/extension.h"
-#include "runtime/sim/part_state.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::record {
 

@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "runtime/base/nearest.h"
-#include "runtime/sim/bytes.h"
-#include "runtime/sim/extension.h"
-#include "runtime/sim/free_motion.h"
-#include "runtime/sim/lattice_motion.h"
-#include "runtime/sim/part_state.h"
-#include "runtime/sim/thermometer.h"
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/bodies/free_motion.h"
+#include "runtime/sim/lattice/lattice_motion.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/watchers/thermometer.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/sim/code_modules.h"
-#include "runtime/sim/extension.h"
-#include "runtime/sim/part_state.h"
-#include "runtime/sim/unsettled.h"
+#include "runtime/sim/core/code_modules.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/unsettled.h"
 
 namespace meld::sim {
 

@@ -10,7 +10,7 @@
 #include "runtime/driver/run.h"
 #include "runtime/module/module.h"
 #include "runtime/record/facts_file.h"
-#include "runtime/sim/bytes.h"
+#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/populate.h"

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "case.h"
-#include "runtime/sim/extension.h"
-#include "runtime/sim/part_state.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::retraction {
 

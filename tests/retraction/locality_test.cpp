@@ -8,7 +8,7 @@
 
 #include "compiled.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/sim/part_state.h"
+#include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
 

@@ -1,0 +1,154 @@
+// Settling a predicate with many rows where only some rows of what it is derived from have changed: the groups that these
+// rows can touch are found, derived anew and decided; all others stay as they are. Included by modules with such rules.
+//
+// The outcome is the one that settling the whole predicate would have: a group whose inputs are unchanged decides as before.
+#pragma once
+
+#include "runtime/kernel/views.h"
+
+namespace meld {
+
+template <class Row>
+const Row* rows_in(const RowChanges* c) {
+    return reinterpret_cast<const Row*>(c + 1);
+}
+
+template <class Row>
+RowChanges* new_changes(Eval& e, const Row* removed, u32 removed_count, const Row* added, u32 added_count) {
+    static_assert(sizeof(RowChanges) % alignof(Row) == 0);
+    auto* out = static_cast<RowChanges*>(scratch(e, sizeof(RowChanges) + u64{removed_count + added_count} * sizeof(Row)));
+    *out = {nullptr, removed_count, added_count, 0, 0};
+    Row* rows = reinterpret_cast<Row*>(out + 1);
+    for (u32 i = 0; i < removed_count; ++i) rows[i] = removed[i];
+    for (u32 i = 0; i < added_count; ++i) rows[removed_count + i] = added[i];
+    return out;
+}
+
+template <class T>
+bool same_row(const typename T::Row& a, const typename T::Row& b) {
+    if constexpr (T::kRanked)
+        if (a.rank != b.rank) return false;
+    return T::same(a, b);
+}
+
+// What has changed in this evaluation. Both lists of rows are sorted by group.
+template <class T>
+[[gnu::noinline]] const RowChanges* own_changes(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    if (r.changes != nullptr) return r.changes;
+    RowList<Row> removed, added;
+    removed.reset();
+    added.reset();
+    u32 a = 0, b = 0;
+    while (a < r.origin_count || b < r.count) {
+        const int side = a == r.origin_count ? 1 : b == r.count ? -1 : T::key(r.origin[a], r.rows[b]);
+        if (side != 0 || !same_row<T>(r.origin[a], r.rows[b])) {
+            if (side <= 0) removed.add(e, r.origin[a]);
+            if (side >= 0) added.add(e, r.rows[b]);
+        }
+        a += side <= 0;
+        b += side >= 0;
+    }
+    return r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);
+}
+
+// gather(), keeping the rows that are new as the changes of the round.
+template <class T>
+[[gnu::noinline]] bool gather_round(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    const Row* before = r.rows;
+    const u32 count = r.count;
+    const bool grew = gather(e, r);
+    RowList<Row> fresh;
+    fresh.reset();
+    for (u32 i = 0, k = 0; grew && i < r.count; ++i) {
+        if (k < count && T::key(before[k], r.rows[i]) == 0) ++k;
+        else fresh.add(e, r.rows[i]);
+    }
+    r.changes = new_changes<Row>(e, nullptr, 0, fresh.rows, fresh.count);
+    return grew;
+}
+
+// The groups of T that changed rows can affect, and the candidates of each.
+template <class T>
+struct Touched {
+    using Row = typename T::Row;
+    RowList<Row> groups;
+    u32* first;            // Of each group's candidates among the proposed ones; one more for the end.
+
+    Touched() { groups.reset(); }
+    void add(Eval& e, const Row& group) { groups.add(e, group); }
+
+    // Groups whose quarantine has ended; with them come those that changed in the last tick, which do no harm.
+    void add_woken(Eval& e, const RowChanges* changes) {
+        for (; changes != nullptr; changes = changes->next)
+            for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
+    }
+
+    // Sorts the groups, each once. False: so many that settling all is cheaper.
+    [[gnu::noinline]] bool few(Eval& e, const Relation<T>& r) {
+        // Each group is touched by a few neighbours, by the row as it was and as it is; hardly by more.
+        if (groups.count > 16 + 2 * r.count) return false;
+        sort_rows(e, groups.rows, groups.count, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+        u32 kept = 0;
+        for (u32 i = 0; i < groups.count; ++i)
+            if (kept == 0 || T::key(groups.rows[kept - 1], groups.rows[i]) != 0) groups.rows[kept++] = groups.rows[i];
+        groups.count = kept;
+        first = static_cast<u32*>(scratch(e, u64{kept + 1} * sizeof(u32)));
+        return kept <= 2 || kept <= r.count / 2;
+    }
+};
+
+// Decides the touched groups from their candidates and leaves all others. Returns whether anything changed.
+template <class T, class Decide>
+bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, const Decide& decide) {
+    using Row = typename T::Row;
+    RowList<Row> removed, added;
+    removed.reset();
+    added.reset();
+    for (u32 i = 0; i < touched.groups.count; ++i) {
+        const u32 held = r.find(touched.groups.rows[i]);
+        const Row* current = held < r.count ? &r.rows[held] : nullptr;
+        Row out;
+        const bool holds = decide(current, r.proposed.rows + touched.first[i], touched.first[i + 1] - touched.first[i], out);
+        if (holds && current != nullptr && same_row<T>(out, *current)) continue;
+        if (current != nullptr) removed.add(e, *current);
+        if (holds) added.add(e, out);
+    }
+    r.proposed.reset();
+    if (removed.count == 0 && added.count == 0) return false;
+    const u32 count = r.count - removed.count + added.count;
+    check_fact_limit(e, count, r.rule);
+    Row* next = static_cast<Row*>(scratch(e, u64{count} * sizeof(Row)));
+    u32 n = 0, from = 0, gone = 0;
+    for (u32 i = 0; i < added.count || gone < removed.count;) {
+        const int side = i == added.count ? -1 : gone == removed.count ? 1 : T::key(removed.rows[gone], added.rows[i]);
+        const Row& group = side <= 0 ? removed.rows[gone] : added.rows[i];
+        while (from < r.count && T::key(r.rows[from], group) < 0) next[n++] = r.rows[from++];
+        if (side <= 0) {
+            ++from;
+            ++gone;
+        }
+        if (side >= 0) next[n++] = added.rows[i++];
+    }
+    while (from < r.count) next[n++] = r.rows[from++];
+    const bool first = r.rows == r.origin;
+    r.replace(next, n);
+    if (first) r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);
+    return true;
+}
+
+// fold, needed: as of reduce_group().
+template <class T, class Fold = OwnFold<T>>
+[[gnu::noinline]] bool settle_touched(Eval& e, Relation<T>& r, const Touched<T>& touched, const Fold& fold = {}, u32 needed = 0) {
+    using Row = typename T::Row;
+    return settle_touched_with<T>(e, r, touched, [&](const Row* current, Row* p, u32 n, Row& out) {
+        if constexpr (T::kRanked) return settle_group<T>(e, current, p, n, out);
+        else {
+            sort_candidates<T>(e, p, n);
+            return n > 0 && reduce_group<T>(e, current, p, n, fold, needed, out);
+        }
+    });
+}
+
+}  // namespace meld

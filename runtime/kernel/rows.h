@@ -1,0 +1,145 @@
+// Rows in scratch memory, their order, and how the candidates of a group become one row. Included by views.h.
+//
+// T describes a predicate: Row (plain data, with `rank` where kRanked and `from`, the ports of the neighbours it comes from,
+// where kWaits), key(a, b) orders the group, better(a, b) the aggregated value, same(a, b) compares all but the rank,
+// before(a, b) is the last tie-break, hash(row) names the group, fold(e, rows, n, out) makes one value of all.
+#pragma once
+
+#include "runtime/kernel/library.h"
+
+namespace meld {
+
+// ---- rows in scratch memory
+
+template <class Row>
+struct RowList {
+    Row* rows;
+    u32 count, capacity;
+
+    void clear() { count = 0; }
+    void reset() {
+        rows = nullptr;
+        count = capacity = 0;
+    }
+    void add(Eval& e, const Row& row) {
+        if (count == capacity) grow(e);
+        rows[count++] = row;
+    }
+    [[gnu::noinline]] void grow(Eval& e) {
+        const u32 more = capacity == 0 ? 16 : capacity * 2;
+        Row* bigger = static_cast<Row*>(scratch(e, u64{more} * sizeof(Row)));
+        for (u32 i = 0; i < count; ++i) bigger[i] = rows[i];
+        rows = bigger;
+        capacity = more;
+    }
+};
+
+// Merge sort by runs of doubling length: stable, and its cost does not depend on the input. One copy serves all row types:
+// a module of twenty predicates compiles in half the time.
+[[gnu::noinline]] inline void sort_bytes(Eval& e, u8* rows, u32 count, u32 size, bool (*less)(const void*, const void*)) {
+    u32 sorted = 1;
+    while (sorted < count && !less(rows + u64{sorted} * size, rows + u64{sorted - 1} * size)) ++sorted;
+    if (sorted == count) return;
+    u8* from = rows;
+    u8* to = static_cast<u8*>(scratch(e, u64{count} * size));
+    for (u32 width = 1; width < count; width *= 2) {
+        for (u32 low = 0; low < count; low += 2 * width) {
+            const u32 middle = low + width < count ? low + width : count;
+            const u32 high = low + 2 * width < count ? low + 2 * width : count;
+            u32 a = low, b = middle;
+            for (u32 k = low; k < high; ++k) {
+                const bool left = a < middle && (b >= high || !less(from + u64{b} * size, from + u64{a} * size));
+                __builtin_memcpy(to + u64{k} * size, from + u64{left ? a++ : b++} * size, size);
+            }
+        }
+        u8* swap = from;
+        from = to;
+        to = swap;
+    }
+    if (from != rows) __builtin_memcpy(rows, from, u64{count} * size);
+}
+
+template <class Row, class Less>
+void sort_rows(Eval& e, Row* rows, u32 count, Less) {
+    if (count < 2) return;
+    sort_bytes(e, reinterpret_cast<u8*>(rows), count, sizeof(Row),
+               [](const void* a, const void* b) { return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b)); });
+}
+
+// How the candidates of a group become its value: one of them is chosen, or all are folded, in the order of derivation, which
+// no partition changes, or in that of their values.
+enum class Reduce : u8 { Set, Best, First, Since, Fold, FoldInOrder };
+
+// The row of a group among sorted rows, or count.
+template <class T>
+u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group) {
+    u32 low = 0, high = count;
+    while (low < high) {
+        const u32 middle = low + (high - low) / 2;
+        if (T::key(rows[middle], group) < 0) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && T::key(rows[low], group) == 0 ? low : count;
+}
+
+// The first fact of a catom in a table of facts by catom, or their number.
+template <u32 N, u32 Words>
+u32 first_fact(const u64 (&facts)[N][Words], u64 catom) {
+    u32 low = 0, high = N;
+    while (low < high) {
+        const u32 middle = low + (high - low) / 2;
+        if (facts[middle][0] < catom) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+// By group, then the better value, then the lower rank, then the lower values: the first row of a group is its choice.
+template <class T>
+struct ChoiceOrder {
+    bool operator()(const typename T::Row& a, const typename T::Row& b) const {
+        if (const int k = T::key(a, b)) return k < 0;
+        if (T::better(a, b)) return true;
+        if (T::better(b, a)) return false;
+        if constexpr (T::kRanked)
+            if (a.rank != b.rank) return a.rank < b.rank;
+        return T::before(a, b);
+    }
+};
+
+// Before reduce_group().
+template <class T>
+void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
+    using Row = typename T::Row;
+    if constexpr (T::kReduce == Reduce::Fold) sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+    else sort_rows(e, rows, n, ChoiceOrder<T>{});
+}
+
+// The fold of T itself. One with a function of the program comes from outside.
+template <class T>
+struct OwnFold {
+    void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::fold(e, rows, n, out); }
+};
+
+// The candidates of one group, of which there are some, to its row. `held` is the group's row as it was, or null; needed has a
+// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds.
+template <class T, class Fold>
+bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Fold& fold, u32 needed, typename T::Row& out) {
+    if constexpr (T::kWaits) {
+        u32 heard = 0;
+        for (u32 i = 0; i < n; ++i) heard |= rows[i].from;
+        if ((needed & ~heard) != 0) return false;
+    }
+    out = rows[0];
+    if constexpr (T::kReduce == Reduce::Fold || T::kReduce == Reduce::FoldInOrder) fold(e, rows, n, out);
+    if constexpr (T::kReduce == Reduce::Since)
+        if (held != nullptr) out = *held;
+    // A value once chosen stays while something supports it.
+    if constexpr (T::kReduce == Reduce::First)
+        for (u32 i = 0; i < n; ++i)
+            if (held != nullptr && T::same(*held, rows[i])) out = rows[i];
+    if constexpr (T::kWaits) out.from = 0;
+    return true;
+}
+
+}  // namespace meld

@@ -1,0 +1,157 @@
+#include "runtime/sim/bodies/body_actions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/sim/core/bytes.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+void BodyActions::start(const PartState& part, const world::World& world) {
+    world_ = &world;
+    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
+    magnet_ = find("magnet", 2);
+    latch_ = find("latch", 2);
+    force_ = {find("force", 3), find("force", 1)};
+    torque_ = {find("torque", 3), find("torque", 1)};
+    roll_ = {find("roll", 3), find("roll", 1)};
+    // A program may call something else of its own so.
+    const std::optional<u32> failed = tuple::find_predicate(part.module, "failed", 1);
+    if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear || part.module.predicates[*failed].fields[0].type != ValueType::Int) return;
+    const u16 base = part.module.predicates[*failed].base;
+    if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
+}
+
+physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& action) {
+    const Value* v = action.arguments;
+    if (part.module.predicates[action.predicate].arity == 3) return {v[0].real, v[1].real, v[2].real};
+    const List* list = v[0].list;
+    return {tuple::item(list, 0).real, tuple::item(list, 1).real, tuple::item(list, 2).real};
+}
+
+// Actions come in the order of the catoms' numbers, so the last is the one that may be there already.
+BodyActions::Pushed& BodyActions::pushed(physics::BodyId body) {
+    if (pushed_.empty() || pushed_.back().body != body) pushed_.push_back({.body = body});
+    return pushed_.back();
+}
+
+Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+    pushing_ = part.totals.actions > 0;
+    if (!pushing_) return {};
+    switched_.clear();
+    for (const eval::Action& action : part.actions()) {
+        const u32 p = action.predicate;
+        const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+        if (p == magnet_ || p == latch_) {
+            if (!switch_feature(part, physics, action)) refuse(part, action.catom, p == magnet_ ? Code::Magnet : Code::Latch);
+        } else if (force_.is(p)) {
+            Pushed& push = pushed(body);
+            push.force_n = push.force_n + vector_of(part, action);
+        } else if (torque_.is(p)) {
+            Pushed& push = pushed(body);
+            push.torque_nm = push.torque_nm + vector_of(part, action);
+        } else if (roll_.is(p)) {
+            pushed(body).spin_rad_s = vector_of(part, action);
+            pushed(body).rolls = true;
+        }
+    }
+    if (divided != nullptr) tell_holders(part, *divided, true);
+    for (const Switched& s : switched_)
+        if (physics.scene->has(s.body))
+            if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
+    return {};
+}
+
+// Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
+void BodyActions::tell_holders(PartState& part, const DividedBodies& divided, bool switches) {
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    const auto tell = [&](const auto& record, bool is_switch) {
+        for (const int holder : divided.holders_of(record.body)) {
+            put(out[static_cast<std::size_t>(holder)], is_switch);
+            put(out[static_cast<std::size_t>(holder)], record);
+        }
+    };
+    for (const Pushed& p : pushed_) tell(p, false);
+    if (switches)
+        for (const Switched& s : switched_) tell(s, true);
+    told_.clear();
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
+            if (take_value<bool>(at)) switched_.push_back(take_value<Switched>(at));
+            else told_.push_back(take_value<Pushed>(at));
+        }
+}
+
+void BodyActions::follow(PartState& part, const DividedBodies& divided) {
+    const auto& departed = divided.departed();
+    const auto new_owner = [&](physics::BodyId body) {
+        const auto at = std::lower_bound(departed.begin(), departed.end(), std::pair{body, 0});
+        return at != departed.end() && at->first == body ? at->second : part.comm.part();
+    };
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::erase_if(pushed_, [&](const Pushed& p) {
+        const int owner = new_owner(p.body);
+        if (owner != part.comm.part()) put(out[static_cast<std::size_t>(owner)], p);
+        return owner != part.comm.part();
+    });
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) pushed_.push_back(take_value<Pushed>(at));
+    tell_holders(part, divided, false);
+}
+
+// magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
+bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, const eval::Action& action) {
+    const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
+    if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
+    const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
+    if (latches != (action.predicate == latch_) || value < -1 || value > 1) return false;
+    const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+    const std::uint32_t bit = std::uint32_t{1} << feature;
+    if (switched_.empty() || switched_.back().body != body) switched_.push_back({body, physics.scene->features(body)});
+    physics::SwitchedFeatures& now = switched_.back().features;
+    now.on = value != 0 ? now.on | bit : now.on & ~bit;
+    now.reversed = value < 0 ? now.reversed | bit : now.reversed & ~bit;
+    return true;
+}
+
+template <class Act>
+Result<void> BodyActions::each_pushed(const physics::Scene& scene, const Act& act) {
+    for (const std::vector<Pushed>* list : {&pushed_, &told_})
+        for (const Pushed& p : *list)
+            if (scene.has(p.body))
+                if (Result<void> done = act(p); !done) return done;
+    return {};
+}
+
+Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
+    return each_pushed(scene, [&](const Pushed& p) {
+        physics::Vec3 torque = p.torque_nm;
+        if (p.rolls) {
+            // What brings it to its spin within the step, if the motor is strong enough for that.
+            const physics::Vec3 missing = p.spin_rad_s - scene.state(p.body).spin_rad_s;
+            physics::Vec3 motor = (scene.moment_of_inertia(p.body) / step_s) * missing;
+            const double strength = length(motor), most = world_->physics.roll_torque;
+            if (strength > most) motor = (most / strength) * motor;
+            torque = torque + motor;
+        }
+        return scene.set_push(p.body, p.force_n, torque);
+    });
+}
+
+Result<void> BodyActions::release(physics::Scene& scene) {
+    auto done = each_pushed(scene, [&](const Pushed& p) { return scene.set_push(p.body, {}, {}); });
+    pushed_.clear();
+    told_.clear();
+    return done;
+}
+
+void BodyActions::refuse(PartState& part, Catom catom, Code code) {
+    if (!failed_) return;
+    Value value{};
+    value.integer = static_cast<i64>(code);
+    part.give(*failed_, catom, &value);
+    part.half_way = true;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,181 @@
+#include "runtime/sim/bodies/body_senses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace meld::sim {
+
+namespace {
+
+// Whole bricks of the ensemble, whose bits for the target one worker writes.
+constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
+
+std::optional<u32> stored(const PartState& part, const char* name, std::size_t arity) {
+    const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
+    if (!p || part.module.predicates[*p].base == kNone16) return std::nullopt;
+    const u16 base = part.module.predicates[*p].base;
+    return part.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+}
+
+double square_distance(const world::Vec3& a, const world::Vec3& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
+// The feature that points most nearly in a direction, in the body's frame.
+std::int64_t nearest_feature(const std::vector<physics::Feature>& features, physics::Vec3 direction) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < features.size(); ++i)
+        if (dot(features[i].direction, direction) > dot(features[best].direction, direction)) best = i;
+    return static_cast<std::int64_t>(best);
+}
+
+}  // namespace
+
+void BodySenses::find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
+    if (const auto base = stored(part, name, arity)) sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
+}
+
+bool BodySenses::feels_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
+
+Result<void> BodySenses::start(PartState& part, const world::World& world) {
+    world_ = &world;
+    const world::SenseOptions& s = world.physics.sense;
+    const auto reads = [&](const char* name, std::size_t arity) {
+        const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
+        return p && part.module.predicates[*p].storage == Storage::World && part.module.predicates[*p].read;
+    };
+    const std::pair<const char*, std::size_t> of_lattices[] = {{"cell", 3}, {"vacant", 1}, {"target", 1}};
+    for (const auto& [name, arity] : of_lattices)
+        if (reads(name, arity))
+            return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
+                        "Read position, or give the world [motion] kind = \"lattice\"");
+    find_sensor(part, "orientation", 4, Quantity::Orientation, s.orientation);
+    for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
+        find_sensor(part, "velocity", arity, Quantity::Velocity, s.velocity);
+        find_sensor(part, "acceleration", arity, Quantity::Acceleration, s.acceleration);
+    }
+    find_sensor(part, "pressure", 1, Quantity::Pressure, s.pressure);
+    find_sensor(part, "energy", 1, Quantity::Energy, s.energy);
+    touches_obstacle_ = stored(part, "contact", 1);
+    touches_at_ = stored(part, "contact", 2);
+    return {};
+}
+
+void BodySenses::note_obstacles(PartState& part, std::span<const physics::TouchEvent> events) {
+    if (!touches_obstacle_) return;
+    for (const physics::TouchEvent& e : events) {
+        if (!e.touch.other_is_obstacle) continue;
+        Value obstacle{};
+        obstacle.integer = e.touch.other;
+        const Catom catom = *part.ensemble.find(e.touch.body);
+        if (e.began) part.give(*touches_obstacle_, catom, &obstacle);
+        else part.take(*touches_obstacle_, catom, &obstacle);
+    }
+}
+
+void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; })) sum_normal_forces(part, *physics.scene, divided);
+    const auto count = static_cast<Catom>(part.ensemble.index_count());
+    const auto each_catom = [&](const auto& visit) {
+        part.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
+            const auto first = static_cast<Catom>(job) * kCatomsOfJob;
+            for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) visit(worker, c);
+        });
+    };
+    each_catom([&](int worker, Catom c) { feel(part, *physics.scene, c, worker); });
+    if (!touches_at_ || physics.features.empty()) return;
+    each_catom([&](int worker, Catom c) {
+        if (part.owned(c)) tell_contacts(part, physics, c, worker);
+    });
+}
+
+void BodySenses::sum_normal_forces(PartState& part, const physics::Scene& scene, const DividedBodies* divided) {
+    scene.sum_normal_forces(normal_force_n_, part.workers);
+    if (divided != nullptr) divided->complete(part, normal_force_n_);
+}
+
+void BodySenses::feel(PartState& part, const physics::Scene& scene, Catom catom, int worker) const {
+    if (part.ensemble.state(catom) == kCatomFree) return;
+    const auto body = static_cast<physics::BodyId>(part.ensemble.id(catom));
+    const physics::BodyState state = scene.state(body);
+    const world::Vec3 here = to_diameters(*world_, state.position_m);
+    u64 news = 0;
+    if (part.ensemble.place(catom, here)) news |= kDirtyPlace;
+    if (!part.owned(catom)) return;
+    const double enough = world_->physics.sense.position;
+    if (part.reads_places && square_distance(here, part.sensed_positions[catom]) > enough * enough) {
+        part.sensed_positions[catom] = here;
+        news |= kDirtyPlace;
+    }
+    for (const Sensor& sensor : sensors_) {
+        const tuple::Numbers now = measure(scene, sensor.quantity, body, state);
+        if (!differs(sensor, tuple::read_numbers(part.module, part.columns, sensor.predicate, catom), now)) continue;
+        tuple::give_numbers(part.module, part.columns, sensor.predicate, catom, now, worker);
+        news |= sensor.dirty;
+    }
+    if (news != 0) part.mark_shared(catom, news);
+}
+
+tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const {
+    const auto numbers = [](physics::Vec3 v) { return tuple::Numbers{{v.x, v.y, v.z, 0}, 3}; };
+    switch (quantity) {
+        case Quantity::Orientation: return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
+        case Quantity::Velocity: return numbers(state.velocity_m_s);
+        case Quantity::Acceleration: return numbers(scene.acceleration(body));
+        case Quantity::Pressure: return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0}, 1};
+        case Quantity::Energy: return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
+    }
+    return {};
+}
+
+bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& told, const tuple::Numbers& now) {
+    if (told.count == 0) return true;
+    if (sensor.quantity == Quantity::Pressure || sensor.quantity == Quantity::Energy)
+        return std::abs(now.at[0] - told.at[0]) > sensor.threshold * std::abs(told.at[0]);
+    if (sensor.quantity == Quantity::Orientation) {
+        // Half the angle between two rotations has this cosine.
+        const double cosine = std::abs(now.at[0] * told.at[0] + now.at[1] * told.at[1] + now.at[2] * told.at[2] + now.at[3] * told.at[3]);
+        return 2 * std::acos(std::min(1.0, cosine)) > sensor.threshold;
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += (now.at[i] - told.at[i]) * (now.at[i] - told.at[i]);
+    return sum > sensor.threshold * sensor.threshold;
+}
+
+// Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
+void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
+    std::vector<std::pair<u64, i64>> told, now;
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom, [&](const Value* v) { told.emplace_back(v[0].catom, v[1].integer); });
+    const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
+    const world::Vec3 here = part.ensemble.position(catom);
+    for (int port = 0; port < kMaxPorts; ++port) {
+        const std::optional<Catom> other = part.ensemble.linked(catom, port);
+        if (!other) continue;
+        const world::Vec3 there = part.ensemble.position(*other);
+        const physics::Vec3 towards = rotate(turned, {there[0] - here[0], there[1] - here[1], there[2] - here[2]});
+        now.emplace_back(part.ensemble.id(*other), nearest_feature(physics.features, towards));
+    }
+    std::sort(told.begin(), told.end());
+    std::sort(now.begin(), now.end());
+    if (told == now) return;
+    const auto values = [](const std::pair<u64, i64>& fact) {
+        std::array<Value, 2> v{};
+        v[0].catom = fact.first;
+        v[1].integer = fact.second;
+        return v;
+    };
+    for (const auto& fact : told)
+        if (!std::binary_search(now.begin(), now.end(), fact)) tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+    for (const auto& fact : now)
+        if (!std::binary_search(told.begin(), told.end(), fact)) tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+    part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,53 @@
+// What catoms feel of their bodies, told to those programs that read it, and only when it has changed by enough.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/base/exact_sum.h"
+#include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+class BodySenses {
+  public:
+    // Whether the program is told of its catoms' accelerations.
+    static bool feels_acceleration(const PartState& part);
+    // Finds what the program reads. Errors: it reads what only a lattice has.
+    Result<void> start(PartState& part, const world::World& world);
+    // Touches of obstacles that began and ended; after each step.
+    void note_obstacles(PartState& part, std::span<const physics::TouchEvent> events);
+    // After the last step of a tick: places, and all else that is read. Cost: one pass over the contacts where pressure is read,
+    // and one over the catoms of the part, both on all workers; a few more instructions for those that are told something.
+    void sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided);
+
+  private:
+    enum class Quantity { Orientation, Velocity, Acceleration, Pressure, Energy };
+    struct Sensor {
+        Quantity quantity;
+        u32 predicate;  // That stores it.
+        u64 dirty;      // What to mark at a catom that is told.
+        double threshold;
+    };
+    void find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
+    // Of this part's bodies; what presses at the rim of the part is known to the part next to it.
+    void sum_normal_forces(PartState& part, const physics::Scene& scene, const DividedBodies* divided);
+    // The next two may run on different workers for different catoms.
+    // Places a catom and tells it, if it is ours, what has changed enough.
+    void feel(PartState& part, const physics::Scene& scene, Catom catom, int worker) const;
+    // Tells a catom which of its features its neighbours touch, once all are placed.
+    void tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const;
+    tuple::Numbers measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const;
+    static bool differs(const Sensor& sensor, const tuple::Numbers& told, const tuple::Numbers& now);
+
+    const world::World* world_ = nullptr;
+    std::vector<Sensor> sensors_;
+    std::vector<ExactSum> normal_force_n_;  // By slot of the scene.
+    std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,209 @@
+#include "runtime/sim/bodies/catom_migration.h"
+
+#include <algorithm>
+#include <map>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/core/bytes.h"
+
+namespace meld::sim {
+
+namespace {
+
+using NewOwners = std::map<std::uint64_t, int>;
+
+// One end of a link, as it is told to the part that gets the catom: who is there, over which port of whom, and all that the
+// part needs to know the other as a ghost.
+struct Neighbour {
+    int port = 0;
+    std::uint64_t id = 0;
+    int port_there = 0;
+    int owner = 0;
+    world::Vec3 position = {};
+    std::vector<std::byte> exports = {};
+};
+
+struct Arrival {
+    std::uint64_t id = 0;
+    world::Vec3 position = {}, sensed = {};
+    std::vector<std::byte> state = {};
+    std::vector<Neighbour> neighbours = {};
+    std::vector<std::uint64_t> waits_for = {};
+};
+
+void put_bytes(std::vector<std::byte>& out, const std::vector<std::byte>& bytes) {
+    put(out, static_cast<std::uint32_t>(bytes.size()));
+    out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+std::vector<std::byte> take_bytes(const std::byte*& from) {
+    const auto size = take_value<std::uint32_t>(from);
+    std::vector<std::byte> bytes(from, from + size);
+    from += size;
+    return bytes;
+}
+
+std::vector<std::byte> exports_of(const PartState& part, Catom catom) {
+    std::vector<std::byte> bytes;
+    part.columns.pack(catom, tuple::Columns::Which::Exported, bytes);
+    return bytes;
+}
+
+// All that leave their parts now, wherever.
+NewOwners learn_owners(PartState& part, const DividedBodies& divided) {
+    std::vector<std::byte> bytes;
+    for (const auto& [body, owner] : divided.departed()) {
+        put(bytes, std::uint64_t{body});
+        put(bytes, owner);
+    }
+    NewOwners owners;
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
+            const auto id = take_value<std::uint64_t>(at);
+            owners[id] = take_value<int>(at);
+        }
+    return owners;
+}
+
+int owner_after(const PartState& part, const NewOwners& owners, Catom catom) {
+    const auto moved = owners.find(part.ensemble.id(catom));
+    return moved == owners.end() ? part.owners[catom] : moved->second;
+}
+
+std::vector<Neighbour> neighbours_of(const PartState& part, const NewOwners& owners, Catom catom) {
+    std::vector<Neighbour> found;
+    for (int port = 0; port < kMaxPorts; ++port) {
+        const std::optional<Catom> other = part.ensemble.linked(catom, port);
+        if (!other) continue;
+        found.push_back({port, part.ensemble.id(*other), *part.ensemble.port_towards(*other, catom), owner_after(part, owners, *other), part.ensemble.position(*other), {}});
+    }
+    return found;
+}
+
+// For whom each catom that leaves waits, in order.
+using Waits = std::map<std::uint64_t, std::vector<std::uint64_t>>;
+
+Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
+    Waits waits;
+    for (const auto& [body, owner] : divided.departed()) waits[body];
+    for (const auto& [first, second] : links.waiting()) {
+        if (const auto found = waits.find(first); found != waits.end()) found->second.push_back(second);
+        if (const auto found = waits.find(second); found != waits.end()) found->second.push_back(first);
+    }
+    return waits;
+}
+
+void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, std::vector<std::byte>& out) {
+    const std::uint64_t id = part.ensemble.id(catom);
+    put(out, id);
+    put(out, part.ensemble.position(catom));
+    put(out, part.sensed_position(catom));
+    std::vector<std::byte> state;
+    part.pack_catom(catom, state);
+    put_bytes(out, state);
+    const std::vector<Neighbour> neighbours = neighbours_of(part, owners, catom);
+    put(out, static_cast<std::uint32_t>(neighbours.size()));
+    for (const Neighbour& n : neighbours) {
+        put(out, n.port);
+        put(out, n.id);
+        put(out, n.port_there);
+        put(out, n.owner);
+        put(out, n.position);
+        put_bytes(out, exports_of(part, *part.ensemble.find(n.id)));
+    }
+    put(out, static_cast<std::uint32_t>(waits_for.size()));
+    for (const std::uint64_t other : waits_for) put(out, other);
+}
+
+Arrival unpack(const std::byte*& at) {
+    Arrival a;
+    a.id = take_value<std::uint64_t>(at);
+    a.position = take_value<world::Vec3>(at);
+    a.sensed = take_value<world::Vec3>(at);
+    a.state = take_bytes(at);
+    a.neighbours.resize(take_value<std::uint32_t>(at));
+    for (Neighbour& n : a.neighbours) {
+        n.port = take_value<int>(at);
+        n.id = take_value<std::uint64_t>(at);
+        n.port_there = take_value<int>(at);
+        n.owner = take_value<int>(at);
+        n.position = take_value<world::Vec3>(at);
+        n.exports = take_bytes(at);
+    }
+    a.waits_for.resize(take_value<std::uint32_t>(at));
+    for (std::uint64_t& other : a.waits_for) other = take_value<std::uint64_t>(at);
+    return a;
+}
+
+// Takes a catom out; ghosts that only it touched go too, and those that stay look at their links again.
+void take_out(PartState& part, Catom catom) {
+    std::vector<Catom> others;
+    for (int port = 0; port < kMaxPorts; ++port)
+        if (const std::optional<Catom> other = part.ensemble.linked(catom, port)) others.push_back(*other);
+    part.remove_freely(catom);
+    for (const Catom other : others) {
+        part.mark(other, kDirtyLinks);
+        forget_if_lonely(part, other);
+    }
+}
+
+// A catom of ours that has gone stays as a ghost where a catom that stays touches it.
+void depart(PartState& part, const NewOwners& owners, std::uint64_t id, int owner) {
+    const Catom catom = *part.ensemble.find(id);
+    std::vector<Neighbour> staying = neighbours_of(part, owners, catom);
+    std::erase_if(staying, [&](const Neighbour& n) { return n.owner != part.comm.part() || !part.owned(*part.ensemble.find(n.id)); });
+    const world::Vec3 position = part.ensemble.position(catom);
+    const std::vector<std::byte> exports = exports_of(part, catom);
+    take_out(part, catom);
+    if (staying.empty()) return;
+    const Catom ghost = part.add_freely(id, position, kCatomGhost, owner);
+    part.columns.unpack(ghost, tuple::Columns::Which::Exported, exports.data(), 0);
+    for (const Neighbour& n : staying) part.ensemble.link(ghost, n.port, *part.ensemble.find(n.id), n.port_there);
+}
+
+void arrive(PartState& part, const Arrival& a) {
+    if (const std::optional<Catom> ghost = part.ensemble.find(a.id)) take_out(part, *ghost);
+    const Catom catom = part.add_freely(a.id, a.position, kCatomOwned, part.comm.part());
+    if (part.reads_places) part.sensed_positions[catom] = a.sensed;
+    const std::byte* at = a.state.data();
+    part.unpack_catom(catom, at);
+}
+
+void connect(PartState& part, const Arrival& a) {
+    const Catom catom = *part.ensemble.find(a.id);
+    for (const Neighbour& n : a.neighbours) {
+        std::optional<Catom> other = part.ensemble.find(n.id);
+        if (!other) {
+            other = part.add_freely(n.id, n.position, kCatomGhost, n.owner);
+            part.columns.unpack(*other, tuple::Columns::Which::Exported, n.exports.data(), 0);
+        }
+        if (!part.ensemble.linked(catom, n.port)) part.ensemble.link(catom, n.port, *other, n.port_there);
+        part.mark(*other, kDirtyLinks);
+    }
+}
+
+}  // namespace
+
+void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks& links) {
+    const NewOwners owners = learn_owners(part, divided);
+    if (owners.empty()) return;
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    const Waits waits = waits_of(divided, links);
+    for (const auto& [body, owner] : divided.departed()) pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
+    std::vector<Arrival> arrivals;
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) arrivals.push_back(unpack(at));
+
+    for (const auto& [body, owner] : divided.departed()) depart(part, owners, body, owner);
+    for (const auto& [id, owner] : owners)
+        if (const std::optional<Catom> ghost = part.ensemble.find(id)) part.owners[*ghost] = owner;
+    for (const Arrival& a : arrivals) arrive(part, a);
+    for (const Arrival& a : arrivals) connect(part, a);
+    std::vector<ContactLinks::Pair> waiting;
+    for (const Arrival& a : arrivals)
+        for (const std::uint64_t other : a.waits_for)
+            waiting.push_back({static_cast<physics::BodyId>(std::min(a.id, other)), static_cast<physics::BodyId>(std::max(a.id, other))});
+    links.change_hands(part, waiting);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,14 @@
+// Catoms that follow their bodies to another part: with all their facts, their links, and what the new part must know of their
+// neighbours.
+#pragma once
+
+#include "runtime/sim/bodies/contact_links.h"
+#include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+// After bodies have changed hands; every part calls it.
+void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks& links);
+
+}  // namespace meld::sim

@@ -1,0 +1,212 @@
+// Links come about in two steps, alike for any number of parts: each catom promises its lowest free ports to those that it has
+// come to touch, in the order of their numbers; where both have promised one, they are linked.
+#include "runtime/sim/bodies/contact_links.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/give_back.h"
+#include "runtime/sim/core/bytes.h"
+
+namespace meld::sim {
+
+namespace {
+
+// Room for so many pairs is not worth giving back.
+constexpr std::size_t kFewPairs = 4096;
+static_assert(kMaxPorts <= 16, "promised ports are bits of 16");
+
+// Our catom with this number, if there is one.
+std::optional<Catom> ours(const PartState& part, physics::BodyId id) {
+    const std::optional<Catom> catom = part.ensemble.find(id);
+    return catom && part.owned(*catom) ? catom : std::nullopt;
+}
+
+}  // namespace
+
+void forget_if_lonely(PartState& part, Catom ghost) {
+    if (part.owned(ghost)) return;
+    for (int port = 0; port < kMaxPorts; ++port)
+        if (part.ensemble.linked(ghost, port)) return;
+    part.remove_freely(ghost);
+}
+
+void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
+    std::vector<physics::TouchEvent> told;
+    if (divided != nullptr) found = told = share(part, found, *divided);
+    std::vector<Pair> begun, ended;
+    const auto beginnings = std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
+    begun.reserve(static_cast<std::size_t>(beginnings));
+    for (const physics::TouchEvent& e : found)
+        if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
+    // What has ended makes room for what has begun.
+    end(part, ended);
+    begin(std::move(begun));
+}
+
+void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
+    // An exchange is for all, also for those who have nothing to say.
+    if (waiting_.empty() && divided == nullptr) return;
+    make_offers(part);
+    if (divided != nullptr) exchange_offers(part, *divided);
+    connect_promised(part);
+}
+
+// The part that owns a pair's block has seen what befell it; the owners of both catoms are told.
+std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const {
+    std::vector<physics::TouchEvent> mine;
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    for (const physics::TouchEvent& e : events) {
+        if (e.touch.other_is_obstacle) continue;
+        const int owners[] = {divided.owner_of(e.touch.body), divided.owner_of(e.touch.other)};
+        for (int i = 0; i < (owners[0] == owners[1] ? 1 : 2); ++i) {
+            if (owners[i] == part.comm.part()) {
+                mine.push_back(e);
+                continue;
+            }
+            std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owners[i])];
+            put(bytes, e.touch.body);
+            put(bytes, physics::BodyId{e.touch.other});
+            put(bytes, e.began);
+        }
+    }
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
+            const auto body = take_value<physics::BodyId>(at), other = take_value<physics::BodyId>(at);
+            mine.push_back({{body, other, false}, take_value<bool>(at)});
+        }
+    std::sort(mine.begin(), mine.end());
+    return mine;
+}
+
+void ContactLinks::end(PartState& part, const std::vector<Pair>& ended) {
+    for (const Pair& pair : ended) {
+        if (std::binary_search(waiting_.begin(), waiting_.end(), pair)) continue;
+        const std::optional<Catom> a = part.ensemble.find(pair.first), b = part.ensemble.find(pair.second);
+        const std::optional<int> port = a && b ? part.ensemble.port_towards(*a, *b) : std::nullopt;
+        MELD_CHECK(port.has_value(), "catoms {} and {} part and were never linked", pair.first, pair.second);
+        part.ensemble.unlink(*a, *port);
+        part.half_way = true;
+        for (const Catom catom : {*a, *b}) {
+            part.mark(catom, kDirtyLinks);
+            forget_if_lonely(part, catom);
+        }
+    }
+    if (!waiting_.empty()) std::erase_if(waiting_, [&](const Pair& pair) { return std::binary_search(ended.begin(), ended.end(), pair); });
+}
+
+void ContactLinks::begin(std::vector<Pair> begun) {
+    if (waiting_.empty()) {
+        waiting_ = std::move(begun);
+        waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
+        return;
+    }
+    const auto middle = static_cast<std::ptrdiff_t>(waiting_.size());
+    waiting_.insert(waiting_.end(), begun.begin(), begun.end());
+    std::inplace_merge(waiting_.begin(), waiting_.begin() + middle, waiting_.end());
+    waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
+}
+
+void ContactLinks::change_hands(const PartState& part, const std::vector<Pair>& arrived) {
+    std::vector<Pair> sorted = arrived;
+    std::sort(sorted.begin(), sorted.end());
+    begin(std::move(sorted));
+    std::erase_if(waiting_, [&](const Pair& pair) { return !ours(part, pair.first) && !ours(part, pair.second); });
+}
+
+int ContactLinks::lowest_free_port(const PartState& part, Catom catom) {
+    for (int port = 0; port < kMaxPorts; ++port) {
+        if ((taken_[catom] >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
+        taken_[catom] = static_cast<std::uint16_t>(taken_[catom] | 1u << port);
+        return port;
+    }
+    return -1;
+}
+
+void ContactLinks::make_offers(const PartState& part) {
+    offered_.assign(waiting_.size(), {-1, -1});
+    taken_.resize(part.ensemble.index_count());
+    const auto offer = [&](std::size_t i, physics::BodyId from, std::size_t end) {
+        if (const std::optional<Catom> catom = ours(part, from)) offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(part, *catom));
+    };
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        offer(i, waiting_[i].first, 0);
+        offer(i, waiting_[i].second, 1);
+    }
+    for (const Pair& pair : waiting_)
+        for (const physics::BodyId id : {pair.first, pair.second})
+            if (const std::optional<Catom> catom = ours(part, id)) taken_[*catom] = 0;
+}
+
+void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided) {
+    offers_.clear();
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    const auto tell = [&](physics::BodyId from, physics::BodyId to, int port) {
+        const int owner = port < 0 ? part.comm.part() : divided.owner_of(to);
+        if (owner == part.comm.part()) return;
+        const Catom catom = *part.ensemble.find(from);
+        std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owner)];
+        put(bytes, from);
+        put(bytes, to);
+        put(bytes, port);
+        put(bytes, part.ensemble.position(catom));
+        std::vector<std::byte> exports;
+        part.columns.pack(catom, tuple::Columns::Which::Exported, exports);
+        put(bytes, static_cast<std::uint32_t>(exports.size()));
+        bytes.insert(bytes.end(), exports.begin(), exports.end());
+    };
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        tell(waiting_[i].first, waiting_[i].second, offered_[i][0]);
+        tell(waiting_[i].second, waiting_[i].first, offered_[i][1]);
+    }
+    for (const comm::Packet& packet : exchange_bytes(part, out))
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
+            const auto from = take_value<physics::BodyId>(at), to_us = take_value<physics::BodyId>(at);
+            Offer& offer = offers_[{from, to_us}];
+            offer.port = take_value<int>(at);
+            offer.owner = packet.part;
+            offer.position = take_value<world::Vec3>(at);
+            const auto size = take_value<std::uint32_t>(at);
+            offer.exports.assign(at, at + size);
+            at += size;
+        }
+}
+
+std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const {
+    if (offered >= 0) return Side{*part.ensemble.find(from), offered};
+    const auto told = offers_.find({from, to});
+    if (told == offers_.end()) return std::nullopt;
+    const Offer& offer = told->second;
+    std::optional<Catom> ghost = part.ensemble.find(from);
+    if (!ghost) {
+        ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
+        part.columns.unpack(*ghost, tuple::Columns::Which::Exported, offer.exports.data(), 0);
+    }
+    return Side{*ghost, offer.port};
+}
+
+void ContactLinks::connect_promised(PartState& part) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        const auto [first, second] = waiting_[i];
+        const bool both = (offered_[i][0] >= 0 || offers_.contains({first, second})) && (offered_[i][1] >= 0 || offers_.contains({second, first}));
+        if (!both) {
+            waiting_[kept++] = waiting_[i];
+            continue;
+        }
+        const Side a = *side(part, first, second, offered_[i][0]), b = *side(part, second, first, offered_[i][1]);
+        part.ensemble.link(a.catom, a.port, b.catom, b.port);
+        part.half_way = true;
+        for (const Catom catom : {a.catom, b.catom}) part.mark(catom, kDirtyLinks);
+    }
+    waiting_.resize(kept);
+    // After the first step, which has brought all touches at once, their room is given back.
+    if (waiting_.capacity() > std::max(kFewPairs, 4 * kept)) {
+        waiting_.shrink_to_fit();
+        give_back(offered_);
+    }
+}
+
+}  // namespace meld::sim

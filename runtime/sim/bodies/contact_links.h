@@ -1,0 +1,74 @@
+// Who touches whom, as the links over which programs see neighbours, kept up to date from what the physics says has begun and
+// ended to touch.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/physics.h"
+#include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+// A catom has as many links as there are ports, which equal spheres do not exceed unless they are pressed into each other. A
+// touch beyond that is no link until both have a port free.
+class ContactLinks {
+  public:
+    // By the numbers of two catoms.
+    struct Pair {
+        physics::BodyId first, second;
+        auto operator<=>(const Pair&) const = default;
+    };
+
+    // After each step of the physics, on every part; `divided` where there are several. First notes what has begun and ended:
+    // events are sorted; those that name obstacles are passed over.
+    void note(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    // Then links those that touch and have a port free; events are not needed any more. A catom of another part that comes to
+    // touch one of ours becomes known here as a ghost.
+    void connect(PartState& part, const DividedBodies* divided);
+
+    // Touches that wait for a port, the lower number first, sorted; those of catoms that change parts go with them.
+    std::span<const Pair> waiting() const { return waiting_; }
+    // Adds some, and leaves out those that no longer touch a catom of this part.
+    void change_hands(const PartState& part, const std::vector<Pair>& arrived);
+
+  private:
+    // A port that a catom of another part keeps free for one of ours.
+    struct Offer {
+        int port = 0;
+        int owner = 0;
+        world::Vec3 position = {};
+        std::vector<std::byte> exports = {};
+    };
+    std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const;
+    void end(PartState& part, const std::vector<Pair>& ended);
+    void begin(std::vector<Pair> begun);
+    void make_offers(const PartState& part);
+    int lowest_free_port(const PartState& part, Catom catom);
+    void exchange_offers(PartState& part, const DividedBodies& divided);
+    void connect_promised(PartState& part);
+    // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
+    struct Side {
+        Catom catom;
+        int port;
+    };
+    std::optional<Side> side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const;
+
+    std::vector<Pair> waiting_;
+    // What our catoms promise, for each that waits: the port of the first and of the second, or -1.
+    std::vector<std::array<std::int8_t, 2>> offered_;
+    // What those of other parts promise, from the first to the second.
+    std::map<Pair, Offer> offers_;
+    // By catom, the ports promised as bits; all zero between updates.
+    std::vector<std::uint16_t> taken_;
+};
+
+// A ghost that nothing of this part touches any more is forgotten.
+void forget_if_lonely(PartState& part, Catom ghost);
+
+}  // namespace meld::sim

@@ -1,0 +1,173 @@
+#include "runtime/sim/bodies/divided_bodies.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/core/bytes.h"
+
+namespace meld::sim {
+
+namespace {
+
+// The curve goes through as many blocks as a lattice has bricks; those beyond share the owners of the last.
+constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
+
+// Space is divided anew when a part has more than so many times the mean, if that helps: blocks are not cut, so a small
+// ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
+constexpr double kMostLoad = 1.25, kWorthMoving = 0.9;
+
+// The greatest of these in shares of their mean.
+double load_of(const std::vector<std::uint64_t>& work) {
+    const std::uint64_t sum = std::accumulate(work.begin(), work.end(), std::uint64_t{0});
+    const auto greatest = static_cast<double>(*std::max_element(work.begin(), work.end()));
+    return sum == 0 ? 1 : greatest * static_cast<double>(work.size()) / static_cast<double>(sum);
+}
+
+// What a part of the physics has to say, as packets.
+std::vector<comm::Packet> packets_of(physics::Part::Messages messages) {
+    std::vector<comm::Packet> packets;
+    for (auto& [to, bytes] : messages)
+        if (!bytes.empty()) packets.push_back({to, std::move(bytes)});
+    return packets;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::byte>> gather_bytes(PartState& part, const std::vector<std::byte>& mine) {
+    return part.alone() ? std::vector<std::vector<std::byte>>{mine} : part.comm.allgather_any(mine);
+}
+
+std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<std::vector<std::byte>>& by_part) {
+    std::vector<comm::Packet> packets;
+    for (std::size_t to = 0; to < by_part.size(); ++to) {
+        if (by_part[to].empty()) continue;
+        MELD_EXPECT(static_cast<int>(to) != part.comm.part());
+        packets.push_back({static_cast<int>(to), std::move(by_part[to])});
+    }
+    return part.comm.exchange(std::move(packets));
+}
+
+Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
+    if (part.alone()) return mine;
+    std::vector<std::byte> bytes;
+    if (!mine) {
+        put_text(bytes, mine.error().problem);
+        put_text(bytes, mine.error().suggestion);
+        put(bytes, mine.error().code);
+    }
+    for (const auto& told : gather_bytes(part, bytes)) {
+        if (told.empty()) continue;
+        const std::byte* at = told.data();
+        Error error;
+        error.problem = take_text(at);
+        error.suggestion = take_text(at);
+        error.code = take_value<ExitCode>(at);
+        return tl::unexpected<Error>(error);
+    }
+    return {};
+}
+
+DividedBodies::DividedBodies(PartState& part, physics::Scene& scene) {
+    bodies_ = std::make_unique<physics::Part>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
+    partition_.emplace(weigh_all(part), part.comm.parts());
+}
+
+world::BrickKey DividedBodies::key_of(physics::BlockCoordinates block) const {
+    const auto within = [](std::int32_t x) { return std::clamp(x, -kFarthest, kFarthest); };
+    return curve_.brick_key({within(block.x), within(block.y), within(block.z)});
+}
+
+int DividedBodies::owner(physics::BlockCoordinates block) const {
+    const auto [at, made] = owners_.try_emplace(physics::pack(block), 0);
+    if (made) at->second = partition_->owner(key_of(block));
+    return at->second;
+}
+
+DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
+    std::map<world::BrickKey, std::uint32_t> mine, all;
+    for (const auto& [block, weight] : bodies_->weights()) mine[key_of(block)] += weight;
+    std::vector<std::byte> bytes;
+    for (const auto& [key, weight] : mine) {
+        put(bytes, key);
+        put(bytes, weight);
+    }
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
+            const auto key = take_value<world::BrickKey>(at);
+            all[key] += take_value<std::uint32_t>(at);
+        }
+    return {all.begin(), all.end()};
+}
+
+void DividedBodies::balance(PartState& part) {
+    const auto parts = static_cast<std::size_t>(part.comm.parts());
+    // What each part will have to do when bodies have gone where they belong.
+    std::vector<std::uint64_t> mine(parts), all(parts);
+    for (const auto& [block, weight] : bodies_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
+    std::vector<std::byte> bytes;
+    for (std::size_t p = 0; p < parts; ++p) {
+        if (mine[p] == 0) continue;
+        put(bytes, p);
+        put(bytes, mine[p]);
+    }
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
+            const auto p = take_value<std::size_t>(at);
+            all[p] += take_value<std::uint64_t>(at);
+        }
+    double load = load_of(all);
+    if (load > kMostLoad) {
+        const Weights weights = weigh_all(part);
+        partition::Partition better(weights, part.comm.parts());
+        std::fill(all.begin(), all.end(), 0);
+        for (const auto& [key, weight] : weights) all[static_cast<std::size_t>(better.owner(key))] += weight;
+        if (const double load_there = load_of(all); load_there <= kMostLoad || load_there < kWorthMoving * load) {
+            partition_ = std::move(better);
+            owners_.clear();
+            load = load_there;
+            ++divisions_;
+        }
+    }
+    greatest_load_ = std::max(greatest_load_, load);
+}
+
+Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int substeps) {
+    std::vector<std::byte> wish;
+    put(wish, bodies_->must_rebuild(step_s, substeps));
+    const std::vector<std::byte> wishes = part.comm.allgather(wish);
+    const std::byte* at = wishes.data();
+    bool any = false;
+    for (int p = 0; p < part.comm.parts(); ++p) any = take_value<bool>(at) || any;
+    if (!any) return false;
+    balance(part);
+    Result<void> fine;
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_bodies(part.workers))))
+        if (auto done = bodies_->unpack_bodies(packet.bytes); !done && fine) fine = done;
+    bodies_->unpacked();
+    if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
+    return true;
+}
+
+Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, int substeps) {
+    Result<void> fine;
+    for (const physics::Stage& stage : bodies_->stages(step_s, substeps)) {
+        if (fine) fine = bodies_->run(stage, part.workers);
+        if (!stage.must_exchange()) continue;
+        // A part that has failed says nothing more; the others find out at the end.
+        const std::vector<comm::Packet> received = part.comm.exchange(fine ? packets_of(bodies_->pack(stage)) : std::vector<comm::Packet>{});
+        for (const comm::Packet& packet : received)
+            if (fine) bodies_->unpack(stage, packet.bytes);
+    }
+    if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
+    return bodies_->finish();
+}
+
+void DividedBodies::complete(PartState& part, std::vector<ExactSum>& normal_forces) const {
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_sums(normal_forces)))) bodies_->unpack_sums(normal_forces, packet.bytes);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,66 @@
+// The bodies of a run on several processes: each part holds those in its blocks of space and, as ghosts, those around. Carries
+// the messages of physics/part.h; the bits are those of the undivided world.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "physics/part.h"
+#include "runtime/partition/partition.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+class DividedBodies {
+  public:
+    // Every part calls it; the scene has this part's bodies, wherever they are.
+    DividedBodies(PartState& part, physics::Scene& scene);
+
+    // Before a step, on every part: whether bodies have changed hands. Those that were ours and are no more are in departed().
+    // Space is divided along a curve through the blocks so that all parts have about as much work; it is divided anew when one
+    // has too much of it.
+    Result<bool> redistribute(PartState& part, double step_s, int substeps);
+    const std::vector<std::pair<physics::BodyId, int>>& departed() const { return bodies_->departed(); }
+    // A step. The error of the first part that has one is everybody's.
+    Result<physics::StepReport> step(PartState& part, double step_s, int substeps);
+    // After Scene::sum_normal_forces, on every part: what others know of presses on our bodies is added.
+    void complete(PartState& part, std::vector<ExactSum>& normal_forces) const;
+    // Of bodies that are ours or next to ours; since the last step in which bodies changed hands.
+    int owner_of(physics::BodyId body) const { return bodies_->owner_of(body); }
+    // The other parts that have the body too. Ascending.
+    const std::vector<int>& holders_of(physics::BodyId body) const { return bodies_->holders_of(body); }
+
+    // How often space was divided anew after the start, and the greatest share of the work that a part had after bodies changed
+    // hands, in shares of the mean; the same on all parts.
+    int divisions() const { return divisions_; }
+    double greatest_load() const { return greatest_load_; }
+
+  private:
+    int owner(physics::BlockCoordinates block) const;
+    world::BrickKey key_of(physics::BlockCoordinates block) const;
+    // Divides space anew if the part with most work has too much of it.
+    void balance(PartState& part);
+    // The work in each block, the same on all parts.
+    using Weights = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
+    Weights weigh_all(PartState& part) const;
+
+    // Blocks lie on the curve of a lattice's bricks, however the catoms began.
+    world::Lattice curve_{world::LatticeKind::Cubic};
+    std::optional<partition::Partition> partition_;
+    mutable std::unordered_map<std::uint64_t, int> owners_;  // Of blocks that have been asked for.
+    std::unique_ptr<physics::Part> bodies_;
+    int divisions_ = 0;
+    double greatest_load_ = 0;
+};
+
+// Gives all parts the bytes of all, in the order of parts; one part has its own.
+std::vector<std::vector<std::byte>> gather_bytes(PartState& part, const std::vector<std::byte>& mine);
+// Sends bytes to parts by number (none to itself), and returns what came, in the order of the senders.
+std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<std::vector<std::byte>>& by_part);
+// The first error of any part becomes that of all.
+Result<void> agree_on_error(PartState& part, const Result<void>& mine);
+
+}  // namespace meld::sim

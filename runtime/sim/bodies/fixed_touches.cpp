@@ -1,0 +1,43 @@
+#include "runtime/sim/bodies/fixed_touches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/bodies/divided_bodies.h"
+
+namespace meld::sim {
+
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m) {
+    const double reach_m = 2 * largest_radius_m + touch_m;
+    std::vector<std::byte> bytes;
+    for (const FixedBody& body : mine) put(bytes, body);
+    // By cells as wide as the reach, so that who touches a body is in its cell or next to it.
+    using GridCell = std::array<std::int64_t, 3>;
+    std::map<GridCell, std::vector<FixedBody>> cells;
+    const auto cell_of = [&](physics::Vec3 p) {
+        const auto at = [&](double x) { return static_cast<std::int64_t>(std::floor(x / reach_m)); };
+        return GridCell{at(p.x), at(p.y), at(p.z)};
+    };
+    for (const auto& from : gather_bytes(part, bytes))
+        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
+            const auto body = take_value<FixedBody>(at);
+            cells[cell_of(body.position_m)].push_back(body);
+        }
+    std::vector<physics::TouchEvent> touches;
+    for (const auto& [cell, bodies] : cells)
+        for (std::int64_t n = 0; n < 27; ++n) {
+            const auto others = cells.find({cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1});
+            if (others == cells.end()) continue;
+            for (const FixedBody& a : bodies)
+                for (const FixedBody& b : others->second)
+                    if (a.id < b.id && length(b.position_m - a.position_m) < a.radius_m + b.radius_m + touch_m)
+                        touches.push_back({{static_cast<physics::BodyId>(a.id), static_cast<std::uint32_t>(b.id), false}, true});
+        }
+    std::sort(touches.begin(), touches.end());
+    return touches;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,21 @@
+// Which catoms that nothing moves touch each other: the physics does not look for such pairs, since nothing can come of them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/physics.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+struct FixedBody {
+    std::uint64_t id = 0;
+    physics::Vec3 position_m = {};
+    double radius_m = 0;
+};
+
+// The touches among those of all parts, sorted; every part calls it with its own. Surfaces nearer than `touch_m` touch.
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m);
+
+}  // namespace meld::sim

@@ -1,0 +1,56 @@
+// [motion] kind = "ode": catoms are bodies that fall, touch, roll and pull, moved by the physics between the ticks of their
+// programs.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/sim/bodies/body_actions.h"
+#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/contact_links.h"
+#include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/bodies/physics_scene.h"
+
+namespace meld::sim {
+
+class FreeMotion : public SimModule {
+  public:
+    explicit FreeMotion(const world::World& world) : world_(world) {}
+    Result<void> start(PartState& part) override;
+    // Carries out the actions of the last tick, moves the bodies for the time of a tick, and tells the programs.
+    Result<void> step(PartState& part) override;
+    void finish(PartState& part) override;
+    std::string status() const override;
+    std::string outcome() const override;
+    Stages stages() const override;
+
+  private:
+    // The scene, alike on all parts, with the bodies of this one.
+    Result<void> make_scene(PartState& part);
+    Result<void> step_once(PartState& part);
+    // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
+    void note_fixed_touches(const PartState& part);
+    Result<physics::StepReport> move(PartState& part);
+    // Bodies and their catoms go to the parts whose blocks they are in; whether any did.
+    Result<bool> hand_over(PartState& part, double step_s, int substeps);
+
+    const world::World& world_;
+    PhysicsScene physics_;
+    BodyActions actions_;
+    BodySenses senses_;
+    ContactLinks links_;
+    std::optional<DividedBodies> divided_;
+    std::vector<physics::TouchEvent> fixed_touches_;  // Of this part, until they have become links.
+    std::uint64_t bodies_ = 0, awake_ = 0;
+    std::uint64_t crossed_ = 0;  // Catoms that have come to another part, without those that did before anything moved.
+    bool moved_ = false;
+    double energy_j_ = 0;
+    double handing_over_s_ = 0, linking_s_ = 0, sensing_s_ = 0;
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,196 @@
+// A scene of the physics as a world file describes it.
+#include "runtime/sim/bodies/physics_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+namespace meld::sim {
+
+namespace {
+
+using world::FeatureOptions;
+using world::ObstacleOptions;
+using world::PhysicsOptions;
+using world::World;
+
+physics::Vec3 vector_of(const world::Vec3& v) { return {v[0], v[1], v[2]}; }
+
+physics::Settings settings_of(const World& world, RadiusRange radii, bool feels_acceleration) {
+    const PhysicsOptions& p = world.physics;
+    physics::Settings s;
+    s.engine = p.engine == "hash" ? physics::EngineKind::Hash : p.engine == "ode" ? physics::EngineKind::Ode : physics::EngineKind::Blocks;
+    if (p.solver == "pgs20") s.solver = physics::SolverSettings::pgs20();
+    s.gravity_m_s2 = vector_of(p.gravity);
+    s.linear_damping_per_s = p.linear_damping;
+    s.angular_damping_per_s = p.angular_damping;
+    s.sleep_ticks = p.sleep_ticks;
+    s.sleep_speed_m_s = p.sleep_speed;
+    s.greatest_speed_m_s = p.greatest_speed;
+    s.deepest_overlap_share = p.deepest_overlap;
+    s.least_radius_m = radii.least, s.largest_radius_m = radii.largest;
+    // A run ends with the first step that fails, and what it shows is what the programs were told before.
+    s.keep_last_good = false;
+    s.keep_former_velocities = feels_acceleration;
+    return s;
+}
+
+physics::Feature feature_of(const FeatureOptions& o, physics::Vec3 direction) {
+    static const std::pair<std::string_view, physics::FeatureKind> kinds[] = {{"dipole", physics::FeatureKind::Dipole},
+                                                                              {"two-pole", physics::FeatureKind::TwoPole},
+                                                                              {"plate", physics::FeatureKind::Plate},
+                                                                              {"latch", physics::FeatureKind::Latch}};
+    physics::Feature f;
+    for (const auto& [name, kind] : kinds)
+        if (o.kind == name) f.kind = kind;
+    f.direction = direction;
+    f.strength = o.strength, f.depth_m = o.depth, f.length_m = o.length, f.area_m2 = o.area, f.cover_m = o.cover;
+    f.permittivity = o.permittivity, f.range_m = o.range, f.power_w = o.power, f.switching_j = o.switching;
+    return f;
+}
+
+Result<void> add_features(const World& world, PhysicsScene& out) {
+    for (const FeatureOptions& options : world.physics.features) {
+        std::vector<physics::Vec3> directions;
+        for (const world::Vec3& d : options.directions) directions.push_back(vector_of(d));
+        if (options.count > 0) directions = physics::feature_directions(options.count);
+        for (const physics::Vec3 direction : directions) out.features.push_back(feature_of(options, direction));
+        if (out.features.size() > physics::kMostFeatures)
+            return fail(fmt::format("{}: a catom has {} features, and {} are the most", options.place, out.features.size(), physics::kMostFeatures), "List fewer directions");
+    }
+    if (out.features.empty()) return {};
+    const auto table = out.scene->add_feature_table(out.features);
+    if (!table) return fail(fmt::format("{}: {}", world.physics.features[0].place, table.error().problem), table.error().suggestion);
+    out.feature_table = *table;
+    return {};
+}
+
+physics::Shape shape_of(const World& world, const ObstacleOptions& o) {
+    const double d = 2 * world.radius;
+    if (o.kind == "box") {
+        const double half = o.degrees * std::numbers::pi / 360;
+        return physics::Box{to_metres(world, o.centre), to_metres(world, o.size), {std::cos(half), 0, 0, std::sin(half)}};
+    }
+    if (o.kind == "terrain") {
+        physics::Terrain terrain{to_metres(world, o.centre), d * o.cell, static_cast<int>(o.heights[0].size()), static_cast<int>(o.heights.size()), {}};
+        for (const std::vector<double>& row : o.heights)
+            for (const double height : row) terrain.heights_m.push_back(d * height);
+        return terrain;
+    }
+    return physics::Plane{vector_of(o.normal), d * o.offset};
+}
+
+Result<void> add_obstacles(const World& world, physics::Scene& scene) {
+    const PhysicsOptions& p = world.physics;
+    std::vector<ObstacleOptions> all = p.obstacles;
+    if (p.ground) {
+        ObstacleOptions ground;
+        ground.offset = *p.ground;
+        ground.place = world.path + ": [motion] ground";
+        all.insert(all.begin(), ground);
+    }
+    for (const ObstacleOptions& o : all) {
+        const auto material = scene.add_material(
+            {.friction = static_cast<float>(o.friction.value_or(p.friction)), .restitution = static_cast<float>(o.restitution.value_or(p.restitution))});
+        if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
+        const auto added = scene.add_obstacle(shape_of(world, o), *material);
+        if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
+    }
+    return {};
+}
+
+// Every `from` followed by a number; `and` continues a list of them.
+std::string named(std::string text, std::string_view from, std::string_view to) {
+    const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) {
+        if (!digit(at + from.size())) {
+            at += from.size();
+            continue;
+        }
+        text.replace(at, from.size(), to);
+        at += to.size();
+        while (digit(at)) ++at;
+        if (text.compare(at, 5, " and ") == 0 && digit(at + 5)) text.insert(at + 5, "@");
+    }
+    return text;
+}
+
+}  // namespace
+
+Error about_catoms(Error error) {
+    for (std::string* text : {&error.problem, &error.suggestion}) {
+        *text = named(named(*text, "body ", "catom @"), "bodies ", "catoms @");
+        for (const auto& [setting, key] : {std::pair<std::string_view, std::string_view>{"greatest_speed_m_s", "[motion] greatest_speed"}})
+            if (const std::size_t at = text->find(setting); at != std::string::npos) text->replace(at, setting.size(), key);
+    }
+    return error;
+}
+
+Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool feels_acceleration) {
+    auto scene = physics::Scene::make(settings_of(world, radii, feels_acceleration));
+    if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
+    PhysicsScene out{std::move(*scene), {}, 0};
+    if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = add_features(world, out); !done) return tl::unexpected<Error>(done.error());
+    return out;
+}
+
+BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+    const PhysicsOptions& p = world_.physics;
+    Surface surface{p.friction, p.restitution};
+    physics::BodySpec spec;
+    spec.id = static_cast<physics::BodyId>(id);
+    spec.position_m = to_metres(world_, position);
+    spec.radius_m = world_.radius;
+    spec.mass_kg = p.mass;
+    spec.inertia_factor = p.inertia;
+    for (const world::CatomGroup& group : p.groups) {
+        if (!group.where.contains(id, cell, position)) continue;
+        spec.radius_m = group.radius.value_or(spec.radius_m);
+        spec.mass_kg = group.mass.value_or(spec.mass_kg);
+        spec.inertia_factor = group.inertia.value_or(spec.inertia_factor);
+        spec.fixed = group.fixed.value_or(spec.fixed);
+        if (group.velocity) spec.velocity_m_s = vector_of(*group.velocity);
+        if (group.spin) spec.spin_rad_s = vector_of(*group.spin);
+        surface.friction = group.friction.value_or(surface.friction);
+        surface.restitution = group.restitution.value_or(surface.restitution);
+    }
+    if (id >= first_placed_) {
+        const world::PlacedCatom& placed = world_.placed[id - first_placed_];
+        spec.radius_m = placed.radius.value_or(spec.radius_m);
+        spec.mass_kg = placed.mass.value_or(spec.mass_kg);
+    }
+    return {spec, surface};
+}
+
+void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
+    const auto [spec, surface] = describe(id, cell, position);
+    for (std::size_t i = 0; i < groups_met_.size(); ++i)
+        if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
+    const double r = spec.radius_m;
+    radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.least, r), std::max(radii_.largest, r)};
+    surfaces_.insert(surface);
+    if (spec.fixed && spec.velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
+}
+
+Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
+    for (const Surface& s : surfaces) {
+        const auto made = scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
+        if (!made) return tl::unexpected<Error>(made.error());
+        materials_[s] = *made;
+    }
+    return {};
+}
+
+Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+    auto [spec, surface] = describe(id, cell, position);
+    spec.material = materials_.at(surface);
+    if (auto added = scene.scene->add_body(spec); !added || scene.features.empty()) return added;
+    return scene.scene->set_feature_table(spec.id, scene.feature_table);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,82 @@
+// From what a world says of its bodies to a scene of the physics.
+#pragma once
+
+#include <compare>
+#include <map>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "physics/physics.h"
+#include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::sim {
+
+// The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file where there is one.
+struct RadiusRange {
+    double least = 0, largest = 0;
+};
+struct PhysicsScene {
+    std::unique_ptr<physics::Scene> scene;
+    std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
+    std::uint16_t feature_table = 0;
+};
+// `radii`: those of all bodies of all parts; feels_acceleration: the program is told of it.
+Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool feels_acceleration);
+
+// What a catom is made of.
+struct Surface {
+    double friction = 0, restitution = 0;
+    auto operator<=>(const Surface&) const = default;
+};
+
+// Gives catoms their bodies: first all are looked at, then the scene is made that fits all parts' bodies, their materials are
+// added alike everywhere, then each catom's body is made. What it is like is found twice, which needs no memory for all of them.
+class BodyMaker {
+  public:
+    // `catoms`: of all parts; the last of them are those at listed positions.
+    BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
+    // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
+    void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
+    const std::set<Surface>& surfaces() const { return surfaces_; }
+    // Of the bodies looked at.
+    RadiusRange radii() const { return radii_; }
+    // By group of the world: whether any that was looked at is in its region.
+    const std::vector<bool>& groups_met() const { return groups_met_; }
+    // Those looked at that are fixed and stand still.
+    const std::vector<FixedBody>& at_rest() const { return at_rest_; }
+    // `surfaces`: those of all parts.
+    Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
+    Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
+
+  private:
+    struct Described {
+        physics::BodySpec spec;
+        Surface surface;
+    };
+    Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
+    const world::World& world_;
+    std::uint64_t first_placed_;
+    std::vector<bool> groups_met_;
+    std::set<Surface> surfaces_;
+    std::map<Surface, std::uint8_t> materials_;
+    RadiusRange radii_;
+    std::vector<FixedBody> at_rest_;
+};
+
+// An error of the physics in the words of worlds and programs: bodies are catoms, and its settings have their names in the
+// world file.
+Error about_catoms(Error error);
+
+// Metres to catom diameters and back.
+inline physics::Vec3 to_metres(const world::World& world, const world::Vec3& diameters) {
+    const double d = 2 * world.radius;
+    return {d * diameters[0], d * diameters[1], d * diameters[2]};
+}
+inline world::Vec3 to_diameters(const world::World& world, physics::Vec3 metres) {
+    const double d = 2 * world.radius;
+    return {metres.x / d, metres.y / d, metres.z / d};
+}
+
+}  // namespace meld::sim

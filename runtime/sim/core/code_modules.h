@@ -1,0 +1,37 @@
+// The hand-written modules of a run, at each catom of a part.
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+class CodeModules {
+  public:
+    Result<void> add(const Registry::MakeCode& make, const world::World& world);
+    // The catoms' side of a component, which stays with its owner.
+    void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
+    // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
+    // tick; the price of code that is not told what changed.
+    void run(PartState& part);
+    bool empty() const { return modules_.empty(); }
+
+  private:
+    struct Entry {
+        CodeModule* shared = nullptr;
+        std::unique_ptr<CodeModule> owned;                                   // The same, unless it is a component.
+        Registry::MakeCode make;
+        std::unordered_map<std::uint64_t, std::unique_ptr<CodeModule>> own;  // By id
+    };
+    // Instances whose catoms have left follow them.
+    void follow(PartState& part, Entry& entry);
+
+    std::vector<Entry> modules_;
+    const world::World* world_ = nullptr;
+};
+
+}  // namespace meld::sim

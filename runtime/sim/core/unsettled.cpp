@@ -1,0 +1,232 @@
+#include "runtime/sim/core/unsettled.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <string_view>
+
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+// Hashes kept at a time: 64 MiB.
+constexpr u64 kMostHashes = u64{1} << 24;
+// What has not changed for so many ticks has settled, and a catom that has not is no example any more.
+constexpr i64 kPatience = 32;
+constexpr std::size_t kShownChanges = 3, kShownFacts = 3, kShownPredicates = 6, kShownRules = 6;
+
+bool shown(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
+
+std::string count_of(u64 n, std::string_view what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
+
+void add_facts(std::string& text, char sign, const std::vector<std::string>& facts) {
+    for (std::size_t i = 0; i < std::min(facts.size(), kShownFacts); ++i) text += fmt::format(" {} {}", sign, facts[i]);
+    if (facts.size() > kShownFacts) text += fmt::format(" {} {} more", sign, facts.size() - kShownFacts);
+}
+
+}  // namespace
+
+Unsettled::Unsettled(const ModuleInfo& module) : module_(module) {
+    for (u32 p = 0; p < module.predicate_count; ++p)
+        if (shown(module.predicates[p])) followed_.push_back({.predicate = p});
+}
+
+std::vector<std::string> Unsettled::facts_of(const PartState& part, u32 predicate, u32 catom) const {
+    std::vector<std::string> facts;
+    const PredicateInfo& p = module_.predicates[predicate];
+    tuple::each_fact(module_, part.columns, part.abi.geometry, predicate, catom,
+                     [&](const Value* v) { facts.push_back(tuple::print_fact(module_, p, part.ensemble.id(catom), v)); });
+    std::sort(facts.begin(), facts.end());
+    return facts;
+}
+
+// The same for the same facts in any order.
+u32 Unsettled::hash_of(const PartState& part, u32 predicate, u32 catom) const {
+    u64 sum = 0;
+    tuple::each_fact(module_, part.columns, part.abi.geometry, predicate, catom,
+                     [&](const Value* v) { sum += tuple::hash_arguments(module_, module_.predicates[predicate], 1, v); });
+    return static_cast<u32>(sum ^ sum >> 32);
+}
+
+void Unsettled::before(PartState& part) {
+    part.refresh();
+    ++looked_;
+    stride_ = 1 + part.totals.tick.awake * followed_.size() / kMostHashes;
+    awake_.clear();
+    hashes_.clear();
+    part.evaluator.agenda().each([&](u32 catom) {
+        if (part.owned(catom) && part.ensemble.id(catom) % stride_ == 0) awake_.push_back({catom, part.ensemble.id(catom)});
+    });
+    for (const Seen& s : awake_)
+        for (const Followed& f : followed_) hashes_.push_back(hash_of(part, f.predicate, s.catom));
+    for (Followed& f : followed_) {
+        const auto catom = f.id == kNobody ? std::nullopt : part.ensemble.find(f.id);
+        if (catom && part.owned(*catom)) f.facts = facts_of(part, f.predicate, *catom);
+    }
+}
+
+void Unsettled::after(PartState& part) {
+    part.refresh();
+    // Of each predicate: at how many catoms it has changed, the least of them, and whether the one that is followed has.
+    struct News {
+        u64 count = 0;
+        u64 least = kNobody;
+        bool followed = false;
+    };
+    std::vector<News> news(followed_.size());
+    const u32* hash = hashes_.data();
+    for (const Seen& s : awake_)
+        for (std::size_t i = 0; i < followed_.size(); ++i) {
+            if (*hash++ == hash_of(part, followed_[i].predicate, s.catom)) continue;
+            ++news[i].count;
+            news[i].least = std::min(news[i].least, s.id);
+            news[i].followed = news[i].followed || s.id == followed_[i].id;
+        }
+    std::vector<std::byte> mine;
+    for (const News& n : news) put(mine, n);
+    for (std::size_t other = 0; const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+        if (static_cast<int>(other++) == part.comm.part()) continue;
+        const std::byte* at = bytes.data();
+        for (News& n : news) {
+            const auto theirs = take_value<News>(at);
+            n.count += theirs.count;
+            n.least = std::min(n.least, theirs.least);
+            n.followed = n.followed || theirs.followed;
+        }
+    }
+    for (std::size_t i = 0; i < followed_.size(); ++i) {
+        Followed& f = followed_[i];
+        if (news[i].count == 0) continue;
+        ++f.ticks;
+        f.last = part.abi.now;
+        f.most = std::max(f.most, news[i].count * stride_);
+        note_changes(part, f, news[i].followed);
+        if (news[i].followed) f.moved = part.abi.now;
+        if (f.id != kNobody && part.abi.now - f.moved < kPatience) continue;
+        f.id = news[i].least;
+        f.moved = part.abi.now;
+        f.changes.clear();
+    }
+}
+
+void Unsettled::note_changes(PartState& part, Followed& f, bool changed) {
+    const auto catom = f.id == kNobody || !changed ? std::nullopt : part.ensemble.find(f.id);
+    if (!catom || !part.owned(*catom)) return;
+    const std::vector<std::string> now = facts_of(part, f.predicate, *catom);
+    std::vector<std::string> gone, come;
+    std::set_difference(f.facts.begin(), f.facts.end(), now.begin(), now.end(), std::back_inserter(gone));
+    std::set_difference(now.begin(), now.end(), f.facts.begin(), f.facts.end(), std::back_inserter(come));
+    std::string text;
+    add_facts(text, '-', gone);
+    add_facts(text, '+', come);
+    if (f.changes.size() == kShownChanges) f.changes.erase(f.changes.begin());
+    f.changes.push_back({part.abi.now, std::move(text)});
+}
+
+// From all parts: the catom may have moved from one to another.
+std::string Unsettled::changes_of(PartState& part, const Followed& f) const {
+    std::vector<std::byte> mine;
+    for (const Change& c : f.changes) {
+        put(mine, c.tick);
+        put_text(mine, c.text);
+    }
+    std::vector<Change> all;
+    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+        const std::byte* at = bytes.data();
+        while (at != bytes.data() + bytes.size()) {
+            const i64 tick = take_value<i64>(at);
+            all.push_back({tick, take_text(at)});
+        }
+    }
+    std::sort(all.begin(), all.end(), [](const Change& a, const Change& b) { return a.tick < b.tick; });
+    std::string text;
+    for (std::size_t i = all.size() - std::min(all.size(), kShownChanges); i < all.size(); ++i) text += fmt::format("\n    tick {}:{}", all[i].tick, all[i].text);
+    return text;
+}
+
+std::string Unsettled::rules_of(u32 predicate) const {
+    std::vector<std::string> rules;
+    for (u32 r = 0; r < module_.rule_count; ++r) {
+        const RuleInfo& rule = module_.rules[r];
+        if (std::find(rule.heads, rule.heads + rule.head_count, predicate) == rule.heads + rule.head_count) continue;
+        const std::string text = fmt::format("{}:{}: {}", rule.file, rule.line, rule.text);
+        if (std::find(rules.begin(), rules.end(), text) == rules.end()) rules.push_back(text);
+    }
+    std::string text;
+    for (std::size_t i = 0; i < std::min(rules.size(), kShownRules); ++i) text += "\n    " + rules[i];
+    if (rules.size() > kShownRules) text += fmt::format("\n    and {}", count_of(rules.size() - kShownRules, "more rule"));
+    return text;
+}
+
+// Facts that are kept for a later tick, `p` in a predicate of the compiler's called p@later.
+std::string Unsettled::waiting(PartState& part) const {
+    std::string text;
+    for (u32 p = 0; p < module_.predicate_count; ++p) {
+        const std::string_view name = module_.predicates[p].name;
+        if (!module_.predicates[p].auxiliary || !name.ends_with("@later")) continue;
+        u64 catoms = 0;
+        for (u32 catom = 0; catom < part.ensemble.index_count(); ++catom) {
+            bool any = false;
+            if (part.owned(catom)) tuple::each_fact(module_, part.columns, part.abi.geometry, p, catom, [&](const Value*) { any = true; });
+            catoms += any;
+        }
+        std::vector<std::byte> mine;
+        put(mine, catoms);
+        catoms = 0;
+        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+            const std::byte* at = bytes.data();
+            catoms += take_value<u64>(at);
+        }
+        if (catoms == 0) continue;
+        const std::string_view of = name.substr(0, name.find('@'));
+        text += fmt::format("\n  `{}` waits for its time at {}", of, count_of(catoms, "catom"));
+        for (u32 q = 0; q < module_.predicate_count; ++q)
+            if (of == module_.predicates[q].name) text += rules_of(q);
+    }
+    return text;
+}
+
+// A delayed view, or the end of a quarantine.
+std::string Unsettled::next_timer(PartState& part) const {
+    std::vector<std::byte> mine;
+    put(mine, part.evaluator.timers().empty() ? std::numeric_limits<i64>::max() : part.evaluator.timers().next());
+    i64 next = std::numeric_limits<i64>::max();
+    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+        const std::byte* at = bytes.data();
+        next = std::min(next, take_value<i64>(at));
+    }
+    return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
+}
+
+std::string Unsettled::tell(PartState& part) const {
+    std::vector<const Followed*> changing;
+    i64 last = 0;
+    for (const Followed& f : followed_) last = std::max(last, f.last);
+    // What has not changed for long has settled; others go on without it.
+    for (const Followed& f : followed_)
+        if (f.ticks > 0 && f.last > last - kPatience) changing.push_back(&f);
+    std::stable_sort(changing.begin(), changing.end(), [](const Followed* a, const Followed* b) { return std::pair(a->last, a->ticks) > std::pair(b->last, b->ticks); });
+    const std::string pending = waiting(part);
+    std::string text = fmt::format("In the last {}{}", count_of(static_cast<u64>(looked_), "tick"), changing.empty() ? " no fact came or went" : "");
+    for (std::size_t i = 0; i < std::min(changing.size(), kShownPredicates); ++i) {
+        const Followed& f = *changing[i];
+        text += fmt::format("\n  `{}` changed in {}, at up to {} in one; at @{}:", module_.predicates[f.predicate].name,
+                            f.ticks == looked_ ? std::string("each") : fmt::format("{}", f.ticks), count_of(f.most, "catom"), f.id);
+        text += changes_of(part, f);
+        text += rules_of(f.predicate);
+    }
+    if (changing.size() > kShownPredicates) text += fmt::format("\n  and {}", count_of(changing.size() - kShownPredicates, "more predicate"));
+    text += pending;
+    if (changing.empty() && pending.empty()) text += next_timer(part);
+    if (module_.reads_tick) text += "\n  The program reads `tick`, which is new in each: it ends with --ticks, or with stop-program";
+    if (part.moving) text += "\n  Bodies were moving";
+    return text;
+}
+
+}  // namespace meld::sim

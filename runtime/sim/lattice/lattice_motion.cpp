@@ -1,0 +1,299 @@
+// Lattice motion, second half: what granted proposals change, told to every part that knows the cells, and applied.
+#include "runtime/sim/lattice/lattice_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/core/bytes.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
+
+Result<void> LatticeMotion::start(PartState& part) {
+    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
+    // One of the same name that is the program's own is of another kind or type.
+    const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
+        const std::optional<u32> p = tuple::find_predicate(part.module, name, 1);
+        if (!p || part.module.predicates[*p].kind != kind || part.module.predicates[*p].fields[0].type != type) return std::nullopt;
+        if (part.module.predicates[*p].base == kNone16 || part.module.predicates[part.module.predicates[*p].base].column == kNone16) return std::nullopt;
+        return part.module.predicates[*p].base;
+    };
+    known_ = {find("create", 1), find("destroy", 1), find("give", 1), find("moveTo", 3), find("slide", 2), find("turn", 2), find("moveAround", 2), given("holds", PredicateKind::Sensed, ValueType::Int),
+              given("failed", PredicateKind::Linear, ValueType::Int), given("created", PredicateKind::Linear, ValueType::Node)};
+    if (world_.held > world_.motion.capacity)
+        return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity), "Raise [motion] capacity or lower held");
+    held_.assign(part.ensemble.index_count(), world_.held);
+    for (Catom c = 0; c < part.ensemble.index_count(); ++c) {
+        if (!part.owned(c)) continue;
+        account(part, c, 1);
+        hold(part, c, world_.held);
+    }
+    packets_.resize(static_cast<std::size_t>(part.comm.parts()));
+    return {};
+}
+
+void LatticeMotion::account(const PartState& part, Catom catom, int sign) {
+    if (!part.owned(catom)) return;
+    units_ += sign * held_[catom];
+    if (world_.target && !part.ensemble.target(part.ensemble.cell(catom))) outside_ += sign;
+}
+
+// Tells the catom what it holds.
+void LatticeMotion::hold(PartState& part, Catom catom, std::int32_t units) {
+    if (!known_.holds || !part.owned(catom)) return;
+    Value value{};
+    value.integer = units;
+    part.give(*known_.holds, catom, &value);
+}
+
+void LatticeMotion::refuse(PartState& part, Catom catom, Kind kind) {
+    if (!known_.failed) return;
+    Value value{};
+    value.integer = static_cast<i64>(kind);
+    part.give(*known_.failed, catom, &value);
+}
+
+Result<void> LatticeMotion::step(PartState& part) {
+    if (part.totals.actions == 0) return {};
+    part.refresh();
+    const Proposals mine = collect(part);
+    const std::vector<bool> wins = decide(mine, share(part, mine));
+    std::vector<Proposal> granted;
+    for (std::size_t i = 0; i < mine.list.size(); ++i) {
+        if (wins[i]) granted.push_back(mine.list[i]);
+        else refuse(part, mine.list[i].mover, mine.list[i].kind);
+    }
+    grant(part, granted);
+    apply(part, exchange(part));
+    if (!granted.empty()) last_change_ = part.abi.now;
+    part.refresh();
+    return {};
+}
+
+// New catoms are numbered in the order of their cells, over all parts.
+std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::vector<Proposal>& granted) const {
+    std::vector<CellKey> births;
+    for (const Proposal& p : granted)
+        if (p.kind == Kind::Create) births.push_back(part.ensemble.key(p.to));
+    if (!part.alone() && part.totals.births_wanted > 0) {
+        std::vector<std::byte> bytes;
+        for (const CellKey key : births) put(bytes, key);
+        births.clear();
+        for (const auto& from : part.comm.allgather_any(bytes)) {
+            const std::byte* at = from.data();
+            while (at != from.data() + from.size()) births.push_back(take_value<CellKey>(at));
+        }
+    }
+    std::sort(births.begin(), births.end());
+    return births;
+}
+
+void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted) {
+    const std::vector<CellKey> births = number_births(part, granted);
+    for (const Proposal& p : granted) {
+        const Catom mover = p.mover;
+        switch (p.kind) {
+            case Kind::Create: {
+                const std::uint64_t id = part.next_id + static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
+                tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
+                tell(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
+                if (known_.created) {
+                    Value value{};
+                    value.catom = id;
+                    part.give(*known_.created, mover, &value);
+                }
+                break;
+            }
+            case Kind::Destroy:
+                tell(part, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
+                tell(part, {.kind = Change::Kind::Remove, .cell = p.from});
+                break;
+            case Kind::Give:
+                tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
+                tell(part, {.kind = Change::Kind::Hold, .held = 1, .cell = p.to});
+                break;
+            case Kind::MoveTo:
+            case Kind::Slide:
+            case Kind::Turn:
+            case Kind::MoveAround: relocate(part, p); break;
+        }
+    }
+    part.next_id += births.size();
+}
+
+// A catom goes to another cell: its new owner gets all of it, parts that see it get what it exports, its old part and
+// those that saw it forget it. Within one part it keeps its index.
+void LatticeMotion::relocate(PartState& part, const Proposal& p) {
+    const Cell from = p.from, to = p.to;
+    const Catom mover = p.mover;
+    const int me = part.comm.part(), owner = part.halo->owner(to);
+    const std::vector<int> old_parts = part.halo->listeners(from);
+    for (const int other : old_parts) {
+        if (other == me && owner == me) continue;
+        const Change change{.kind = Change::Kind::Remove, .cell = p.from};
+        if (other == me) mine_.push_back(change);
+        else {
+            put(packets_[static_cast<std::size_t>(other)], change.kind);
+            put(packets_[static_cast<std::size_t>(other)], change.cell);
+        }
+    }
+    for (const int other : part.halo->listeners(to)) {
+        if (other == me && owner == me) {
+            mine_.push_back({.kind = Change::Kind::Move, .cell = p.from, .to = p.to});
+            continue;
+        }
+        Change change{.kind = Change::Kind::Add, .held = held_[mover], .cell = p.to, .id = p.id};
+        if (other == owner) part.pack_catom(mover, change.state);
+        else part.columns.pack(mover, tuple::Columns::Which::Exported, change.state);
+        if (other == me) {
+            mine_.push_back(std::move(change));
+            continue;
+        }
+        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(other)];
+        put(out, change.kind);
+        put(out, change.cell);
+        put(out, change.newborn);
+        put(out, change.held);
+        put(out, change.id);
+        put(out, static_cast<std::uint32_t>(change.state.size()));
+        out.insert(out.end(), change.state.begin(), change.state.end());
+    }
+}
+
+// Queues a change without state for every part that knows its cell.
+void LatticeMotion::tell(PartState& part, const Change& change) {
+    const auto send = [&](int other) {
+        if (other == part.comm.part()) {
+            mine_.push_back(change);
+            return;
+        }
+        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(other)];
+        put(out, change.kind);
+        put(out, change.cell);
+        if (change.kind == Change::Kind::Add) {
+            put(out, change.newborn);
+            put(out, change.held);
+            put(out, change.id);
+            put(out, std::uint32_t{0});
+        } else if (change.kind == Change::Kind::Hold) {
+            put(out, change.held);
+        }
+    };
+    if (part.alone()) return send(0);
+    for (const int other : part.halo->listeners(change.cell)) send(other);
+}
+
+std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
+    std::vector<Change> changes = std::move(mine_);
+    mine_.clear();
+    if (part.alone()) return changes;
+    std::vector<comm::Packet> packets;
+    for (std::size_t other = 0; other < packets_.size(); ++other) {
+        if (!packets_[other].empty()) packets.push_back({static_cast<int>(other), std::move(packets_[other])});
+        packets_[other].clear();
+    }
+    for (const comm::Packet& packet : part.comm.exchange(std::move(packets))) {
+        const std::byte* at = packet.bytes.data();
+        while (at != packet.bytes.data() + packet.bytes.size()) {
+            Change c;
+            c.kind = take_value<Change::Kind>(at);
+            c.cell = take_value<Cell>(at);
+            if (c.kind == Change::Kind::Add) {
+                c.newborn = take_value<bool>(at);
+                c.held = take_value<std::int32_t>(at);
+                c.id = take_value<std::uint64_t>(at);
+                const auto size = take_value<std::uint32_t>(at);
+                c.state.assign(at, at + size);
+                at += size;
+            } else if (c.kind == Change::Kind::Hold) {
+                c.held = take_value<std::int32_t>(at);
+            }
+            changes.push_back(std::move(c));
+        }
+    }
+    return changes;
+}
+
+void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
+    std::stable_sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
+    for (const Change& c : changes) {
+        if (c.kind == Change::Kind::Add) {
+            apply_add(part, c);
+            continue;
+        }
+        const Cell cell = c.cell;
+        const std::optional<Catom> catom = part.ensemble.at(cell);
+        MELD_CHECK(catom.has_value(), "a change for ({}, {}, {}), where no catom is known", cell.x, cell.y, cell.z);
+        account(part, *catom, -1);
+        if (c.kind == Change::Kind::Remove) {
+            part.remove_catom(*catom);
+            continue;
+        }
+        if (c.kind == Change::Kind::Move) {
+            part.move_catom(*catom, c.to);
+        } else {
+            held_[*catom] += c.held;
+            hold(part, *catom, held_[*catom]);
+        }
+        account(part, *catom, 1);
+    }
+}
+
+void LatticeMotion::apply_add(PartState& part, const Change& c) {
+    const Cell cell = c.cell;
+    const bool ours = part.halo->owner(cell) == part.comm.part();
+    const Catom catom = part.add_catom(c.id, cell, ours ? kCatomOwned : kCatomGhost);
+    held_.resize(part.ensemble.index_count());
+    held_[catom] = c.held;
+    account(part, catom, 1);
+    if (c.newborn) {
+        if (!ours) return;
+        part.mark(catom, kDirtyBirths);
+        hold(part, catom, 0);
+        return;
+    }
+    const std::byte* at = c.state.data();
+    if (ours) {
+        part.unpack_catom(catom, at);
+        part.mark(catom, kDirtyLinks | kDirtyPlace);
+    } else {
+        part.columns.unpack(catom, tuple::Columns::Which::Exported, at, 0);
+    }
+}
+
+void LatticeMotion::finish(PartState& part) {
+    std::int64_t counts[4] = {outside_, units_, 0, last_change_};
+    for (world::Slot slot = 1; slot <= part.ensemble.brick_count(); ++slot) {
+        const Cell brick = part.ensemble.brick(slot);
+        if (!world_.target || part.halo->owner(part.lattice.brick_origin(brick)) != part.comm.part()) continue;
+        for (std::uint32_t n = 0; n < kBrickCells; ++n) {
+            const Cell cell = part.lattice.cell_in_brick(brick, n);
+            counts[2] += part.ensemble.target(cell) && !full(part, cell);
+        }
+    }
+    std::vector<std::byte> bytes;
+    put(bytes, counts);
+    const std::vector<std::byte> all = part.comm.allgather(bytes);
+    const std::byte* at = all.data();
+    last_change_ = 0;
+    for (int p = 0; p < part.comm.parts(); ++p) {
+        all_outside_ += take_value<std::int64_t>(at);
+        all_units_ += take_value<std::int64_t>(at);
+        all_missing_ += take_value<std::int64_t>(at);
+        last_change_ = std::max(last_change_, take_value<std::int64_t>(at));
+    }
+}
+
+std::string LatticeMotion::status() const { return world_.target ? fmt::format("{} outside the target, {} units held", outside_, units_) : ""; }
+
+std::string LatticeMotion::outcome() const {
+    if (!world_.target) return "";
+    if (all_outside_ == 0 && all_units_ == 0 && all_missing_ == 0) return fmt::format("target reached in {} ticks", last_change_);
+    return fmt::format("target not reached: {} catoms outside it, {} units still held, {} of its cells near the ensemble empty", all_outside_, all_units_, all_missing_);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,93 @@
+// Motion on a lattice: create, destroy, give, moveTo, slide, turn and moveAround as proposals, arbitrated so that the outcome depends
+// neither on processes nor on threads (algorithms.md, "Lattices and moves").
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
+
+namespace meld::sim {
+
+class LatticeMotion : public SimModule {
+  public:
+    explicit LatticeMotion(const world::World& world);
+    Result<void> start(PartState& part) override;
+    Result<void> step(PartState& part) override;
+    void finish(PartState& part) override;
+    std::string status() const override;
+    std::string outcome() const override;
+
+    // Also the codes that `failed` carries (stdlib/prelude.meld), and the priority: the smaller wins.
+    enum class Kind : std::uint8_t { Create = 1, Destroy, Give, MoveTo, Slide, Turn, MoveAround };
+    // A wish of one catom. Everything it would touch is a claim on a cell; it is granted if on each of them it is the
+    // smallest by (kind, id, direction).
+    struct Proposal {
+        Kind kind = Kind::Create;
+        std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
+        std::int32_t direction = 0;
+        std::uint64_t id = 0;        // Of the mover.
+        Catom mover = 0;             // Its index on its own part.
+        Cell from = {}, to = {};     // Its cell; the cell of the new place, the new catom, or the receiver.
+        auto order() const { return std::tuple(kind, id, direction); }
+    };
+    struct Proposals {
+        std::vector<Proposal> list;
+        std::vector<CellKey> claims;
+    };
+
+  private:
+    struct Known {                   // Predicates of the program, or none.
+        std::optional<u32> create, destroy, give, move_to, slide, turn, move_around, holds, failed, created;
+    };
+    // What the granted proposals mean for a cell, told to every part that knows it.
+    struct Change {
+        enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
+        bool newborn = false;        // Add
+        std::int32_t held = 0;       // Add: units it comes with; Hold: the change.
+        Cell cell = {};              // Move: the old place.
+        Cell to = {};                // Move: the new one; only for the part that owns both.
+        std::uint64_t id = 0;        // Add
+        std::vector<std::byte> state = {};  // Add: everything for the new owner, the exports for the others.
+    };
+
+    // proposals.cpp
+    Proposals collect(PartState& part);
+    bool propose(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_move(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_around(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool full(const PartState& part, Cell cell) const { return part.ensemble.at(cell).has_value(); }
+    bool stays_connected(const PartState& part, Cell without, Cell with) const;
+    Proposals share(PartState& part, const Proposals& mine) const;
+    static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
+
+    void veto_teleports(PartState& part, std::vector<Proposal>& all) const;
+
+    // lattice_motion.cpp
+    void refuse(PartState& part, Catom catom, Kind kind);
+    void grant(PartState& part, const std::vector<Proposal>& granted);
+    std::vector<CellKey> number_births(PartState& part, const std::vector<Proposal>& granted) const;
+    void relocate(PartState& part, const Proposal& p);
+    void tell(PartState& part, const Change& change);
+    std::vector<Change> exchange(PartState& part);
+    void apply(PartState& part, std::vector<Change> changes);
+    void apply_add(PartState& part, const Change& change);
+    void hold(PartState& part, Catom catom, std::int32_t units);
+    // Adds a catom of ours to the counts below, or takes it out.
+    void account(const PartState& part, Catom catom, int sign);
+
+    const world::World& world_;
+    Known known_;
+    std::vector<std::int32_t> held_;                 // By catom, ghosts too.
+    std::vector<std::vector<std::byte>> packets_;    // By destination.
+    std::vector<Change> mine_;                       // Changes for this part.
+    std::int64_t outside_ = 0, units_ = 0;           // Of this part: catoms outside the target, units held.
+    std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all parts, at the end.
+    std::int64_t last_change_ = 0;                   // The tick in which anything moved last.
+};
+
+}  // namespace meld::sim

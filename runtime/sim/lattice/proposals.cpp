@@ -1,0 +1,281 @@
+// Lattice motion, first half: from actions to proposals, and which of them are granted.
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "runtime/base/hash.h"
+#include "runtime/sim/lattice/around.h"
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/lattice/lattice_motion.h"
+
+namespace meld::sim {
+
+namespace {
+
+using Proposal = LatticeMotion::Proposal;
+using Proposals = LatticeMotion::Proposals;
+
+// A claim is on an empty cell, on the body in a cell (it stands still, receives, or goes), or on its right to act.
+constexpr CellKey kBody = CellKey{1} << 63;
+constexpr CellKey kActor = CellKey{3} << 62;
+
+// The best proposal by claim: open addressing in one array, for this is asked several times a mover and tick.
+class Claims {
+  public:
+    explicit Claims(std::size_t claims) { slots_.resize(std::bit_ceil((claims + 16) * 2)); }
+    const Proposal*& at(CellKey key) {
+        // No claim is the key ~0: the highest brick is never reached by that cell.
+        for (std::size_t i = mix64(key) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
+            if (slots_[i].key == kEmpty) slots_[i].key = key;
+            if (slots_[i].key == key) return slots_[i].best;
+        }
+    }
+
+  private:
+    static constexpr CellKey kEmpty = ~CellKey{0};
+    struct Slot {
+        CellKey key = kEmpty;
+        const Proposal* best = nullptr;
+    };
+    std::vector<Slot> slots_;
+};
+
+void put_proposal(std::vector<std::byte>& out, const Proposals& from, const Proposal& p) {
+    put(out, p);
+    for (std::uint32_t i = 0; i < p.claim_count; ++i) put(out, from.claims[p.first_claim + i]);
+}
+
+void take_proposal(const std::byte*& from, Proposals& to) {
+    Proposal p = take_value<Proposal>(from);
+    p.first_claim = static_cast<std::uint32_t>(to.claims.size());
+    for (std::uint32_t i = 0; i < p.claim_count; ++i) to.claims.push_back(take_value<CellKey>(from));
+    to.list.push_back(p);
+}
+
+}  // namespace
+
+// The actions of this part's catoms as proposals; those whose conditions do not hold are refused at once.
+Proposals LatticeMotion::collect(PartState& part) {
+    Proposals out;
+    for (const eval::Action& action : part.actions()) {
+        Proposal p;
+        const std::uint32_t predicate = action.predicate;
+        const auto kind = predicate == known_.create ? Kind::Create : predicate == known_.destroy ? Kind::Destroy : predicate == known_.give ? Kind::Give
+                          : predicate == known_.move_to ? Kind::MoveTo : predicate == known_.slide ? Kind::Slide : predicate == known_.turn ? Kind::Turn
+                          : predicate == known_.move_around ? Kind::MoveAround : Kind{};
+        if (kind == Kind{}) continue;
+        p.kind = kind;
+        p.id = part.ensemble.id(action.catom);
+        const Cell cell = part.ensemble.cell(action.catom);
+        p.mover = action.catom;
+        p.from = cell;
+        p.first_claim = static_cast<std::uint32_t>(out.claims.size());
+        out.claims.push_back(kActor | part.ensemble.key(cell));
+        const bool fits = kind == Kind::Slide || kind == Kind::Turn ? propose_move(part, action, p, out.claims)
+                          : kind == Kind::MoveAround                ? propose_around(part, action, p, out.claims)
+                                                                    : propose(part, action, p, out.claims);
+        // The same wish twice is granted once: a catom's wishes stand together.
+        bool again = false;
+        for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) again = again || other->order() == p.order();
+        if (fits && !again) {
+            p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
+            out.list.push_back(p);
+            continue;
+        }
+        out.claims.resize(p.first_claim);
+        refuse(part, action.catom, kind);
+    }
+    return out;
+}
+
+bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+    const Cell cell = part.ensemble.cell(action.catom);
+    const std::int32_t units = held_[action.catom];
+    if (p.kind == Kind::Create) {
+        const std::int64_t port = action.arguments[0].integer;
+        if (port < 0 || port >= part.lattice.ports() || units < 1) return false;
+        const Cell to = part.lattice.neighbour(cell, static_cast<int>(port));
+        if (full(part, to)) return false;
+        p.direction = static_cast<std::int32_t>(port);
+        p.to = to;
+        claims.push_back(part.ensemble.key(to));
+        return true;
+    }
+    if (p.kind == Kind::MoveTo) {
+        Cell to;
+        std::int32_t* axes[] = {&to.x, &to.y, &to.z};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::int64_t at = action.arguments[i].integer;
+            if (at < -world::kCellLimit || at >= world::kCellLimit) return false;
+            *axes[i] = static_cast<std::int32_t>(at);
+        }
+        if (part.lattice.flat() && to.z != 0) return false;
+        if (full(part, to)) return false;
+        p.to = to;
+        claims.push_back(kBody | part.ensemble.key(p.from));
+        claims.push_back(part.ensemble.key(to));
+        return true;
+    }
+    // give and destroy name a neighbour by its id.
+    const std::int32_t amount = p.kind == Kind::Give ? 1 : 1 + units;
+    if (p.kind == Kind::Give && units < 1) return false;
+    for (int port = 0; port < part.lattice.ports(); ++port) {
+        const std::int32_t other = catom_towards(part.abi.geometry, part.abi.geometry.catom_site[action.catom], port);
+        if (other < 0 || part.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
+        if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return false;
+        const Cell to = part.lattice.neighbour(cell, port);
+        p.direction = port;
+        p.to = to;
+        if (p.kind == Kind::Destroy) claims.push_back(kBody | part.ensemble.key(p.from));
+        claims.push_back(kBody | part.ensemble.key(to));
+        return true;
+    }
+    return false;
+}
+
+// The sliding cube: along a face of its pivots, or round an edge of one.
+bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+    const world::LatticeKind lattice = part.lattice.kind();
+    if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
+    const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
+    const int ports = part.lattice.ports();
+    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards || part.lattice.opposite(static_cast<int>(pivot)) == towards) return false;
+    const Cell here = part.ensemble.cell(action.catom);
+    const Cell P = part.lattice.neighbour(here, static_cast<int>(pivot)) - here;
+    const Cell D = part.lattice.neighbour(here, static_cast<int>(towards)) - here;
+    p.direction = static_cast<std::int32_t>(pivot * ports + towards);
+    const auto key = [&](Cell offset) { return part.ensemble.key(here + offset); };
+    if (!full(part, here + P)) return false;
+    claims.push_back(kBody | key({}));
+    claims.push_back(kBody | key(P));
+    Cell to;
+    if (p.kind == Kind::Slide) {
+        to = here + D;
+        if (!full(part, here + P + D) || full(part, to)) return false;
+        claims.push_back(kBody | key(P + D));
+        claims.push_back(key(D));
+    } else {
+        to = here + P + D;
+        const Cell zero{};
+        for (const Cell empty : {P + D, D, D + D, P + D + D, zero - P, D - P}) {
+            if (full(part, here + empty)) return false;
+            claims.push_back(key(empty));
+        }
+    }
+    p.to = to;
+    return !world_.motion.keep_connected || stays_connected(part, here, to);
+}
+
+// Around one neighbour to a place beside another catom.
+bool LatticeMotion::propose_around(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+    const std::uint64_t around = action.arguments[0].catom, beside = action.arguments[1].catom;
+    const std::optional<Catom> last = part.ensemble.find(beside);
+    if (around == beside || beside == p.id || !last) return false;
+    for (int port = 0; port < part.lattice.ports(); ++port) {
+        const std::optional<Catom> pivot = part.ensemble.at(part.lattice.neighbour(p.from, port));
+        if (!pivot || part.ensemble.id(*pivot) != around) continue;
+        const auto way = way_around(part.lattice, [&](Cell c) { return full(part, c); }, p.from, port, part.ensemble.cell(*last));
+        if (!way) return false;
+        p.to = way->to;
+        p.direction = way->direction;
+        for (const Cell cell : way->bodies) claims.push_back(kBody | part.ensemble.key(cell));
+        for (const Cell cell : way->empty) claims.push_back(part.ensemble.key(cell));
+        return !world_.motion.keep_connected || stays_connected(part, p.from, p.to);
+    }
+    return false;
+}
+
+// Whether the neighbours a mover leaves stay connected among themselves within two cells of it. Where they are joined
+// only further away the move is refused too: a catom cannot know more without asking around.
+bool LatticeMotion::stays_connected(const PartState& part, Cell without, Cell with) const {
+    std::vector<Cell> found;
+    std::map<Cell, bool> reached;
+    const auto solid = [&](Cell c) { return c != without && (c == with || full(part, c)); };
+    for (int port = 0; port < part.lattice.ports(); ++port) {
+        const Cell c = part.lattice.neighbour(without, port);
+        if (c != with && full(part, c)) found.push_back(c);
+    }
+    if (found.empty()) return true;
+    std::vector<Cell> todo{found[0]};
+    reached[found[0]] = true;
+    const auto near = [&](Cell c) { return std::max({std::abs(c.x - without.x), std::abs(c.y - without.y), std::abs(c.z - without.z)}) <= 2; };
+    while (!todo.empty()) {
+        const Cell at = todo.back();
+        todo.pop_back();
+        for (int port = 0; port < part.lattice.ports(); ++port) {
+            const Cell next = part.lattice.neighbour(at, port);
+            if (near(next) && solid(next) && !reached[next]) {
+                reached[next] = true;
+                todo.push_back(next);
+            }
+        }
+    }
+    return reached[with] && std::all_of(found.begin(), found.end(), [&](Cell c) { return reached[c]; });
+}
+
+// Everything that may compete with a proposal of ours is known here afterwards: competitors stand within six cells of
+// our mover, so in its brick or one next to it. Where anyone teleports, all are told all.
+Proposals LatticeMotion::share(PartState& part, const Proposals& mine) const {
+    if (part.alone()) return mine;
+    Proposals all;
+    if (part.totals.teleports > 0) {
+        std::vector<std::byte> bytes;
+        for (const Proposal& p : mine.list) put_proposal(bytes, mine, p);
+        for (const auto& from : part.comm.allgather_any(bytes)) {
+            const std::byte* at = from.data();
+            while (at != from.data() + from.size()) take_proposal(at, all);
+        }
+        veto_teleports(part, all.list);
+        return all;
+    }
+    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    for (const Proposal& p : mine.list)
+        for (const int other : part.halo->around(p.from)) put_proposal(out[static_cast<std::size_t>(other)], mine, p);
+    std::vector<comm::Packet> packets;
+    for (std::size_t other = 0; other < out.size(); ++other)
+        if (!out[other].empty()) packets.push_back({static_cast<int>(other), std::move(out[other])});
+    all = mine;
+    for (const comm::Packet& packet : part.comm.exchange(std::move(packets))) {
+        const std::byte* at = packet.bytes.data();
+        while (at != packet.bytes.data() + packet.bytes.size()) take_proposal(at, all);
+    }
+    return all;
+}
+
+// Only the owner of a far cell knows whether it is empty.
+void LatticeMotion::veto_teleports(PartState& part, std::vector<Proposal>& all) const {
+    std::vector<std::byte> bytes;
+    for (const Proposal& p : all) {
+        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) put(bytes, p.id);
+    }
+    for (const auto& from : part.comm.allgather_any(bytes)) {
+        const std::byte* at = from.data();
+        while (at != from.data() + from.size()) {
+            const auto id = take_value<std::uint64_t>(at);
+            std::erase_if(all, [&](const Proposal& p) { return p.kind == Kind::MoveTo && p.id == id; });
+        }
+    }
+}
+
+// A proposal is granted if it is the smallest on each of its claims.
+std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& all) {
+    Claims best(all.claims.size());
+    for (const Proposal& p : all.list)
+        for (std::uint32_t i = 0; i < p.claim_count; ++i) {
+            const Proposal*& first = best.at(all.claims[p.first_claim + i]);
+            if (first == nullptr || p.order() < first->order()) first = &p;
+        }
+    std::vector<bool> granted;
+    for (const Proposal& p : mine.list) {
+        bool wins = true;
+        for (std::uint32_t i = 0; i < p.claim_count && wins; ++i) {
+            // A vetoed teleport is nobody's best.
+            const Proposal* first = best.at(mine.claims[p.first_claim + i]);
+            wins = first != nullptr && first->order() == p.order();
+        }
+        granted.push_back(wins);
+    }
+    return granted;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,26 @@
+// The actions `print` and `write-string`: what catoms say, a line each, in the same order for any number of parts.
+#pragma once
+
+#include <cstdio>
+#include <optional>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/sim/core/extension.h"
+
+namespace meld::sim {
+
+class Printer : public SimModule {
+  public:
+    // Part 0 writes there; the others send it what their catoms say.
+    explicit Printer(std::FILE* to) : to_(to) {}
+    Result<void> start(PartState& part) override;
+    // After each tick, ordered by the numbers of the catoms and for each by what it says.
+    Result<void> after(PartState& part) override;
+
+  private:
+    std::FILE* to_;
+    // As this program knows them; none if it does not use them.
+    std::optional<u32> print_, write_;
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,54 @@
+// The example of hand-written modules: three thermometers behind one interface, two CodeModules and a Component. A program
+// that declares `type sensed temperature(node, first float Degrees).` and a world with `[components] thermometer =
+// "plane"`, "drift" or "weather" use it.
+#pragma once
+
+#include <cstring>
+#include <string>
+
+#include "runtime/sim/core/extension.h"
+
+namespace meld::sim {
+
+// The temperature falls along x by half a degree a diameter, and does not change: one object serves all catoms.
+class PlaneThermometer : public CodeModule {
+  public:
+    void run(CatomView& catom) override { catom.sense("temperature", {20.0 - 0.5 * catom.position()[0]}); }
+};
+
+// Each catom warms by a tenth of a degree a tick up to 30 degrees, wherever it goes: its state is its own and follows it.
+class DriftingThermometer : public CodeModule {
+  public:
+    Instances instances() const override { return Instances::PerCatom; }
+    void run(CatomView& catom) override {
+        if (tenths_ < 300) ++tenths_;
+        catom.sense("temperature", {tenths_ / 10.0});
+    }
+    std::vector<std::byte> save() const override {
+        std::vector<std::byte> bytes(sizeof tenths_);
+        std::memcpy(bytes.data(), &tenths_, sizeof tenths_);
+        return bytes;
+    }
+    void load(const std::vector<std::byte>& bytes) override {
+        if (bytes.size() == sizeof tenths_) std::memcpy(&tenths_, bytes.data(), sizeof tenths_);
+    }
+
+  private:
+    int tenths_ = 150;
+};
+
+// The weather of the day is decided centrally, alike on every part because it depends on the seed and the tick alone; each
+// catom feels it, colder by half a degree a diameter of height.
+class Weather : public Component {
+  public:
+    explicit Weather(std::uint64_t seed) : seed_(seed) {}
+    Result<void> step(PartState& part) override;
+    void run(CatomView& catom) override { catom.sense("temperature", {today_ - 0.5 * catom.position()[2]}); }
+    std::string status() const override;
+
+  private:
+    std::uint64_t seed_;
+    double today_ = 15;
+};
+
+}  // namespace meld::sim

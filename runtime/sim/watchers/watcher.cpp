@@ -1,0 +1,168 @@
+#include "runtime/sim/watchers/watcher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+#include "runtime/base/nearest.h"
+#include "runtime/base/progress.h"
+#include "runtime/sim/core/bytes.h"
+#include "runtime/sim/core/part_state.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+bool stored(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
+
+}  // namespace
+
+Result<void> Watcher::start(PartState& part) {
+    watch_ = tuple::find_action(part.module, "watch", 1);
+    watch_all_ = tuple::find_action(part.module, "watch", 0);
+    return {};
+}
+
+// What catoms of all parts want watched from now on.
+Result<void> Watcher::begin(PartState& part) {
+    const auto repeats = [&](const std::optional<u32>& action) { return action && part.module.predicates[*action].repeats; };
+    if (repeats(watch_)) named_.clear();
+    if (repeats(watch_all_)) everything_.clear();
+    if (part.totals.actions > 0) {
+        std::vector<std::byte> mine;
+        for (const eval::Action& a : part.actions()) {
+            if (watch_ != a.predicate && watch_all_ != a.predicate) continue;
+            put(mine, part.ensemble.id(a.catom));
+            put(mine, watch_all_ == a.predicate);
+            put_text(mine, watch_all_ == a.predicate || a.arguments[0].list == nullptr
+                               ? std::string_view{}
+                               : std::string_view(reinterpret_cast<const char*>(a.arguments[0].list->items), a.arguments[0].list->count));
+        }
+        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+            const std::byte* at = bytes.data();
+            while (at != bytes.data() + bytes.size()) {
+                const u64 id = take_value<u64>(at);
+                const bool all = take_value<bool>(at);
+                const std::string name = take_text(at);
+                if (all) everything_.insert(id);
+                else if (auto added = add(part, id, name); !added) return added;
+            }
+        }
+    }
+    watched_ = named_;
+    for (const u64 id : everything_)
+        for (u32 i = 0; i < part.module.predicate_count; ++i)
+            if (stored(part.module.predicates[i])) watched_.emplace(id, i);
+    return {};
+}
+
+Result<void> Watcher::add(PartState& part, u64 id, const std::string& name) {
+    std::vector<std::string_view> known;
+    bool found = false;
+    for (u32 i = 0; i < part.module.predicate_count; ++i) {
+        if (!stored(part.module.predicates[i])) continue;
+        known.emplace_back(part.module.predicates[i].name);
+        if (known.back() != name) continue;
+        named_.emplace(id, i);
+        found = true;
+    }
+    if (found) return {};
+    return fail(fmt::format("catom @{} watches '{}', and the program stores no such predicate", id, name), did_you_mean(name, known), ExitCode::ProgramWrong);
+}
+
+// Sorted, each as often as it is there.
+Watcher::Facts Watcher::facts_of(PartState& part, const Watch& watch) const {
+    Facts facts;
+    const auto catom = part.ensemble.find(watch.first);
+    const PredicateInfo& p = part.module.predicates[watch.second];
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, watch.second, *catom, [&](const Value* v) { facts.push_back(tuple::print_fact(part.module, p, watch.first, v)); });
+    std::sort(facts.begin(), facts.end());
+    return facts;
+}
+
+// What part 0 has not been told yet of this part's catoms. Of one that has left nothing is said: its new part says what it
+// holds, and if there is none it is gone.
+std::vector<std::byte> Watcher::changes(PartState& part) {
+    std::vector<std::byte> out;
+    const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
+        put(out, watch.first);
+        put(out, watch.second);
+        put(out, here);
+        put(out, facts.size());
+        for (const std::string& fact : facts) put_text(out, fact);
+    };
+    std::erase_if(told_, [&](const auto& told) {
+        const auto catom = part.ensemble.find(told.first.first);
+        const bool stays = watched_.contains(told.first) && catom && part.owned(*catom);
+        if (!stays) put_facts(told.first, {}, false);
+        return !stays;
+    });
+    for (const Watch& watch : watched_) {
+        const auto catom = part.ensemble.find(watch.first);
+        if (!catom || !part.owned(*catom)) continue;
+        Facts facts = facts_of(part, watch);
+        const auto told = told_.find(watch);
+        if (told != told_.end() && told->second == facts) continue;
+        put_facts(watch, facts, true);
+        told_[watch] = std::move(facts);
+    }
+    return out;
+}
+
+void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const {
+    const std::byte *at = bytes.data(), *end = at + bytes.size();
+    while (at != end) {
+        Watch watch;
+        watch.first = take_value<u64>(at);
+        watch.second = take_value<u32>(at);
+        const bool here = take_value<bool>(at);
+        Facts facts;
+        for (auto left = take_value<std::size_t>(at); left > 0; --left) facts.push_back(take_text(at));
+        if (here) now[watch] = std::move(facts);
+        else now.emplace(watch, Facts{});
+    }
+}
+
+Result<void> Watcher::tell(PartState& part, const std::map<Watch, Facts>& now) {
+    std::string text;
+    for (const auto& [watch, facts] : now) {
+        Facts& before = known_[watch];
+        Facts gone, come;
+        std::set_difference(before.begin(), before.end(), facts.begin(), facts.end(), std::back_inserter(gone));
+        std::set_difference(facts.begin(), facts.end(), before.begin(), before.end(), std::back_inserter(come));
+        // Where a watch has ended nothing has changed.
+        if (watched_.contains(watch)) {
+            for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", part.abi.now, fact);
+            for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", part.abi.now, fact);
+        }
+        before = facts;
+    }
+    if (text.empty()) return {};
+    clear_progress();
+    fmt::print(to_, "{}", text);
+    if (std::fflush(to_) != 0) return fail("what is watched cannot be written", "Is the disk full, or the other end of a pipe gone?");
+    return {};
+}
+
+Result<void> Watcher::after(PartState& part) {
+    if (!watch_ && !watch_all_) return {};
+    if (auto done = begin(part); !done) return done;
+    // Alike on all parts, so that all exchange or none does; once more after the last watch has ended.
+    const bool ended = watched_.empty() && !watching_;
+    watching_ = !watched_.empty();
+    if (ended) return {};
+    std::vector<std::byte> mine = changes(part);
+    std::vector<comm::Packet> packets;
+    if (part.comm.part() != 0 && !mine.empty()) packets.push_back({0, std::move(mine)});
+    if (part.comm.parts() > 1) packets = part.comm.exchange(std::move(packets));
+    if (part.comm.part() != 0) return {};
+    std::map<Watch, Facts> now;
+    receive(mine, now);
+    for (const comm::Packet& packet : packets) receive(packet.bytes, now);
+    return tell(part, now);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,46 @@
+// The action `watch`: a line for each fact of a predicate that comes or goes at a catom, on standard output.
+#pragma once
+
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/sim/core/extension.h"
+
+namespace meld::sim {
+
+class Watcher : public SimModule {
+  public:
+    // Part 0 writes there; the others tell it what their catoms hold.
+    explicit Watcher(std::FILE* to) : to_(to) {}
+    Result<void> start(PartState& part) override;
+    // After each tick: what has changed since the one before, by catom and predicate. All facts are new where a watch begins.
+    // Errors: a watch names no predicate. Cost: the facts that are watched are looked at in every tick.
+    Result<void> after(PartState& part) override;
+
+  private:
+    // The number of a catom and a predicate of the program.
+    using Watch = std::pair<u64, u32>;
+    using Facts = std::vector<std::string>;
+    Result<void> begin(PartState& part);
+    Result<void> add(PartState& part, u64 id, const std::string& name);
+    Facts facts_of(PartState& part, const Watch& watch) const;
+    std::vector<std::byte> changes(PartState& part);
+    void receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const;
+    Result<void> tell(PartState& part, const std::map<Watch, Facts>& now);
+
+    std::FILE* to_;
+    std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.
+    std::set<Watch> named_, watched_;  // By name, and in all; the same on all parts.
+    std::set<u64> everything_;         // Catoms of which all is watched.
+    bool watching_ = false;            // There were any in the last tick.
+    std::map<Watch, Facts> told_;      // What part 0 was told of catoms of this part.
+    std::map<Watch, Facts> known_;     // On part 0, of all.
+};
+
+}  // namespace meld::sim
