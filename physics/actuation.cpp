@@ -63,8 +63,8 @@ std::vector<Vec3> feature_directions(int count) {
 }
 
 Result<std::vector<Feature>> check_features(std::vector<Feature> features) {
-    if (features.size() > kMostFeatures)
-        return fail(fmt::format("the table has {} features, more than the {} a body can switch", features.size(), kMostFeatures));
+    if (features.size() > kMaxFeatures)
+        return fail(fmt::format("the table has {} features, more than the {} a body can switch", features.size(), kMaxFeatures));
     for (std::size_t i = 0; i < features.size(); ++i) {
         Feature& f = features[i];
         const double norm = length(f.direction);

@@ -39,7 +39,7 @@ struct Feature {
     double switching_j = 0;
 };
 
-inline constexpr std::size_t kMostFeatures = 32;
+inline constexpr std::size_t kMaxFeatures = 32;
 
 // Directions to the neighbours in the lattices that ensembles use: 6 (cubic), 12 (face-centred cubic), or 24 (the corners of
 // a rhombicuboctahedron, a dense cover). Unit vectors.

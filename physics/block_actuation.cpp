@@ -26,7 +26,8 @@ void BlockEngine::actuate_block(std::uint32_t block) {
         for (int i = 0; i < kLanes; ++i) {
             const Batch& batch = batches[n];
             if (!(batch.gap[i] < range) || features[batch.a[i]].on == 0 || features[batch.b[i]].on == 0) continue;
-            held[i] = static_cast<float>(pull_pair(world_, pulls_, batch.a[i], batch.b[i], {d(batch.nx[i]), d(batch.ny[i]), d(batch.nz[i])}, d(batch.gap[i])));
+            held[i] = static_cast<float>(
+                pull_pair(world_, pulls_, batch.a[i], batch.b[i], {d(batch.nx[i]), d(batch.ny[i]), d(batch.nz[i])}, d(batch.gap[i])));
         }
         if (!contacts_.adhesion.empty()) contacts_.adhesion[contacts_.first_pair_batch(block) + n] = held;
     }

@@ -238,7 +238,8 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         std::vector<bool> owned;
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m(), kStepsAhead * times.dt_s}, owns_ ? &owned : nullptr, workers);
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m(), kStepsAhead * times.dt_s},
+                          owns_ ? &owned : nullptr, workers);
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});
         for (std::size_t b = 0; b < owned.size(); ++b) states_[b].owned = owned[b];
@@ -341,7 +342,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
     const bool single = std::all_of(found.begin(), found.end(), [](const Lane& lane) { return lane.what.part == 0; });
     if (!single) std::sort(found.begin(), found.end(), [&](const Lane& one, const Lane& other) { return key(one) < key(other); });
 
-    std::array<SurfaceContact, kMostSurfaceContacts> surfaces;
+    std::array<SurfaceContact, kMaxSurfaceContacts> surfaces;
     std::optional<std::pair<BodyId, Error>> failure;
     const auto fails = [&](BodyId body, Error error) {
         if (!failure || body < failure->first) failure = std::pair(body, std::move(error));
@@ -361,7 +362,8 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
             fails(id, {fmt::format("ODE cannot collide body {} with an obstacle ({})", id, wrong.what()), "Check the obstacle's shape"});
         }
         for (int c = 0; c < count; ++c)
-            if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine) fails(id, fine.error());
+            if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine)
+                fails(id, fine.error());
         // What comes from farther away would be on the other side of a wall before anything is noticed, and of what is near only
         // its way says what it will touch.
         const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.motion[slot]);
@@ -371,7 +373,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
             count = met ? 1 : 0;
             if (met) surfaces[0] = *met;
         }
-        std::array<bool, kMostSurfaceContacts> used{};
+        std::array<bool, kMaxSurfaceContacts> used{};
         for (std::size_t n = begin; n < end; ++n) {
             Batch& batch = *found[n].batch;
             const int i = found[n].lane;

@@ -119,9 +119,9 @@ class BlockEngine final : public Engine {
 // Several blocks make a job, so that small blocks are not all overhead; few enough that all workers have some.
 template <class F>
 void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f) {
-    constexpr std::size_t kMostBlocksPerJob = 16;
+    constexpr std::size_t kMaxBlocksPerJob = 16;
     const std::size_t per_job =
-        std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMostBlocksPerJob);
+        std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMaxBlocksPerJob);
     workers.run((list.size() + per_job - 1) / per_job, [&](int worker, std::size_t job) {
         const FlushDenormals flush;
         const std::size_t end = std::min(list.size(), (job + 1) * per_job);

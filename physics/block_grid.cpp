@@ -33,10 +33,10 @@ struct BlockGrid::Sorting {
 GridShape GridShape::fitting(double least_radius_m, double largest_radius_m, double reach_m) {
     const double smallest = 2 * least_radius_m + reach_m;
     const double largest = 2 * largest_radius_m + reach_m;
-    const double coarsest = 1 << (kMostLevels - 1);
+    const double coarsest = 1 << (kMaxLevels - 1);
     GridShape shape;
     shape.cell_m = std::max(smallest, largest / coarsest);
-    while (shape.cell_m * (1 << (shape.levels - 1)) < largest && shape.levels < kMostLevels) ++shape.levels;
+    while (shape.cell_m * (1 << (shape.levels - 1)) < largest && shape.levels < kMaxLevels) ++shape.levels;
     return shape;
 }
 
@@ -196,7 +196,7 @@ void BlockGrid::sort_block(const Bodies& bodies, const Sorting& sorting, std::ui
     std::array<std::uint32_t, kCellsOfBlock + 1> start{};
     for (const std::uint32_t slot : mine) ++start[sorting.cell[slot] + 1u];
     for (std::size_t c = 0; c < kCellsOfBlock; ++c) start[c + 1] += start[c];
-    for (int level = 0; level < kMostLevels; ++level) {
+    for (int level = 0; level < kMaxLevels; ++level) {
         const int side = cells_a_side(level);
         for (int row = 0; row < side * side; ++row)
             rows_[block * kRowEntries + static_cast<std::size_t>(first_row(level) + row)] =

@@ -18,7 +18,7 @@
 namespace meld::physics {
 
 inline constexpr int kBlockCells = 8;
-inline constexpr int kMostLevels = 3;
+inline constexpr int kMaxLevels = 3;
 inline constexpr int kColours = 8;
 inline constexpr std::uint32_t kNoBlock = 0xffffffff;
 // Cells of all levels in a block, and rows of them along x.

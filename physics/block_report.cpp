@@ -82,8 +82,8 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
     const auto report = [&](const Batch& batch, int i, Touch touch, double sign) {
         visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]),
-                            per_second * static_cast<double>(batch.normal_impulse[i]),
-                            (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
+               per_second * static_cast<double>(batch.normal_impulse[i]),
+               (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };
     for (std::size_t block = 0; block < states_.size(); ++block)
         each_touch(
@@ -92,7 +92,9 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
                 const BodyId a = bodies.nature[batch.a[i]].id, b = bodies.nature[batch.b[i]].id;
                 report(batch, i, touch_of(a, b), a < b ? 1 : -1);
             },
-            [&](const Batch& batch, int i, ObstacleLane what) { report(batch, i, touch_of(bodies.nature[batch.a[i]].id, obstacle_code(what)), 1); });
+            [&](const Batch& batch, int i, ObstacleLane what) {
+                report(batch, i, touch_of(bodies.nature[batch.a[i]].id, obstacle_code(what)), 1);
+            });
 }
 
 // Blocks of one colour touch no body in common, so nobody else adds to a sum while a worker does.
@@ -108,7 +110,8 @@ void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& worker
     for (const std::vector<std::uint32_t>& blocks : coloured)
         for_blocks(blocks, workers, [&](int, std::uint32_t block) {
             each_touch(
-                block, [&](const Batch& batch, int i) { press(batch.a[i], batch.normal_impulse[i]), press(batch.b[i], batch.normal_impulse[i]); },
+                block,
+                [&](const Batch& batch, int i) { press(batch.a[i], batch.normal_impulse[i]), press(batch.b[i], batch.normal_impulse[i]); },
                 [&](const Batch& batch, int i, ObstacleLane) { press(batch.a[i], batch.normal_impulse[i]); });
         });
 }

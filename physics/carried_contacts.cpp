@@ -16,9 +16,7 @@ FormerContacts::FormerContacts(std::vector<Chunks<CarriedContact>>& lists, const
     for (const auto& list : lists) total += list.size();
     if (total == 0) return;
     end_.assign(bodies.count(), 0);
-    const auto advance = [&](std::uint32_t id) {
-        return std::atomic_ref(end_[bodies.slot(id)]).fetch_add(1, std::memory_order_relaxed);
-    };
+    const auto advance = [&](std::uint32_t id) { return std::atomic_ref(end_[bodies.slot(id)]).fetch_add(1, std::memory_order_relaxed); };
     workers.run(lists.size(), [&](int, std::size_t list) {
         lists[list].each([&](const CarriedContact& contact) {
             if (bodies.has(contact.id())) advance(contact.id());
@@ -44,7 +42,8 @@ void FormerContacts::done(std::size_t job) {
     const std::size_t laid_out = std::min(blocks_.size(), next_job_ * blocks_per_job_);
     // A block is done with when the last of those around it is.
     const auto wanted = [&](const Block& block) {
-        return std::any_of(block.neighbours.begin(), block.neighbours.end(), [&](std::uint32_t n) { return n != kNoBlock && n >= laid_out; });
+        return std::any_of(block.neighbours.begin(), block.neighbours.end(),
+                           [&](std::uint32_t n) { return n != kNoBlock && n >= laid_out; });
     };
     while (next_block_ < blocks_.size() && !wanted(blocks_[next_block_])) ++next_block_;
     const std::uint32_t slot = next_block_ < blocks_.size() ? blocks_[next_block_].first : static_cast<std::uint32_t>(end_.size());
@@ -58,7 +57,10 @@ std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& worke
     const auto removed = [&](std::uint32_t slot) { return (bodies.nature[slot].flags & kRemoved) != 0; };
     const auto take = [](auto& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
-        list.push_back({id << 1 | (touches ? 1u : 0u), partner, batch.normal_impulse[i], {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}});
+        list.push_back({id << 1 | (touches ? 1u : 0u),
+                        partner,
+                        batch.normal_impulse[i],
+                        {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}});
     };
     workers.run(pairs_.shelves.size() + obstacles_.shelves.size(), [&](int worker, std::size_t n) {
         const bool is_pair = n < pairs_.shelves.size();
@@ -72,8 +74,10 @@ std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& worke
                 const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i]));
                 if (ends && !touches) continue;
                 const auto note = [&](std::uint32_t partner, std::uint32_t id, float sign) {
-                    if (ends) take(ended[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
-                    else take(carried_[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
+                    if (ends)
+                        take(ended[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
+                    else
+                        take(carried_[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
                 };
                 if (!is_pair) {
                     note(obstacle_code(shelf.lanes[at * kLanes + static_cast<std::size_t>(i)]), a, 1);

@@ -25,7 +25,7 @@ struct CarriedContact {
     std::uint32_t id() const { return id_and_touch >> 1; }
     bool touching() const { return (id_and_touch & 1) != 0; }
 };
-static_assert(kMostBodies == 0x80000000u);
+static_assert(kMaxBodies == 0x80000000u);
 
 // Carried contacts in the order of the bodies' present slots. Blocks that are laid out ask for their contacts and those of the
 // blocks around, and say when they are done; then memory that nobody will ask for is given back, so that the old contacts

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kBlocksPerJob = 4;
 // A shelf is given back as a whole: large enough for huge pages, small beside all that is held.
 constexpr std::size_t kFewBatches = 256, kShelvesOfFew = 8;
-constexpr std::size_t kMostBatchesOfShelf = 2 * kLargeBytes / sizeof(Batch);
+constexpr std::size_t kMaxBatchesOfShelf = 2 * kLargeBytes / sizeof(Batch);
 constexpr int kContactColours = 64;
 // Pairs are coloured in segments, about two layers of a packed block each, so that a sweep goes up a pile and not over all of it
 // colour by colour: a fifth less residual for 2 % more lanes.
@@ -156,7 +156,7 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     FormerContacts former(carried_, setup.grid, bodies, kBlocksPerJob, workers);
     const auto threads = static_cast<std::size_t>(workers.threads());
     std::vector<Arena> arenas(threads);
-    for (Arena& arena : arenas) arena.batches_of_a_shelf = std::clamp(bodies.count() / threads, kFewBatches, kMostBatchesOfShelf);
+    for (Arena& arena : arenas) arena.batches_of_a_shelf = std::clamp(bodies.count() / threads, kFewBatches, kMaxBatchesOfShelf);
     pairs_ = Layout(), obstacles_ = Layout();
     pairs_.of_block.resize(blocks), obstacles_.of_block.resize(blocks);
     std::atomic<std::size_t> candidates{0};
@@ -202,7 +202,8 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
             const Nature &a = bodies.nature[pair->first], &b = bodies.nature[pair->second];
             batch.friction[i] = common_friction(setup.materials[a.material], setup.materials[b.material]);
             const bool a_first = a.id < b.id;
-            recall(former.find(a_first ? pair->first : pair->second, std::max(a.id, b.id)), batch, room.touching[n], i, a_first ? 1.0f : -1.0f);
+            recall(former.find(a_first ? pair->first : pair->second, std::max(a.id, b.id)), batch, room.touching[n], i,
+                   a_first ? 1.0f : -1.0f);
         }
     }
 }
@@ -250,8 +251,8 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
             const ObstacleLane lane = room.lanes[at] = arena.obstacle_lanes[at];
             batch.a[i] = body.first, batch.b[i] = body.second;
             if (body.first >= bodies.count()) continue;
-            batch.friction[i] =
-                common_friction(setup.materials[bodies.nature[body.first].material], setup.materials[setup.obstacles.material(lane.obstacle)]);
+            batch.friction[i] = common_friction(setup.materials[bodies.nature[body.first].material],
+                                                setup.materials[setup.obstacles.material(lane.obstacle)]);
             recall(former.find(body.first, obstacle_code(lane)), batch, room.touching[n], i, 1);
         }
     }

@@ -55,7 +55,7 @@ Rules rules_for(const Settings& settings, const StepTimes& times) {
 }
 
 Touch touch_of(BodyId body, std::uint32_t partner) {
-    if (partner >= kMostBodies) return {body, obstacle_of_code(partner), true};
+    if (partner >= kMaxBodies) return {body, obstacle_of_code(partner), true};
     return {std::min(body, partner), std::max(body, partner), false};
 }
 
@@ -82,11 +82,11 @@ Result<void> World::check_speeds() const {
     const auto length_of = [](const float(&v)[3]) {
         return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
     };
-    BodyId worst = kMostBodies;
+    BodyId worst = kMaxBodies;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
         if (!(std::hypot(length_of(bodies.motion[slot].velocity), length_of(bodies.motion[slot].rim)) <= limit))
             worst = std::min(worst, bodies.nature[slot].id);
-    if (worst == kMostBodies) return {};
+    if (worst == kMaxBodies) return {};
     const Motion& motion = bodies.motion[bodies.slot(worst)];
     const double speed = length_of(motion.velocity), rim = length_of(motion.rim);
     if (!std::isfinite(speed) || !std::isfinite(rim))

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kSlotsPerJob = 1024;
 constexpr std::uint32_t kEnd = 0xffffffff;
 // A body's box is at most a cell wide, so it overlaps at most two cells along each axis.
-constexpr std::size_t kMostBins = 8;
+constexpr std::size_t kMaxBins = 8;
 
 class HashBroadphase final : public Broadphase {
   public:
@@ -52,7 +52,7 @@ class HashBroadphase final : public Broadphase {
         while (size < 4 * count) size *= 2;
         if (heads_.size() != size) heads_ = std::vector<std::atomic<std::uint32_t>>(size);
         for (auto& head : heads_) head.store(kEnd, std::memory_order_relaxed);
-        nodes_.resize(count * kMostBins);
+        nodes_.resize(count * kMaxBins);
         const auto threads = static_cast<std::size_t>(workers.threads());
         pairs.resize(threads);
         for (auto& list : pairs) list.clear();
@@ -85,9 +85,9 @@ class HashBroadphase final : public Broadphase {
     void insert(const Bodies& bodies, std::uint32_t body) {
         if (bodies.nature[body].flags & kRemoved) return;
         const Place& p = bodies.place[body];
-        std::size_t node = body * kMostBins;
+        std::size_t node = body * kMaxBins;
         for_bins(p, level_of(p.radius), [&](std::size_t bin) {
-            if (node == (body + 1u) * kMostBins) return;
+            if (node == (body + 1u) * kMaxBins) return;
             nodes_[node].body = body;
             nodes_[node].next = heads_[bin].exchange(static_cast<std::uint32_t>(node), std::memory_order_acq_rel);
             ++node;

@@ -48,7 +48,8 @@ class HashEngine final : public Engine {
         if (auto dropped = drop_removed(workers); !dropped) return tl::unexpected(dropped.error());
         Bodies& bodies = world_.bodies;
         LastGood& kept = world_.last_good;
-        if (world_.settings.keep_last_good || world_.settings.keep_former_velocities) kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
+        if (world_.settings.keep_last_good || world_.settings.keep_former_velocities)
+            kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
         if (world_.settings.keep_last_good) {
             kept.place.assign(bodies.place.begin(), bodies.place.end());
             kept.turn.assign(bodies.turn.begin(), bodies.turn.end());
@@ -70,7 +71,9 @@ class HashEngine final : public Engine {
     void structure_changed() override { removed_ = true; }
     void body_changed(std::uint32_t, bool) override {}
     void state_restored() override { contacts_.clear(); }
-    void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
+    void each_contact(const ContactVisitor& visit) const override {
+        std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit));
+    }
     void add_normal_forces(std::span<ExactSum> of_slot, Workers&) const override { log_.add_normal_forces(world_.bodies, of_slot); }
     std::size_t bytes() const override { return contacts_.capacity() * sizeof(FlatContact) + log_.bytes(); }
     double residual() override {
@@ -160,7 +163,7 @@ class HashEngine final : public Engine {
                             bodies.nature[pair.second].material);
             }
         }
-        std::array<SurfaceContact, kMostSurfaceContacts> found;
+        std::array<SurfaceContact, kMaxSurfaceContacts> found;
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
             const Place& p = bodies.place[slot];
             for (std::uint32_t obstacle = 0; obstacle < world_.obstacles.count(); ++obstacle) {

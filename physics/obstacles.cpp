@@ -94,7 +94,7 @@ Result<std::uint32_t> Obstacles::add(Shape shape, std::uint8_t material) {
 
 int Obstacles::parts(std::size_t obstacle) const {
     const Shape& shape = entries_[obstacle].shape;
-    return std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ? 1 : kMostSurfaceContacts;
+    return std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ? 1 : kMaxSurfaceContacts;
 }
 
 bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const {
@@ -127,7 +127,8 @@ double depth_in(const Plane& plane, Vec3 centre, double radius_m) { return radiu
 double depth_in(const Box& box, Vec3 centre, double radius_m) {
     const Vec3 local = rotate(conjugate(box.orientation), centre - box.centre), outside = from_box(box, local);
     if (outside != Vec3{}) return radius_m - length(outside);
-    return radius_m + std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
+    return radius_m +
+           std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
 }
 
 // Below the middle of a cell's four points, weighted by how near they are; as steep as the cell is there.
@@ -136,7 +137,8 @@ double depth_in(const Terrain& terrain, Vec3 centre, double radius_m) {
     if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return 0;
     const int column = std::min(static_cast<int>(x), terrain.columns - 2), row = std::min(static_cast<int>(y), terrain.rows - 2);
     const auto height = [&](int i, int j) {
-        return terrain.heights_m[static_cast<std::size_t>(row + j) * static_cast<std::size_t>(terrain.columns) + static_cast<std::size_t>(column + i)];
+        return terrain.heights_m[static_cast<std::size_t>(row + j) * static_cast<std::size_t>(terrain.columns) +
+                                 static_cast<std::size_t>(column + i)];
     };
     const double u = x - column, v = y - row, along_x = (1 - v) * (height(1, 0) - height(0, 0)) + v * (height(1, 1) - height(0, 1)),
                  along_y = (1 - u) * (height(0, 1) - height(0, 0)) + u * (height(1, 1) - height(1, 0)),
@@ -154,14 +156,14 @@ std::optional<SurfaceContact> meeting(const Plane& plane, Vec3 centre, double ra
 
 // Goes on by the distance to the box again and again, which never leads into it (conservative advancement).
 std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius_m, Vec3 path) {
-    constexpr int kMostSteps = 64;
+    constexpr int kMaxSteps = 64;
     // A path that stays this near, as a share of the radius, touches.
     constexpr double kNear = 1e-4;
     const Quat into = conjugate(box.orientation);
     const Vec3 start = rotate(into, centre - box.centre), way = rotate(into, path);
     const double far = length(way);
     double gone = 0;
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMaxSteps; ++i) {
         const Vec3 outside = from_box(box, start + (gone / far) * way);
         const double distance = length(outside), gap = distance - radius_m;
         if (gap > kNear * radius_m) {
@@ -205,7 +207,7 @@ void Obstacles::prepare(int threads) {
 }
 
 int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
-                       std::array<SurfaceContact, kMostSurfaceContacts>& contacts) {
+                       std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
     if (const Plane* plane = std::get_if<Plane>(&entries_[obstacle].shape)) {
         contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
         return contacts[0].gap_m < reach_m ? 1 : 0;
@@ -215,8 +217,8 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
     // ODE reports overlaps only: a sphere as much larger as we want to look ahead overlaps by that much more.
     dGeomSphereSetRadius(own.sphere, radius_m + reach_m);
     dGeomSetPosition(own.sphere, centre.x, centre.y, centre.z);
-    std::array<dContactGeom, kMostSurfaceContacts> found;
-    const int count = dCollide(own.sphere, own.shapes[obstacle], kMostSurfaceContacts, found.data(), sizeof(dContactGeom));
+    std::array<dContactGeom, kMaxSurfaceContacts> found;
+    const int count = dCollide(own.sphere, own.shapes[obstacle], kMaxSurfaceContacts, found.data(), sizeof(dContactGeom));
     for (int i = 0; i < count; ++i) {
         const dContactGeom& contact = found[static_cast<std::size_t>(i)];
         contacts[static_cast<std::size_t>(i)] = {{contact.normal[0], contact.normal[1], contact.normal[2]}, reach_m - contact.depth};

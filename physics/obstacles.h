@@ -51,7 +51,7 @@ struct SurfaceContact {
 };
 
 // A sphere meets a plane or a box in at most one point that matters, uneven ground in several.
-inline constexpr int kMostSurfaceContacts = 4;
+inline constexpr int kMaxSurfaceContacts = 4;
 
 class Obstacles {
   public:
@@ -82,7 +82,7 @@ class Obstacles {
     void prepare(int threads);
     // The contacts nearer than `reach_m`; returns their number. `worker` is the calling worker.
     int collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
-                std::array<SurfaceContact, kMostSurfaceContacts>& contacts);
+                std::array<SurfaceContact, kMaxSurfaceContacts>& contacts);
 
   private:
     struct Entry {

@@ -18,7 +18,7 @@ namespace meld::physics {
 
 namespace {
 
-constexpr std::size_t kMostContactsOfPair = 4;
+constexpr std::size_t kMaxContactsOfPair = 4;
 
 // ODE's objects for one set of bodies and obstacles.
 struct Mirror {
@@ -50,8 +50,8 @@ class OdeEngine final : public Engine {
         world_.events.clear();
         drop_removed(workers);
         Bodies& bodies = world_.bodies;
-        if (bodies.count() + world_.obstacles.count() > kMostOdeBodies)
-            return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMostOdeBodies, bodies.count()),
+        if (bodies.count() + world_.obstacles.count() > kMaxOdeBodies)
+            return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMaxOdeBodies, bodies.count()),
                         "Use the engine 'blocks'");
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
             if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL))
@@ -88,7 +88,9 @@ class OdeEngine final : public Engine {
     void structure_changed() override { mirror_.reset(), changed_ = true; }
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
     void state_restored() override { stale_ = true; }
-    void each_contact(const ContactVisitor& visit) const override { std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit)); }
+    void each_contact(const ContactVisitor& visit) const override {
+        std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit));
+    }
     void add_normal_forces(std::span<ExactSum> of_slot, Workers&) const override { log_.add_normal_forces(world_.bodies, of_slot); }
     std::size_t bytes() const override { return log_.bytes(); }
 
@@ -168,7 +170,8 @@ class OdeEngine final : public Engine {
     void set_damping(double step_s) {
         const Settings& settings = world_.settings;
         for (const dBodyID body : mirror_->bodies) {
-            dBodySetDamping(body, 1 - 1 / (1 + step_s * settings.linear_damping_per_s), 1 - 1 / (1 + step_s * settings.angular_damping_per_s));
+            dBodySetDamping(body, 1 - 1 / (1 + step_s * settings.linear_damping_per_s),
+                            1 - 1 / (1 + step_s * settings.angular_damping_per_s));
             dBodySetLinearDampingThreshold(body, 0);
             dBodySetAngularDampingThreshold(body, 0);
         }
@@ -209,8 +212,8 @@ class OdeEngine final : public Engine {
         const Nature& first = world_.bodies.nature[index(a)];
         const std::uint8_t other = body_b ? world_.bodies.nature[index(b)].material : world_.obstacles.material(index(b));
         if ((first.flags & kFixed) && (!body_b || (world_.bodies.nature[index(b)].flags & kFixed))) return;
-        std::array<dContact, kMostContactsOfPair> contacts{};
-        const int count = dCollide(a, b, kMostContactsOfPair, &contacts[0].geom, sizeof(dContact));
+        std::array<dContact, kMaxContactsOfPair> contacts{};
+        const int count = dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;

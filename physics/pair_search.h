@@ -39,7 +39,7 @@ class PairSearch {
     std::vector<float> x_, y_, z_, radius_;
     std::vector<std::uint8_t> fixed_;
     // Where each padded cell of each level begins.
-    std::array<std::uint32_t, kPaddedCells + kMostLevels> start_{};
+    std::array<std::uint32_t, kPaddedCells + kMaxLevels> start_{};
     float half_reach_ = 0;
 };
 

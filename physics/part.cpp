@@ -113,7 +113,8 @@ double Part::block_m() const { return engine_.next_shape().block_m(); }
 std::size_t Part::block_with(BodyId body) const {
     const std::uint32_t slot = world_.bodies.slot(body);
     const auto blocks = engine_.grid_.blocks();
-    const auto after = std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t s, const Block& block) { return s < block.first; });
+    const auto after =
+        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t s, const Block& block) { return s < block.first; });
     MELD_CHECK(after != blocks.begin(), "body {} is in no block", body);
     return static_cast<std::size_t>(after - blocks.begin()) - 1;
 }
@@ -267,7 +268,9 @@ Part::Messages Part::pack(const Stage& stage) const {
                 continue;
             }
             const Motion& motion = bodies.motion[slot];
-            put(bytes, PackedVelocity{id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
+            put(bytes,
+                PackedVelocity{
+                    id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
         }
     }
     return messages;

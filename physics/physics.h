@@ -34,7 +34,7 @@ enum class EngineKind {
     // The seed design, for comparison: bins filled by atomic exchange, and a parallel sweep without locks, which is not
     // deterministic with several workers.
     Hash,
-    // ODE as it is: a hash space and dWorldQuickStep, one thread, at most kMostOdeBodies.
+    // ODE as it is: a hash space and dWorldQuickStep, one thread, at most kMaxOdeBodies.
     Ode,
 };
 
@@ -127,7 +127,7 @@ struct SwitchedFeatures {
 struct Touch {
     Touch() = default;
     Touch(BodyId body_id, std::uint32_t other_number, bool is_obstacle)
-        : body(body_id), other(other_number & (kMostBodies - 1)), other_is_obstacle(is_obstacle) {}
+        : body(body_id), other(other_number & (kMaxBodies - 1)), other_is_obstacle(is_obstacle) {}
     BodyId body = 0;
     // In 31 bits, for in the first step of a pile there are three touches a body.
     std::uint32_t other : 31 = 0;
@@ -170,7 +170,7 @@ struct StageTimes {
     double total() const { return sort + pairs + actuation + refresh + solve + move + events; }
 };
 
-inline constexpr std::size_t kMostOdeBodies = 131072;
+inline constexpr std::size_t kMaxOdeBodies = 131072;
 
 class Engine;
 struct World;

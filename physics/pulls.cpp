@@ -20,7 +20,7 @@ Quat orientation(const Turn& turn) {
 // The features of one body that are on and so near the other body that they can matter.
 struct Near {
     std::uint8_t count = 0;
-    std::uint8_t index[kMostFeatures];
+    std::uint8_t index[kMaxFeatures];
 };
 
 // `towards` leads to the other body, a unit vector in the world; a feature at angle t from it has its surface point as far
@@ -141,7 +141,8 @@ Result<void> FlatPulls::find(World& world, double dt_s, Workers& workers) {
 void FlatPulls::discount(std::vector<ContactReport>& reports) const {
     std::vector<bool> done(held_.size());
     for (ContactReport& report : reports) {
-        const auto found = std::lower_bound(held_.begin(), held_.end(), report.touch, [](const Held& held, const Touch& touch) { return held.touch < touch; });
+        const auto found = std::lower_bound(held_.begin(), held_.end(), report.touch,
+                                            [](const Held& held, const Touch& touch) { return held.touch < touch; });
         if (found == held_.end() || found->touch != report.touch) continue;
         if (auto once = done[static_cast<std::size_t>(found - held_.begin())]; !once) report.normal_force_n -= found->force_n, once = true;
     }

@@ -12,8 +12,8 @@ namespace meld::physics {
 
 namespace {
 
-constexpr std::size_t kMostMaterials = 256;
-constexpr std::size_t kMostTables = 65535;
+constexpr std::size_t kMaxMaterials = 256;
+constexpr std::size_t kMaxTables = 65535;
 
 double norm(Quat q) { return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z); }
 bool is_rotation(Quat q) { return std::isfinite(norm(q)) && std::abs(norm(q) - 1) < 1e-3; }
@@ -67,8 +67,8 @@ Result<void> check(BodyId id, const BodyState& state) {
 }
 
 Result<void> check(const BodySpec& spec) {
-    if (spec.id >= kMostBodies)
-        return fail(fmt::format("body {} has a number that is too large", spec.id), fmt::format("Number bodies below {}", kMostBodies));
+    if (spec.id >= kMaxBodies)
+        return fail(fmt::format("body {} has a number that is too large", spec.id), fmt::format("Number bodies below {}", kMaxBodies));
     const auto positive = [](double value) {
         return value > 0 && std::isfinite(value) && std::isfinite(single(1 / value)) && single(value) > 0;
     };
@@ -124,7 +124,7 @@ Result<std::uint8_t> Scene::add_material(Material material) {
         return fail(fmt::format("the friction {} is no coefficient", material.friction), "Give a number that is not negative");
     if (!(material.restitution >= 0 && material.restitution <= 1))
         return fail(fmt::format("the restitution {} is no share", material.restitution), "Give a number between 0 and 1");
-    if (world_->materials.size() == kMostMaterials) return fail(fmt::format("there are already {} materials", kMostMaterials));
+    if (world_->materials.size() == kMaxMaterials) return fail(fmt::format("there are already {} materials", kMaxMaterials));
     world_->materials.push_back(material);
     engine_->structure_changed();
     return static_cast<std::uint8_t>(world_->materials.size() - 1);
@@ -138,7 +138,7 @@ Result<std::uint32_t> Scene::add_obstacle(Shape shape, std::uint8_t material) {
 }
 
 Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
-    if (world_->tables.size() == kMostTables) return fail(fmt::format("there are already {} feature tables", kMostTables));
+    if (world_->tables.size() == kMaxTables) return fail(fmt::format("there are already {} feature tables", kMaxTables));
     auto checked = check_features(std::move(features));
     if (!checked) return tl::unexpected(checked.error());
     world_->tables.push_back(std::move(*checked));
@@ -156,7 +156,9 @@ Result<void> Scene::add_body(const BodySpec& spec) {
     if (bodies.has(spec.id))
         return fail(fmt::format("body {} was removed in this tick", spec.id), "Use another number, or step before you use it again");
     for (std::uint32_t obstacle = 0; !spec.fixed && obstacle < world_->obstacles.count(); ++obstacle)
-        if (auto fine = world_->check_depth(spec.id, spec.radius_m, obstacle, world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m)); !fine)
+        if (auto fine =
+                world_->check_depth(spec.id, spec.radius_m, obstacle, world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m));
+            !fine)
             return fail(fine.error().problem, fine.error().suggestion);
     const Nature nature{.id = spec.id,
                         .mass = single(spec.mass_kg),

@@ -36,7 +36,7 @@ constexpr Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
 
 // The caller's number of a body; the same on every process. The upper half of the range is kept for obstacles.
 using BodyId = std::uint32_t;
-inline constexpr BodyId kMostBodies = 0x80000000u;
+inline constexpr BodyId kMaxBodies = 0x80000000u;
 
 struct BodyPair {
     std::uint32_t first, second;

@@ -96,10 +96,14 @@ bool is_intact(const std::string& path, const BuildOptions& options) {
 Result<void> check_externs(const std::vector<ExternObject>& objects, const BuildOptions& options) {
     for (const std::string& name : options.externs) {
         bool found = false;
-        for (const ExternObject& object : objects) found = found || std::find(object.symbols.begin(), object.symbols.end(), name) != object.symbols.end();
+        for (const ExternObject& object : objects)
+            found = found || std::find(object.symbols.begin(), object.symbols.end(), name) != object.symbols.end();
         if (found) continue;
-        if (options.linked.empty()) return fail(fmt::format("the extern `{}` is not linked", name), fmt::format("Give the C file that defines {} with --link FILE.c", name), ExitCode::ProgramWrong);
-        return fail(fmt::format("the extern `{}` is in none of the linked files", name), fmt::format("Define {} in one of them; in C++ as extern \"C\"", name), ExitCode::ProgramWrong);
+        if (options.linked.empty())
+            return fail(fmt::format("the extern `{}` is not linked", name),
+                        fmt::format("Give the C file that defines {} with --link FILE.c", name), ExitCode::ProgramWrong);
+        return fail(fmt::format("the extern `{}` is in none of the linked files", name),
+                    fmt::format("Define {} in one of them; in C++ as extern \"C\"", name), ExitCode::ProgramWrong);
     }
     return {};
 }
@@ -137,11 +141,12 @@ Result<std::string> build_module(const std::string& cpp_text, const std::string&
     const Result<const Backend*> backend = load_backend();
     if (!backend) return tl::unexpected(backend.error());
     Result<std::vector<std::string>> objects = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
-                                                                  {.optimisation = options.optimisation, .target_cpu = target});
+                                                                          {.optimisation = options.optimisation, .target_cpu = target});
     if (!objects) return tl::unexpected(objects.error());
     std::vector<ExternObject> linked;
     for (const ExternSource& source : options.linked) {
-        Result<ExternObject> compiled = (*backend)->compile_extern(source, options.extern_header, {.optimisation = options.optimisation, .target_cpu = target});
+        Result<ExternObject> compiled =
+            (*backend)->compile_extern(source, options.extern_header, {.optimisation = options.optimisation, .target_cpu = target});
         if (!compiled) return tl::unexpected(compiled.error());
         objects->push_back(std::move(compiled->object));
         linked.push_back(std::move(*compiled));

@@ -28,8 +28,9 @@ struct BuildOptions {
 
 // Compiles and links the text and returns the path of the module, from the cache if the same text was built with the same
 // options before. The name appears in Clang's messages and must be usable as a file name. Text that is not C++ is our
-// mistake: ExitCode::OurBug; a linked file that does not compile, or an extern that none defines, the program's. A cache that cannot be written: ExitCode::UsageOrWorld. Any number of processes and threads
-// may build the same module at once. Costs a few tenths of a millisecond when cached.
+// mistake: ExitCode::OurBug; a linked file that does not compile, or an extern that none defines, the program's. A cache that
+// cannot be written: ExitCode::UsageOrWorld. Any number of processes and threads may build the same module at once. Costs a few
+// tenths of a millisecond when cached.
 Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options);
 
 }  // namespace meld

@@ -30,7 +30,6 @@ bool bind_parts(const Term& test, Bound& bound) {
     return changed;
 }
 
-
 class Bindings {
   public:
     Bindings(const Program& program, const Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
@@ -58,12 +57,15 @@ class Bindings {
         for (bool changed = true; changed;) {
             changed = false;
             for (const Clause& c : clauses) {
-                if (c.kind == Clause::Kind::Aggregate && !bound.contains(c.variable) && shared_bound(c, bound)) changed = bound.insert(c.variable).second || changed;
-                if (c.kind == Clause::Kind::Element && !bound.contains(c.variable) && all_bound(c.test, bound)) changed = bound.insert(c.variable).second || changed;
+                if (c.kind == Clause::Kind::Aggregate && !bound.contains(c.variable) && shared_bound(c, bound))
+                    changed = bound.insert(c.variable).second || changed;
+                if (c.kind == Clause::Kind::Element && !bound.contains(c.variable) && all_bound(c.test, bound))
+                    changed = bound.insert(c.variable).second || changed;
                 if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
                 for (const std::size_t side : {0u, 1u}) {
                     const Term &target = c.test.operands[side], &value = c.test.operands[1 - side];
-                    if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound)) changed = bound.insert(target.variable).second || changed;
+                    if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound))
+                        changed = bound.insert(target.variable).second || changed;
                 }
                 changed = bind_parts(c.test, bound) || changed;
             }
@@ -74,14 +76,17 @@ class Bindings {
         std::map<VariableId, int> inside;
         for (const Clause& c : aggregate.inner) each_variable(c, [&](VariableId v) { ++inside[v]; });
         each_variable(aggregate.test, [&](VariableId v) { ++inside[v]; });
-        return std::all_of(inside.begin(), inside.end(), [&](const auto& use) { return use.second == uses_[use.first.index()] || bound.contains(use.first); });
+        return std::all_of(inside.begin(), inside.end(),
+                           [&](const auto& use) { return use.second == uses_[use.first.index()] || bound.contains(use.first); });
     }
     void selected(const Bound& bound) {
         const Variable& v = rule_.variables[rule_.selected];
         if (!bound.contains(rule_.selected) && reported_.insert(rule_.selected).second)
-            report_.add(Kind::UnboundVariable, v.span, fmt::format("`{}` has no value in this body", v.name)).help = "choose by a variable of a fact of the body";
+            report_.add(Kind::UnboundVariable, v.span, fmt::format("`{}` has no value in this body", v.name)).help =
+                "choose by a variable of a fact of the body";
         else if (rule_.select != Select::Random && v.type.compound())
-            report_.add(Kind::TypeMismatch, v.span, fmt::format("`{}` is {}, which has no least or greatest", v.name, type_name(v.type))).help = "choose by an int, a float or a node";
+            report_.add(Kind::TypeMismatch, v.span, fmt::format("`{}` is {}, which has no least or greatest", v.name, type_name(v.type)))
+                .help = "choose by an int, a float or a node";
     }
 
     // `n-1` as a difference where `n` is a variable of the rule; else empty.
@@ -131,7 +136,10 @@ class Bindings {
                 need(c.test, inner, "in what is aggregated");
                 need(c.initial, bound, "in what is aggregated");
                 if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
-                    report_.add(Kind::UnboundVariable, c.span, fmt::format("`{}` has no value: something inside the aggregate waits for it, or has none itself", rule_.variables[c.variable].name))
+                    report_
+                        .add(Kind::UnboundVariable, c.span,
+                             fmt::format("`{}` has no value: something inside the aggregate waits for it, or has none itself",
+                                         rule_.variables[c.variable].name))
                         .help = "what the inside shares with the rest of the rule must have a value there";
             }
         }
@@ -139,8 +147,10 @@ class Bindings {
     void set(const Head& h, const Bound& bound, Bound& inner) {
         if (h.term.op != Op::Fresh) need(h.term, bound, "in this head");
         if (h.term.op != Op::Fresh && bound.contains(h.variable))
-            report_.add(Kind::SyntaxError, h.span, fmt::format("`{}` has a value already, and a head asks for nothing", rule_.variables[h.variable].name)).help =
-                "a condition belongs on the body's side of the arrow";
+            report_
+                .add(Kind::SyntaxError, h.span,
+                     fmt::format("`{}` has a value already, and a head asks for nothing", rule_.variables[h.variable].name))
+                .help = "a condition belongs on the body's side of the arrow";
         inner.insert(h.variable);
     }
     void heads(const std::vector<Head>& all, const Bound& bound) {
@@ -155,8 +165,9 @@ class Bindings {
             Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
             for (const Fold& f : h.folds) {
                 if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each).second)
-                    report_.add(Kind::UnboundVariable, h.span, fmt::format("`{}` has no value for a match", rule_.variables[f.each].name)).help =
-                        fmt::format("use `{}` in the body of the aggregate: it stands for the value of one match", rule_.variables[f.each].name);
+                    report_.add(Kind::UnboundVariable, h.span, fmt::format("`{}` has no value for a match", rule_.variables[f.each].name))
+                        .help = fmt::format("use `{}` in the body of the aggregate: it stands for the value of one match",
+                                            rule_.variables[f.each].name);
                 last.insert(f.result);
             }
             heads(h.heads, inner);
@@ -188,7 +199,8 @@ void check_bindings(Program& program, diagnostics::Reporter& report) {
         // A variable that stands once in a rule is often a slip of the pen; `_` or `_Name` says it is meant.
         for (const VariableId v : rule.used_once)
             if (!refused.contains({rule.span.file, rule.span.begin}))
-                report.add(Kind::SingleUse, rule.variables[v].span, fmt::format("`{}` is used once in this rule", rule.variables[v].name)).help = "write `_` if any value will do";
+                report.add(Kind::SingleUse, rule.variables[v].span, fmt::format("`{}` is used once in this rule", rule.variables[v].name))
+                    .help = "write `_` if any value will do";
     }
 }
 

@@ -11,7 +11,9 @@ using diagnostics::Kind;
 namespace {
 
 bool is_struct_of_floats(const Type& type) {
-    return type == Type::Error || (type.kind == Type::Kind::Struct && std::all_of(type.parts.begin(), type.parts.end(), [](const Type& t) { return t == Type::Float || t == Type::Error; }));
+    return type == Type::Error || (type.kind == Type::Kind::Struct && std::all_of(type.parts.begin(), type.parts.end(), [](const Type& t) {
+                                       return t == Type::Float || t == Type::Error;
+                                   }));
 }
 
 }  // namespace
@@ -31,7 +33,8 @@ std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& 
         term.op = Op::Int;
         term.type = Type::Int;
         term.integer = 1;
-        report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here").help = "programs cannot tell processors apart; results do not depend on them";
+        report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here").help =
+            "programs cannot tell processors apart; results do not depend on them";
         return term;
     }
     const bool number = name == "cpu-id" || name == "cpu-static", flag = name == "is-static" || name == "is-moving";
@@ -39,13 +42,16 @@ std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& 
     resolve(*arguments[0], Type::Node, fmt::format("`{}`", name));
     term.op = number ? Op::Int : Op::Bool;
     term.type = number ? Type::Int : Type::Bool;
-    report_.add(Kind::HintIgnored, span, fmt::format("`{}` is {} for every catom here", name, number ? "0" : "false")).help = "programs cannot tell processors apart; results do not depend on them";
+    report_.add(Kind::HintIgnored, span, fmt::format("`{}` is {} for every catom here", name, number ? "0" : "false")).help =
+        "programs cannot tell processors apart; results do not depend on them";
     return term;
 }
 
 bool Scope::is_function(const std::string& name) const { return names_.functions.contains(name) || library_function(name, 0) != nullptr; }
 
-Term Scope::condition(const syntax::Atom& atom) { return convert(call(atom.name.text, atom.arguments, atom.span, Type::Bool), Type::Bool, "a condition"); }
+Term Scope::condition(const syntax::Atom& atom) {
+    return convert(call(atom.name.text, atom.arguments, atom.span, Type::Bool), Type::Bool, "a condition");
+}
 
 Term Scope::unknown_function(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
@@ -53,24 +59,27 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     if (names_.tree.is_lost(name)) return term;
     for (const auto& [key, id] : names_.predicates)
         if (key.first == name) {
-            auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("`{}` is a predicate: its facts hold or do not, and have no value", name));
+            auto& d = report_.add(Kind::UnknownFunction, span,
+                                  fmt::format("`{}` is a predicate: its facts hold or do not, and have no value", name));
             d.help = fmt::format("make it a clause of its own, `{0}(...)` or `not {0}(...)`", name);
             d.labels = {{program_.predicates[id].span, "declared here"}};
             return term;
         }
     if (name == "priority" && arguments.size() == 1) {
-        report_.add(Kind::UnknownFunction, span, "catoms have no priority").help = "what a condition on it leaves out must be said by the rules; leave the condition out";
+        report_.add(Kind::UnknownFunction, span, "catoms have no priority").help =
+            "what a condition on it leaves out must be said by the rules; leave the condition out";
         return term;
     }
     // Forms of their own, with something missing.
     if (name == "proved" && arguments.size() <= 2) {
         const std::string predicate = arguments.empty() ? "p" : syntax::print(*arguments.back());
-        report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help =
-            fmt::format("write `proved(A, {})`", predicate.find('(') == std::string::npos ? predicate : predicate.substr(0, predicate.find('(')));
+        report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help = fmt::format(
+            "write `proved(A, {})`", predicate.find('(') == std::string::npos ? predicate : predicate.substr(0, predicate.find('(')));
         return term;
     }
     if (name == "delta" && arguments.size() == 1) {
-        report_.add(Kind::UnknownFunction, span, "`delta` says first which argument changes").help = fmt::format("write `delta(X; {})`, where X is that argument", syntax::print(*arguments[0]));
+        report_.add(Kind::UnknownFunction, span, "`delta` says first which argument changes").help =
+            fmt::format("write `delta(X; {})`, where X is that argument", syntax::print(*arguments[0]));
         return term;
     }
     std::vector<std::string> known;
@@ -78,7 +87,8 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     for (const auto& [own, id] : names_.functions) known.push_back(own);
     const std::string near = diagnostics::nearest_name(name, known);
     report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
-        near.empty() ? fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name, parameters(arguments, Named::Yes), parameters(arguments, Named::No))
+        near.empty() ? fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name,
+                                   parameters(arguments, Named::Yes), parameters(arguments, Named::No))
                      : fmt::format("did you mean `{}`?", near);
     return term;
 }
@@ -95,8 +105,9 @@ std::string Scope::parameters(const Arguments& arguments, Named named) {
 }
 
 void Scope::wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared) {
-    auto& d = report_.add(Kind::ArityMismatch, span, fmt::format("`{}` takes {} argument{}, and here {} {}", name, needs, needs == 1 ? "" : "s",
-                                                                given == 1 ? "is" : "are", given));
+    auto& d = report_.add(
+        Kind::ArityMismatch, span,
+        fmt::format("`{}` takes {} argument{}, and here {} {}", name, needs, needs == 1 ? "" : "s", given == 1 ? "is" : "are", given));
     if (declared.end > declared.begin) d.labels.push_back({declared, "declared here"});
 }
 
@@ -113,7 +124,8 @@ Term Scope::call_function(FunctionId id, const Arguments& arguments, Span span) 
     term.type = f.result;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         const Variable& parameter = f.variables[VariableId(i)];
-        term.operands.push_back(resolve(*arguments[i], parameter.type, fmt::format("argument {} of `{}`", i + 1, f.name), false, parameter.span));
+        term.operands.push_back(
+            resolve(*arguments[i], parameter.type, fmt::format("argument {} of `{}`", i + 1, f.name), false, parameter.span));
     }
     return term;
 }
@@ -139,12 +151,18 @@ Term Scope::call_library(const LibraryFunction& f, const Arguments& arguments, S
         match(f.parameters[i], term.operands.back().type, bindings);
     }
     if (const auto number = bindings.find('N'); number != bindings.end() && !number->second.numeric() && number->second != Type::Error)
-        report_.add(Kind::TypeMismatch, arguments[0]->span, fmt::format("`{}` needs {}, and this is {}", f.name, f.parameters[0].variable == 'N' ? "a number" : "numbers", type_name(infer(*arguments[0])))).help =
-            fmt::format("`{}` is {}", f.name, f.signature);
+        report_
+            .add(Kind::TypeMismatch, arguments[0]->span,
+                 fmt::format("`{}` needs {}, and this is {}", f.name, f.parameters[0].variable == 'N' ? "a number" : "numbers",
+                             type_name(infer(*arguments[0]))))
+            .help = fmt::format("`{}` is {}", f.name, f.signature);
     if (const auto record = bindings.find('S'); record != bindings.end() && !is_struct_of_floats(record->second))
-        report_.add(Kind::TypeMismatch, arguments.back()->span, fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
-    if (const auto table = bindings.find('R'); table != bindings.end() && !is_struct_of_floats(table->second) && table->second != Type::list_of(Type::Float))
-        report_.add(Kind::TypeMismatch, arguments[0]->span, fmt::format("`{}` needs a list or a struct of floats, and this is {}", f.name, type_name(table->second)));
+        report_.add(Kind::TypeMismatch, arguments.back()->span,
+                    fmt::format("`{}` needs a struct of floats, and this is {}", f.name, type_name(record->second)));
+    if (const auto table = bindings.find('R');
+        table != bindings.end() && !is_struct_of_floats(table->second) && table->second != Type::list_of(Type::Float))
+        report_.add(Kind::TypeMismatch, arguments[0]->span,
+                    fmt::format("`{}` needs a list or a struct of floats, and this is {}", f.name, type_name(table->second)));
     // What was refused is of any type, so that one mistake gives one message.
     term.type = report_.error_count() > errors ? Type::Error : substitute(f.result, bindings);
     return term;

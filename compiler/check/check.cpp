@@ -3,7 +3,8 @@
 
 namespace meld::check {
 
-Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, std::uint32_t program_file, diagnostics::Reporter& report) {
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, std::uint32_t program_file,
+              diagnostics::Reporter& report) {
     Program program;
     separate_modules(tree, prelude_files, report);
     const std::vector<diagnostics::Diagnostic> unused_names = find_unused_names(files, tree, program_file);

@@ -8,9 +8,11 @@
 namespace meld::check {
 
 // Checks the tree (prelude first, then the program) and reports every mistake it finds. The result is complete only where
-// nothing was reported as an error; it is safe to print in any case. Names in the tree become full names. prelude_files: how many files of the set are ours;
-// program_file: which of them is the program, of which alone it is said that something in it has no use.
-Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, std::uint32_t program_file, diagnostics::Reporter& report);
+// nothing was reported as an error; it is safe to print in any case. Names in the tree become full names. prelude_files: how many
+// files of the set are ours; program_file: which of them is the program, of which alone it is said that something in it has no
+// use.
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, std::uint32_t program_file,
+              diagnostics::Reporter& report);
 
 // ---- the passes, one file each, in this order
 
@@ -25,7 +27,8 @@ void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report);
 // Imports that repeat a declaration must repeat it rightly.
 void check_imports(const syntax::Tree& tree, diagnostics::Reporter& report);
-// Predicates, constants and functions from declarations, the latter two by name and type. Sensed and action predicates must be known to the prelude.
+// Predicates, constants and functions from declarations, the latter two by name and type. Sensed and action predicates must be
+// known to the prelude.
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
 // Aggregates of declared predicates, with the functions and links they name.
 void declare_aggregates(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);

@@ -122,12 +122,16 @@ class Conditions {
         const Bound at_most{x, y, op == Op::Less ? ceil - 1 : floor}, at_least{y, x, op == Op::Greater ? -floor - 1 : -ceil};
         switch (op) {
             case Op::Less:
-            case Op::LessEqual: return {Way{at_most}};
+            case Op::LessEqual:
+                return {Way{at_most}};
             case Op::Greater:
-            case Op::GreaterEqual: return {Way{at_least}};
+            case Op::GreaterEqual:
+                return {Way{at_least}};
             // No int lies between the two: never equal, always different.
-            case Op::Equal: return floor != ceil ? Ways{} : Ways{Way{at_most, at_least}};
-            default: return floor != ceil ? Ways{Way{}} : Ways{Way{{x, y, floor - 1}}, Way{{y, x, -ceil - 1}}};
+            case Op::Equal:
+                return floor != ceil ? Ways{} : Ways{Way{at_most, at_least}};
+            default:
+                return floor != ceil ? Ways{Way{}} : Ways{Way{{x, y, floor - 1}}, Way{{y, x, -ceil - 1}}};
         }
     }
     static std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
@@ -284,7 +288,8 @@ std::vector<Condition> conditions(const std::vector<Clause>& body) {
     return result;
 }
 
-std::optional<Contradiction> contradiction(const Program& program, const Rule& rule, const std::vector<Condition>& around, const std::vector<Condition>& body) {
+std::optional<Contradiction> contradiction(const Program& program, const Rule& rule, const std::vector<Condition>& around,
+                                           const std::vector<Condition>& body) {
     return body.empty() ? std::nullopt : Conditions(program, rule).find(around, body);
 }
 

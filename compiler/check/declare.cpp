@@ -16,18 +16,26 @@ namespace {
 
 // The world predicates by name and number of arguments.
 WorldSource world_source(const Predicate& p) {
-    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {
-        {{"neighbor", 2}, WorldSource::Neighbor}, {{"neighbor", 3}, WorldSource::NeighborPort}, {{"neighborCount", 2}, WorldSource::NeighborCount},
-        {{"vacant", 2}, WorldSource::Vacant},     {{"cell", 4}, WorldSource::Cell},             {{"position", 4}, WorldSource::Position},
-        {{"position", 2}, WorldSource::PositionVector}, {{"at", 4}, WorldSource::Position},     {{"at", 2}, WorldSource::PositionVector},
-        {{"id", 2}, WorldSource::Id},             {{"tick", 2}, WorldSource::Tick},             {{"target", 1}, WorldSource::Target},
-        {{"target", 2}, WorldSource::TargetPort}};
+    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {{{"neighbor", 2}, WorldSource::Neighbor},
+                                                                                       {{"neighbor", 3}, WorldSource::NeighborPort},
+                                                                                       {{"neighborCount", 2}, WorldSource::NeighborCount},
+                                                                                       {{"vacant", 2}, WorldSource::Vacant},
+                                                                                       {{"cell", 4}, WorldSource::Cell},
+                                                                                       {{"position", 4}, WorldSource::Position},
+                                                                                       {{"position", 2}, WorldSource::PositionVector},
+                                                                                       {{"at", 4}, WorldSource::Position},
+                                                                                       {{"at", 2}, WorldSource::PositionVector},
+                                                                                       {{"id", 2}, WorldSource::Id},
+                                                                                       {{"tick", 2}, WorldSource::Tick},
+                                                                                       {{"target", 1}, WorldSource::Target},
+                                                                                       {{"target", 2}, WorldSource::TargetPort}};
     const auto found = sources.find({p.name, p.arguments.size()});
     return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
 }
 
 bool of_bodies(const std::string& name) {
-    static const std::set<std::string> words = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy", "magnet", "latch", "force", "torque", "roll"};
+    static const std::set<std::string> words = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy",
+                                                "magnet",  "latch",       "force",    "torque",       "roll"};
     return words.contains(name);
 }
 
@@ -38,7 +46,8 @@ class Declarer {
 
     void run() {
         for (const syntax::Item& item : tree_.items)
-            if (const auto* handle = std::get_if<syntax::Extern>(&item); handle != nullptr && !handle->result) types_.emplace(handle->name.text, Type::Int);
+            if (const auto* handle = std::get_if<syntax::Extern>(&item); handle != nullptr && !handle->result)
+                types_.emplace(handle->name.text, Type::Int);
         for (const syntax::Item& item : tree_.items) std::visit([&](const auto& it) { declare(it); }, item);
     }
 
@@ -55,7 +64,8 @@ class Declarer {
         // No program can write such a name: expand_stable() did.
         p.auxiliary = p.name.find('@') != std::string::npos;
         modifiers(d, p);
-        for (const syntax::Argument& a : d.arguments) p.arguments.push_back({to_type(a.type, types_, tree_, report_), a.name ? a.name->text : ""});
+        for (const syntax::Argument& a : d.arguments)
+            p.arguments.push_back({to_type(a.type, types_, tree_, report_), a.name ? a.name->text : ""});
         check_shape(d, p);
         p.refused = report_.error_count() > errors;
         add(d, std::move(p));
@@ -72,13 +82,16 @@ class Declarer {
                 // A link of the program's own, as `neighbor` is the world's.
                 p.route = true;
             } else if (m.text == "virtual") {
-                report_.add(Kind::HintIgnored, m.span, "`virtual` has no effect here").help = "a link is followed only while its two catoms touch, whoever makes it";
+                report_.add(Kind::HintIgnored, m.span, "`virtual` has no effect here").help =
+                    "a link is followed only while its two catoms touch, whoever makes it";
             } else if (m.text == "linear" || m.text == "action" || m.text == "persistent") {
                 if (kind != nullptr && kind->text != m.text)
-                    report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text)).labels = {
-                        {kind->span, "declared here as " + kind->text}};
+                    report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text))
+                        .labels = {{kind->span, "declared here as " + kind->text}};
                 kind = &m;
-                p.kind = m.text == "linear" ? PredicateKind::Linear : m.text == "action" ? PredicateKind::Action : PredicateKind::Persistent;
+                p.kind = m.text == "linear"   ? PredicateKind::Linear
+                         : m.text == "action" ? PredicateKind::Action
+                                              : PredicateKind::Persistent;
             } else {
                 report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is no modifier", m.text)).help =
                     "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
@@ -95,12 +108,15 @@ class Declarer {
     void check_shape(const syntax::Declaration& d, const Predicate& p) {
         const bool first_ok = !p.arguments.empty() && (p.arguments[0].type == Type::Node || p.arguments[0].type == Type::Error);
         if (!first_ok)
-            report_.add(Kind::FirstArgumentNotNode, d.arguments.empty() ? d.name.span : d.arguments[0].span,
-                        fmt::format("the first argument of `{}` must be the catom where the fact lives", p.name))
+            report_
+                .add(Kind::FirstArgumentNotNode, d.arguments.empty() ? d.name.span : d.arguments[0].span,
+                     fmt::format("the first argument of `{}` must be the catom where the fact lives", p.name))
                 .help = fmt::format("write `{}(node{})`", p.name, d.arguments.size() > 1 ? ", ..." : "");
         if (p.route && (p.arguments.size() < 2 || (p.arguments[1].type != Type::Node && p.arguments[1].type != Type::Error)))
-            report_.add(Kind::RouteSecondNotNode, d.name.span, fmt::format("the second argument of the route `{}` must be the catom it points to", p.name)).help =
-                fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
+            report_
+                .add(Kind::RouteSecondNotNode, d.name.span,
+                     fmt::format("the second argument of the route `{}` must be the catom it points to", p.name))
+                .help = fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
     }
 
     void add(const syntax::Declaration& d, Predicate p) {
@@ -120,7 +136,8 @@ class Declarer {
         }
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
-        const bool same = same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
+        const bool same =
+            same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
         // What the runtime knows has common names: a program may mean something of its own by `at(node, int, int, int)` or by
         // `linear watch(node)`. But an action without its word is more likely forgetfulness. Who means what bodies have says
         // `sensed` or `action`.
@@ -131,7 +148,8 @@ class Declarer {
         }
         if (!same) {
             before.refused = true;
-            report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help = "write `" + form(before) + "`";
+            report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help =
+                "write `" + form(before) + "`";
             return;
         }
         before.repeats = before.repeats || p.repeats;
@@ -143,8 +161,10 @@ class Declarer {
         if (!p.sensed && p.kind != PredicateKind::Action) return;
         for (const Predicate& known : program_.predicates)
             if (known.prelude && known.name == p.name) {
-                report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size())).help =
-                    "write `" + form(known) + "`";
+                report_
+                    .add(Kind::SensedMismatch, d.name.span,
+                         fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size()))
+                    .help = "write `" + form(known) + "`";
                 p.refused = true;
                 return;
             }
@@ -183,13 +203,16 @@ class Declarer {
         Function f;
         f.name = tree.name.text;
         f.span = tree.name.span;
-        for (const syntax::Parameter& p : tree.parameters) f.variables.add({p.name.text, p.name.span, to_type(p.type, types_, tree_, report_)});
+        for (const syntax::Parameter& p : tree.parameters)
+            f.variables.add({p.name.text, p.name.span, to_type(p.type, types_, tree_, report_)});
         f.result = to_type(tree.result, types_, tree_, report_);
         for (std::size_t i = 0; i < tree.parameters.size(); ++i)
             for (std::size_t k = 0; k < i; ++k)
                 if (tree.parameters[i].name.text == tree.parameters[k].name.text)
-                    report_.add(Kind::DuplicateDeclaration, tree.parameters[i].name.span, fmt::format("`{}` has two parameters `{}`", f.name, tree.parameters[i].name.text)).labels = {
-                        {tree.parameters[k].name.span, "first declared here"}};
+                    report_
+                        .add(Kind::DuplicateDeclaration, tree.parameters[i].name.span,
+                             fmt::format("`{}` has two parameters `{}`", f.name, tree.parameters[i].name.text))
+                        .labels = {{tree.parameters[k].name.span, "first declared here"}};
         add(std::move(f));
     }
     void declare(const syntax::Extern& tree) {
@@ -200,9 +223,13 @@ class Declarer {
         f.span = tree.name.span;
         f.external = true;
         if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size()))
-            report_.add(Kind::HidesLibrary, tree.name.span, fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text)).help =
-                fmt::format("to call the library's, {}, leave the declaration out", same->signature);
-        for (std::size_t i = 0; i < tree.arguments.size(); ++i) f.variables.add({fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
+            report_
+                .add(Kind::HidesLibrary, tree.name.span,
+                     fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text))
+                .help = fmt::format("to call the library's, {}, leave the declaration out", same->signature);
+        for (std::size_t i = 0; i < tree.arguments.size(); ++i)
+            f.variables.add(
+                {fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
         f.result = to_type(*tree.result, types_, tree_, report_);
         add(std::move(f));
     }
@@ -210,7 +237,8 @@ class Declarer {
         f.parameter_count = f.variables.count();
         const auto [found, added] = functions_.emplace(f.name, f.span);
         if (!added) {
-            report_.add(Kind::DuplicateDeclaration, f.span, fmt::format("the function `{}` is declared twice", f.name)).labels = {{found->second, "first declared here"}};
+            report_.add(Kind::DuplicateDeclaration, f.span, fmt::format("the function `{}` is declared twice", f.name)).labels = {
+                {found->second, "first declared here"}};
             return;
         }
         program_.functions.add(std::move(f));
@@ -226,7 +254,8 @@ class Declarer {
     void declare(const syntax::Module&) {}
     void declare(const syntax::Hint& h) {
         auto& d = report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` has no effect here", h.directive.text));
-        d.help = h.directive.text == "data" ? "give the facts in the world file, under [facts]" : "results do not depend on it; it can be left out";
+        d.help = h.directive.text == "data" ? "give the facts in the world file, under [facts]"
+                                            : "results do not depend on it; it can be left out";
     }
     void declare(const syntax::Rule&) {}
 
@@ -255,14 +284,16 @@ void find_returns(Program& program, diagnostics::Reporter& report) {
             sent = &other;
             std::vector<Type> wanted{Type::Node};
             for (const Argument& a : other.arguments) wanted.push_back(a.type);
-            const bool same = p.linear() && std::equal(wanted.begin(), wanted.end(), p.arguments.begin(), p.arguments.end(), [](const Type& t, const Argument& a) { return t == a.type; });
+            const bool same = p.linear() && std::equal(wanted.begin(), wanted.end(), p.arguments.begin(), p.arguments.end(),
+                                                       [](const Type& t, const Argument& a) { return t == a.type; });
             if (same) p.returns = id;
         }
         p.sensed = p.sensed || p.returns.valid();
         if (sent == nullptr || p.returns.valid() || p.refused) continue;
         std::string form = "type linear " + p.name + "(node";
         for (const Argument& a : sent->arguments) form += ", " + type_name(a.type);
-        report.add(Kind::SensedMismatch, p.span, fmt::format("facts of `{}` that cannot be delivered come back in another form", name)).help = "write `" + form + ").`";
+        report.add(Kind::SensedMismatch, p.span, fmt::format("facts of `{}` that cannot be delivered come back in another form", name))
+            .help = "write `" + form + ").`";
         p.refused = true;
     }
 }

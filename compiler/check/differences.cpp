@@ -51,7 +51,9 @@ bool Differences::learn(const Bound& bound, const Reasons& why) {
 
 Differences::Reasons joined(Differences::Reasons a, const Differences::Reasons& b) {
     a.insert(a.end(), b.begin(), b.end());
-    std::sort(a.begin(), a.end(), [](const Term* x, const Term* y) { return std::tuple(x->span.file, x->span.begin, x->span.end, x) < std::tuple(y->span.file, y->span.begin, y->span.end, y); });
+    std::sort(a.begin(), a.end(), [](const Term* x, const Term* y) {
+        return std::tuple(x->span.file, x->span.begin, x->span.end, x) < std::tuple(y->span.file, y->span.begin, y->span.end, y);
+    });
     a.erase(std::unique(a.begin(), a.end()), a.end());
     return a;
 }

@@ -18,21 +18,36 @@ struct Operator {
 
 Operator operator_of(BinaryOp op) {
     switch (op) {
-        case BinaryOp::Add: return {Op::Add, "+"};
-        case BinaryOp::Subtract: return {Op::Subtract, "-"};
-        case BinaryOp::Multiply: return {Op::Multiply, "*"};
-        case BinaryOp::Divide: return {Op::Divide, "/"};
-        case BinaryOp::Modulo: return {Op::Modulo, "%"};
-        case BinaryOp::Power: return {Op::Power, "^"};
-        case BinaryOp::Append: return {Op::Append, "++"};
-        case BinaryOp::Equal: return {Op::Equal, "="};
-        case BinaryOp::NotEqual: return {Op::NotEqual, "<>"};
-        case BinaryOp::Less: return {Op::Less, "<"};
-        case BinaryOp::LessEqual: return {Op::LessEqual, "<="};
-        case BinaryOp::Greater: return {Op::Greater, ">"};
-        case BinaryOp::GreaterEqual: return {Op::GreaterEqual, ">="};
-        case BinaryOp::And: return {Op::And, "&&"};
-        case BinaryOp::Or: return {Op::Or, "||"};
+        case BinaryOp::Add:
+            return {Op::Add, "+"};
+        case BinaryOp::Subtract:
+            return {Op::Subtract, "-"};
+        case BinaryOp::Multiply:
+            return {Op::Multiply, "*"};
+        case BinaryOp::Divide:
+            return {Op::Divide, "/"};
+        case BinaryOp::Modulo:
+            return {Op::Modulo, "%"};
+        case BinaryOp::Power:
+            return {Op::Power, "^"};
+        case BinaryOp::Append:
+            return {Op::Append, "++"};
+        case BinaryOp::Equal:
+            return {Op::Equal, "="};
+        case BinaryOp::NotEqual:
+            return {Op::NotEqual, "<>"};
+        case BinaryOp::Less:
+            return {Op::Less, "<"};
+        case BinaryOp::LessEqual:
+            return {Op::LessEqual, "<="};
+        case BinaryOp::Greater:
+            return {Op::Greater, ">"};
+        case BinaryOp::GreaterEqual:
+            return {Op::GreaterEqual, ">="};
+        case BinaryOp::And:
+            return {Op::And, "&&"};
+        case BinaryOp::Or:
+            return {Op::Or, "||"};
     }
     return {Op::Or, ""};
 }
@@ -90,21 +105,28 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
     if (scales) return vector_product(b, span, l, r);
     const std::optional<Type> common = join(l, r);
     if (!common) {
-        auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
+        auto& d = report_.add(
+            Kind::TypeMismatch, span,
+            fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
         d.labels.push_back({b.left->span, "this is " + type_name(l)});
         d.labels.push_back({b.right->span, "this is " + type_name(r)});
-        if (op == Op::Append && (l == Type::String || r == Type::String)) d.help = as_text(*(l == Type::String ? b.right : b.left), l == Type::String ? r : l);
+        if (op == Op::Append && (l == Type::String || r == Type::String))
+            d.help = as_text(*(l == Type::String ? b.right : b.left), l == Type::String ? r : l);
         return term;
     }
     const bool vectors = *common == Type::Vec3 && (op == Op::Add || op == Op::Subtract);
     if (op == Op::Append) {
         if (*common != Type::String && *common != Type::Error && common->kind != Type::Kind::List && common->kind != Type::Kind::Array)
-            report_.add(Kind::TypeMismatch, span, fmt::format("{} needs lists or strings, and these are {}", where, type_name(*common))).help =
-                common->kind == Type::Kind::Set ? "sunion(A, B) joins sets" : common->numeric() ? "write int2str(...) or float2str(...) around a number, or [X] for a list of it" : "";
+            report_.add(Kind::TypeMismatch, span, fmt::format("{} needs lists or strings, and these are {}", where, type_name(*common)))
+                .help = common->kind == Type::Kind::Set ? "sunion(A, B) joins sets"
+                        : common->numeric()             ? "write int2str(...) or float2str(...) around a number, or [X] for a list of it"
+                                                        : "";
     } else if (!is_comparison(op)) {
         if (!maybe_number(*common) && !vectors)
             report_.add(Kind::TypeMismatch, span, fmt::format("{} needs numbers, and these are {}", where, type_name(*common))).help =
-                *common == Type::Node ? "node2int(X) gives a catom's number" : common->kind == Type::Kind::List || *common == Type::String ? "`++` joins lists and strings" : "";
+                *common == Type::Node                                         ? "node2int(X) gives a catom's number"
+                : common->kind == Type::Kind::List || *common == Type::String ? "`++` joins lists and strings"
+                                                                              : "";
     } else if (op != Op::Equal && op != Op::NotEqual && !ordered(*common)) {
         report_.add(Kind::TypeMismatch, span, fmt::format("{} needs values with an order, and {} has none", where, type_name(*common)));
     }
@@ -139,8 +161,8 @@ Term Scope::conditional(const syntax::Conditional& c, Span span, const Type& wan
     const Type t = infer(*c.then_value), f = infer(*c.else_value);
     const std::optional<Type> common = join(t, f);
     if (!common)
-        report_.add(Kind::TypeMismatch, span, "both sides of `if` must have one type").labels = {{c.then_value->span, "this is " + type_name(t)},
-                                                                                               {c.else_value->span, "this is " + type_name(f)}};
+        report_.add(Kind::TypeMismatch, span, "both sides of `if` must have one type").labels = {
+            {c.then_value->span, "this is " + type_name(t)}, {c.else_value->span, "this is " + type_name(f)}};
     // A list takes the type of its place where the two agree so far; a number stays what it is and is widened as a whole.
     term.type = !common ? Type::Error : common->compound() && wanted.compound() ? join(*common, wanted).value_or(*common) : *common;
     term.operands.push_back(resolve(*c.condition, Type::Bool, "`if`"));
@@ -159,8 +181,10 @@ Term Scope::let(const syntax::Let& l, Span span, const Type& wanted) {
     term.variable = variables_[l.variable.text] = fresh(l.variable.text, value.type, l.variable.span);
     Term body = resolve(*l.body, wanted.compound() ? wanted : Type::Error, "`let`");
     term.type = body.type;
-    if (shadowed) variables_[l.variable.text] = *shadowed;
-    else variables_.erase(l.variable.text);
+    if (shadowed)
+        variables_[l.variable.text] = *shadowed;
+    else
+        variables_.erase(l.variable.text);
     term.operands.push_back(std::move(value));
     term.operands.push_back(std::move(body));
     return term;
@@ -176,7 +200,8 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
     const Type found = infer_list(l);
     if (l.rest && found.kind != Type::Kind::List && holds_elements(found)) type.kind = found.kind;
     if (type.kind == Type::Kind::Set && l.rest) {
-        report_.add(Kind::TypeMismatch, span, "a set has no head and no rest").help = "use `E in S` for its elements, and sunion([E], S) to add one";
+        report_.add(Kind::TypeMismatch, span, "a set has no head and no rest").help =
+            "use `E in S` for its elements, and sunion([E], S) to add one";
         return term;
     }
     if (holds_elements(found)) type.parts[0] = found.parts[0];
@@ -186,7 +211,8 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
     const std::size_t errors = report_.error_count();
     if (!l.rest) {
         term.op = Op::List;
-        for (std::size_t i = 0; i < l.elements.size(); ++i) term.operands.push_back(resolve(*l.elements[i], type.parts[0], fmt::format("element {} of the list", i + 1)));
+        for (std::size_t i = 0; i < l.elements.size(); ++i)
+            term.operands.push_back(resolve(*l.elements[i], type.parts[0], fmt::format("element {} of the list", i + 1)));
         for (const Term& element : term.operands) term.type.parts[0] = refined(term.type.parts[0], element.type);
         // An element that was refused says enough about the list.
         if (report_.error_count() > errors) term.type = Type::Error;
@@ -264,7 +290,8 @@ Term Scope::run_argument(int number, Span span, const Type& wanted) {
         term.type = constant.type;
         return term;
     }
-    auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("`@{}` is {} in one place and {} in another", name, type_name(constant.type), type_name(wanted)));
+    auto& d = report_.add(Kind::TypeMismatch, span,
+                          fmt::format("`@{}` is {} in one place and {} in another", name, type_name(constant.type), type_name(wanted)));
     d.labels.push_back({constant.span, fmt::format("it is {} here", type_name(constant.type))});
     d.help = "give the run two arguments, or convert it by hand";
     return term;

@@ -9,8 +9,8 @@ namespace meld::check {
 namespace {
 
 // What takes longer is computed where it is used.
-constexpr std::size_t kMostSteps = 100'000;
-constexpr std::size_t kMostDepth = 2'000;
+constexpr std::size_t kMaxSteps = 100'000;
+constexpr std::size_t kMaxDepth = 2'000;
 
 Term literal(Op op, const Type& type, Span span) {
     Term t;
@@ -34,19 +34,27 @@ int three_way(const V& a, const V& b) {
 int compare(const Term& a, const Term& b) {
     if (a.op == Op::String) return three_way(a.text, b.text);
     if (a.op == Op::Float || b.op == Op::Float) return three_way(as_real(a), as_real(b));
-    if (a.op != Op::List && a.op != Op::Struct && a.op != Op::Tuple) return a.op == Op::Int ? three_way(a.integer, b.integer) : three_way(static_cast<std::uint64_t>(a.integer), static_cast<std::uint64_t>(b.integer));
+    if (a.op != Op::List && a.op != Op::Struct && a.op != Op::Tuple)
+        return a.op == Op::Int ? three_way(a.integer, b.integer)
+                               : three_way(static_cast<std::uint64_t>(a.integer), static_cast<std::uint64_t>(b.integer));
     for (std::size_t i = 0; i < a.operands.size() && i < b.operands.size(); ++i)
         if (const int c = compare(a.operands[i], b.operands[i])) return c;
     return three_way(a.operands.size(), b.operands.size());
 }
 bool compares(Op op, int order) {
     switch (op) {
-        case Op::Equal: return order == 0;
-        case Op::NotEqual: return order != 0;
-        case Op::Less: return order < 0;
-        case Op::LessEqual: return order <= 0;
-        case Op::Greater: return order > 0;
-        default: return order >= 0;
+        case Op::Equal:
+            return order == 0;
+        case Op::NotEqual:
+            return order != 0;
+        case Op::Less:
+            return order < 0;
+        case Op::LessEqual:
+            return order <= 0;
+        case Op::Greater:
+            return order > 0;
+        default:
+            return order >= 0;
     }
 }
 
@@ -61,7 +69,7 @@ std::nullopt_t Folder::fails(const Term& t, const std::string& why) {
 }
 
 std::optional<Term> Folder::fold(const Term& term) {
-    if (++steps_ > kMostSteps || depth_ > kMostDepth) return std::nullopt;
+    if (++steps_ > kMaxSteps || depth_ > kMaxDepth) return std::nullopt;
     ++depth_;
     std::optional<Term> result = value(term);
     --depth_;
@@ -75,18 +83,22 @@ std::optional<Term> Folder::value(const Term& t) {
         case Op::Float:
         case Op::Bool:
         case Op::Node:
-        case Op::String: return t;
+        case Op::String:
+            return t;
         case Op::Variable: {
             const auto found = variables_.find(t.variable);
             return found == variables_.end() ? std::nullopt : std::optional(found->second);
         }
-        case Op::Constant: return constant_(t.constant);
+        case Op::Constant:
+            return constant_(t.constant);
         case Op::List:
         case Op::Struct:
         case Op::Tuple:
         case Op::Cons:
-        case Op::Append: return compound(t);
-        case Op::Call: return call(t);
+        case Op::Append:
+            return compound(t);
+        case Op::Call:
+            return call(t);
         case Op::Let: {
             std::optional<Term> inner = operand(0);
             if (!inner) return std::nullopt;
@@ -110,7 +122,8 @@ std::optional<Term> Folder::value(const Term& t) {
             const std::optional<Term> inner = operand(0);
             return inner ? std::optional(truth(inner->integer == 0, t.span)) : std::nullopt;
         }
-        default: break;
+        default:
+            break;
     }
     if (t.operands.empty() || t.operands.size() > 2 || t.op == Op::Library) return std::nullopt;
     const std::optional<Term> a = operand(0), b = t.operands.size() == 2 ? operand(1) : a;
@@ -121,15 +134,18 @@ std::optional<Term> Folder::value(const Term& t) {
 
 std::optional<Term> Folder::arithmetic(const Term& t, const Term& a, const Term& b) {
     switch (t.op) {
-        case Op::NodeToInt: return whole(t, a.integer, 0);
+        case Op::NodeToInt:
+            return whole(t, a.integer, 0);
         case Op::ToFloat:
-        case Op::Sqrt: return real(t, as_real(a), 0);
+        case Op::Sqrt:
+            return real(t, as_real(a), 0);
         case Op::Truncate: {
             const double d = as_real(a);
             if (!(d >= -9223372036854775808.0 && d < 9223372036854775808.0)) return fails(t, "this does not fit into 64 bits");
             return whole(t, static_cast<std::int64_t>(d), 0);
         }
-        default: break;
+        default:
+            break;
     }
     if (t.type == Type::Int) return whole(t, a.integer, b.integer);
     if (t.type == Type::Float) return real(t, as_real(a), as_real(b));
@@ -140,15 +156,32 @@ std::optional<Term> Folder::whole(const Term& t, std::int64_t a, std::int64_t b)
     Term out = literal(Op::Int, Type::Int, t.span);
     bool overflow = false;
     switch (t.op) {
-        case Op::Add: overflow = __builtin_add_overflow(a, b, &out.integer); break;
-        case Op::Subtract: overflow = __builtin_sub_overflow(a, b, &out.integer); break;
-        case Op::Multiply: overflow = __builtin_mul_overflow(a, b, &out.integer); break;
-        case Op::Negate: overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer); break;
-        case Op::Abs: overflow = a < 0 && __builtin_sub_overflow(std::int64_t{0}, a, &out.integer); if (a >= 0) out.integer = a; break;
-        case Op::Min: out.integer = b < a ? b : a; break;
-        case Op::Max: out.integer = a < b ? b : a; break;
+        case Op::Add:
+            overflow = __builtin_add_overflow(a, b, &out.integer);
+            break;
+        case Op::Subtract:
+            overflow = __builtin_sub_overflow(a, b, &out.integer);
+            break;
+        case Op::Multiply:
+            overflow = __builtin_mul_overflow(a, b, &out.integer);
+            break;
+        case Op::Negate:
+            overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
+            break;
+        case Op::Abs:
+            overflow = a < 0 && __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
+            if (a >= 0) out.integer = a;
+            break;
+        case Op::Min:
+            out.integer = b < a ? b : a;
+            break;
+        case Op::Max:
+            out.integer = a < b ? b : a;
+            break;
         case Op::NodeToInt:
-        case Op::Truncate: out.integer = a; break;
+        case Op::Truncate:
+            out.integer = a;
+            break;
         case Op::Divide:
         case Op::Modulo:
             if (b == 0) return fails(t, "division by zero");
@@ -167,7 +200,8 @@ std::optional<Term> Folder::whole(const Term& t, std::int64_t a, std::int64_t b)
             }
             for (std::int64_t i = 0; i < b && !overflow; ++i) overflow = __builtin_mul_overflow(out.integer, a, &out.integer);
             break;
-        default: return std::nullopt;
+        default:
+            return std::nullopt;
     }
     if (overflow) return fails(t, "this does not fit into 64 bits");
     return out;
@@ -176,23 +210,44 @@ std::optional<Term> Folder::whole(const Term& t, std::int64_t a, std::int64_t b)
 std::optional<Term> Folder::real(const Term& t, double a, double b) {
     Term out = literal(Op::Float, Type::Float, t.span);
     switch (t.op) {
-        case Op::Add: out.real = a + b; break;
-        case Op::Subtract: out.real = a - b; break;
-        case Op::Multiply: out.real = a * b; break;
-        case Op::Negate: out.real = -a; break;
-        case Op::Abs: out.real = std::fabs(a); break;
-        case Op::Min: out.real = b < a ? b : a; break;
-        case Op::Max: out.real = a < b ? b : a; break;
-        case Op::Sqrt: out.real = std::sqrt(a); break;
+        case Op::Add:
+            out.real = a + b;
+            break;
+        case Op::Subtract:
+            out.real = a - b;
+            break;
+        case Op::Multiply:
+            out.real = a * b;
+            break;
+        case Op::Negate:
+            out.real = -a;
+            break;
+        case Op::Abs:
+            out.real = std::fabs(a);
+            break;
+        case Op::Min:
+            out.real = b < a ? b : a;
+            break;
+        case Op::Max:
+            out.real = a < b ? b : a;
+            break;
+        case Op::Sqrt:
+            out.real = std::sqrt(a);
+            break;
         case Op::ToFloat:
-        case Op::If: out.real = a; break;
+        case Op::If:
+            out.real = a;
+            break;
         case Op::Divide:
         case Op::Modulo:
             if (b == 0) return fails(t, "division by zero");
             out.real = t.op == Op::Divide ? a / b : std::fmod(a, b);
             break;
-        case Op::Power: out.real = std::pow(a, b); break;
-        default: return std::nullopt;
+        case Op::Power:
+            out.real = std::pow(a, b);
+            break;
+        default:
+            return std::nullopt;
     }
     if (std::isnan(out.real)) return fails(t, "this is not a number");
     if (std::isinf(out.real)) return fails(t, "this is too large for a float");

@@ -13,7 +13,8 @@ namespace meld::check {
 class Folder {
   public:
     // `constant` gives the value of another constant, or none if it has none before the run.
-    Folder(const Program& program, std::function<std::optional<Term>(ConstantId)> constant) : program_(program), constant_(std::move(constant)) {}
+    Folder(const Program& program, std::function<std::optional<Term>(ConstantId)> constant)
+        : program_(program), constant_(std::move(constant)) {}
 
     // The term as literals; none where only the run can tell, or where computing goes wrong.
     std::optional<Term> fold(const Term& term);

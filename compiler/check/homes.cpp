@@ -19,8 +19,10 @@ class Homes {
     Homes(const Program& program, Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
 
     void run() {
-        if (!rule_.linear || rule_.birth) view();
-        else linear();
+        if (!rule_.linear || rule_.birth)
+            view();
+        else
+            linear();
     }
 
   private:
@@ -72,16 +74,19 @@ class Homes {
     void check_delta(const Clause& c) {
         const VariableId at = c.atom.arguments[0].variable;
         if (at == rule_.home || !refused_.insert(at).second) return;
-        auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span, fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.home), shown(at)));
+        auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
+                              fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.home), shown(at)));
         d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
         d.help = "note the change there by a rule of its own, and read that";
     }
 
     void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
-        auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span, fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
+        auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span,
+                              fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
         d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
         if (blame_pointer(body, at, d)) return;
-        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`" : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
+        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`"
+                                           : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
     }
 
     // A predicate that names the catom where a link would is not declared as one.
@@ -89,7 +94,9 @@ class Homes {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
             const Predicate& p = program_.predicates[c.atom.predicate];
-            if (p.route || p.prelude || p.linear() || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable() || c.atom.arguments[1].variable != at) continue;
+            if (p.route || p.prelude || p.linear() || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable() ||
+                c.atom.arguments[1].variable != at)
+                continue;
             d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
             d.help = fmt::format("declare it `type route {}(...)`", p.name);
             return true;
@@ -125,13 +132,15 @@ class Homes {
                 met = met || seen.contains(c.atom.arguments[0].variable);
             }
         if (any && !met) {
-            auto& d = report_.add(Kind::HeadUnrelated, head.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.home)));
+            auto& d = report_.add(Kind::HeadUnrelated, head.atom.arguments[0].span,
+                                  fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.home)));
             for (const Clause& c : rule_.body)
                 if (c.kind == Clause::Kind::Atom) {
                     const VariableId at = c.atom.arguments[0].variable;
                     d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
-                    d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_") ? "a head must be at a catom of the body or its neighbour"
-                                                                                            : fmt::format("add `{}`", link(name(at), name(rule_.home)));
+                    d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+                                 ? "a head must be at a catom of the body or its neighbour"
+                                 : fmt::format("add `{}`", link(name(at), name(rule_.home)));
                     break;
                 }
             blame_pointer(rule_.body, rule_.home, d);
@@ -140,7 +149,8 @@ class Homes {
         check_body(rule_.body, {});
         warn_of_far_route(head, graph, seen);
         if (!waits) return;
-        if (const auto near = graph.find(rule_.home); near != graph.end()) rule_.contributors.assign(near->second.begin(), near->second.end());
+        if (const auto near = graph.find(rule_.home); near != graph.end())
+            rule_.contributors.assign(near->second.begin(), near->second.end());
         std::erase(rule_.contributors, rule_.home);
     }
 
@@ -163,8 +173,10 @@ class Homes {
         const VariableId to = head.atom.arguments[1].variable;
         const auto near = graph.find(rule_.home);
         if (to == rule_.home || !seen.contains(to) || (near != graph.end() && near->second.contains(to))) return;
-        auto& d = report_.add(Kind::FarRoute, head.atom.span,
-                              fmt::format("{} may be more than one link away from {}: rules that follow `{}` see its facts only while the two touch", shown(to), shown(rule_.home), p.name));
+        auto& d = report_.add(
+            Kind::FarRoute, head.atom.span,
+            fmt::format("{} may be more than one link away from {}: rules that follow `{}` see its facts only while the two touch",
+                        shown(to), shown(rule_.home), p.name));
         d.labels.push_back({p.span, fmt::format("`{}` is declared as a route", p.name)});
         d.help = "leave out `route`, and join through the catom in between where its facts are needed";
     }
@@ -178,8 +190,9 @@ class Homes {
                 first = &a;
             } else if (first->arguments[0].variable != a.arguments[0].variable && !two) {
                 two = true;
-                auto& d = report_.add(Kind::LinearElsewhere, a.span, fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step", shown(first->arguments[0].variable),
-                                                                                 shown(a.arguments[0].variable)));
+                auto& d = report_.add(Kind::LinearElsewhere, a.span,
+                                      fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step",
+                                                  shown(first->arguments[0].variable), shown(a.arguments[0].variable)));
                 d.labels = {{first->span, fmt::format("this one is at {}", shown(first->arguments[0].variable))}};
                 d.help = "first send one of them over the link: `p(B, X), neighbor(B, A) -o p-here(A, B, X).`, then consume both at A";
             }
@@ -212,13 +225,18 @@ class Homes {
             const VariableId at = h.atom.arguments[0].variable;
             if (at == rule_.home) continue;
             if (made_.contains(at)) {
-                if (refused_.insert(at).second) report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("{} is a new value, and no catom is at it", shown(at))).help =
-                    "no catom is made from nothing: ask for one with the action `create`";
+                if (refused_.insert(at).second)
+                    report_
+                        .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
+                             fmt::format("{} is a new value, and no catom is at it", shown(at)))
+                        .help = "no catom is made from nothing: ask for one with the action `create`";
                 continue;
             }
             if (p.kind == PredicateKind::Action) {
-                report_.add(Kind::ActionElsewhere, h.atom.span, fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.home))).help =
-                    "send a linear fact there, and let it act by a rule of its own";
+                report_
+                    .add(Kind::ActionElsewhere, h.atom.span,
+                         fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.home)))
+                    .help = "send a linear fact there, and let it act by a rule of its own";
                 continue;
             }
             if (!refused_.insert(at).second) continue;
@@ -226,7 +244,8 @@ class Homes {
                 refused_.erase(at);
                 continue;
             }
-            auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span, fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
+            auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
+                                  fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
             d.help = fmt::format("add `{}`", link(name(rule_.home), name(at)));
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
         }
@@ -236,7 +255,7 @@ class Homes {
     Rule& rule_;
     diagnostics::Reporter& report_;
     std::set<VariableId> refused_;
-    std::set<VariableId> made_;  // By `exists`.
+    std::set<VariableId> made_;                       // By `exists`.
     std::vector<const std::vector<Clause>*> around_;  // The bodies around a head.
 };
 
@@ -251,13 +270,16 @@ void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& rep
             heard = heard || rule.refused || (!rule.linear && rule.heads[0].atom.predicate == id && !rule.contributors.empty());
         }
         if (!made || heard) continue;
-        auto& d = report.add(Kind::BadAggregate, p.span, fmt::format("`{}` waits for its neighbours, and no rule for it follows a link to one", p.name));
+        auto& d = report.add(Kind::BadAggregate, p.span,
+                             fmt::format("`{}` waits for its neighbours, and no rule for it follows a link to one", p.name));
         for (const Rule& rule : program.rules)
             each_head(rule.heads, [&](const Head& h) {
-                if (h.kind == Head::Kind::Fact && h.atom.predicate == id) d.labels.push_back({h.atom.span, "this comes from the catom itself"});
+                if (h.kind == Head::Kind::Fact && h.atom.predicate == id)
+                    d.labels.push_back({h.atom.span, "this comes from the catom itself"});
             });
         const Predicate& link = program.predicates[p.complete_link];
-        d.help = fmt::format("read the neighbour in a view: `{}(A, ...) :- {}({}), ...`", p.name, link.name, p.complete_outgoing ? "A, B" : "B, A");
+        d.help = fmt::format("read the neighbour in a view: `{}(A, ...) :- {}({}), ...`", p.name, link.name,
+                             p.complete_outgoing ? "A, B" : "B, A");
     }
 }
 

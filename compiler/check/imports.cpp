@@ -40,14 +40,21 @@ void compare(const syntax::Import& import, const std::vector<const syntax::Decla
         if (d->arguments.size() == said.arguments.size()) found = d;
     if (found == nullptr) {
         const std::size_t count = declared.front()->arguments.size();
-        return mismatch(said.span, fmt::format("`{}` is declared with {} argument{}, and imported with {}", said.name.text, count, count == 1 ? "" : "s", said.arguments.size()), *declared.front());
+        return mismatch(said.span,
+                        fmt::format("`{}` is declared with {} argument{}, and imported with {}", said.name.text, count,
+                                    count == 1 ? "" : "s", said.arguments.size()),
+                        *declared.front());
     }
     if (kind_of(*found) != kind_of(said))
-        return mismatch(said.span, fmt::format("`{}` is declared {}, and imported as {}", said.name.text, kind_of(*found), kind_of(said)), *found);
+        return mismatch(said.span, fmt::format("`{}` is declared {}, and imported as {}", said.name.text, kind_of(*found), kind_of(said)),
+                        *found);
     for (std::size_t i = 0; i < said.arguments.size(); ++i) {
         const syntax::Type &theirs = found->arguments[i].type, &ours = said.arguments[i].type;
         if (canonical(theirs) != canonical(ours))
-            return mismatch(ours.span, fmt::format("argument {} of `{}` is declared {}, and imported as {}", i + 1, said.name.text, syntax::print(theirs), syntax::print(ours)), *found);
+            return mismatch(ours.span,
+                            fmt::format("argument {} of `{}` is declared {}, and imported as {}", i + 1, said.name.text,
+                                        syntax::print(theirs), syntax::print(ours)),
+                            *found);
     }
 }
 
@@ -59,7 +66,8 @@ void check_imports(const syntax::Tree& tree, diagnostics::Reporter& report) {
         if (import == nullptr || !import->declaration) continue;
         std::vector<const syntax::Declaration*> declared;
         for (const syntax::Item& other : tree.items)
-            if (const auto* d = std::get_if<syntax::Declaration>(&other); d != nullptr && d->name.text == import->predicate.text) declared.push_back(d);
+            if (const auto* d = std::get_if<syntax::Declaration>(&other); d != nullptr && d->name.text == import->predicate.text)
+                declared.push_back(d);
         if (!declared.empty()) compare(*import, declared, report);
     }
 }

@@ -61,8 +61,10 @@ std::vector<LibraryFunction> make_library() {
     std::vector<LibraryFunction> all = {
 #define MELD_SECTION(what) {.name = what, .signature = "", .text = ""},
 #define MELD_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function},
-#define MELD_COMPARING_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function, .compares = true},
-#define MELD_RANDOM_FUNCTION(the_name, types, function, says) {.name = the_name, .signature = types, .text = says, .cpp = function, .random = true},
+#define MELD_COMPARING_FUNCTION(the_name, types, function, says) \
+    {.name = the_name, .signature = types, .text = says, .cpp = function, .compares = true},
+#define MELD_RANDOM_FUNCTION(the_name, types, function, says) \
+    {.name = the_name, .signature = types, .text = says, .cpp = function, .random = true},
 #define MELD_OPERATOR(the_name, types, its_op, says) {.name = the_name, .signature = types, .text = says, .op = Op::its_op},
 #include "compiler/check/library.def"
 #undef MELD_SECTION
@@ -74,8 +76,10 @@ std::vector<LibraryFunction> make_library() {
     // Sections stand between the functions, without a signature.
     std::string section;
     for (LibraryFunction& f : all) {
-        if (f.signature.empty()) section = f.name;
-        else SignatureReader(f.signature).read(f);
+        if (f.signature.empty())
+            section = f.name;
+        else
+            SignatureReader(f.signature).read(f);
         f.section = section;
     }
     std::erase_if(all, [](const LibraryFunction& f) { return f.signature.empty(); });
@@ -85,7 +89,8 @@ std::vector<LibraryFunction> make_library() {
 // Older programs say in the name what the elements of a list are: `intlistsort` is `listsort`.
 std::string without_element(const std::string& name) {
     for (const std::string_view element : {"int", "float", "node", "string"})
-        if (name.starts_with(element) && name.compare(element.size(), 4, "list") == 0 && name.size() > element.size() + 4) return name.substr(element.size());
+        if (name.starts_with(element) && name.compare(element.size(), 4, "list") == 0 && name.size() > element.size() + 4)
+            return name.substr(element.size());
     return name;
 }
 

@@ -20,15 +20,15 @@ using LibraryBindings = std::map<char, Type>;
 
 struct LibraryFunction {
     std::string name;
-    std::string signature;             // "list T, int -> T"
-    std::string text;                  // What it gives, in a sentence.
+    std::string signature;  // "list T, int -> T"
+    std::string text;       // What it gives, in a sentence.
     std::vector<LibraryType> parameters = {};
     LibraryType result = {};
-    Op op = Op::Library;               // Those with an operator of their own need no C++ function.
-    std::string cpp = {};              // The name there.
-    bool compares = false;             // It compares values of type T, and is told the type.
-    bool random = false;               // It gives another value each time.
-    std::string section = {};          // What it is about; empty: a name of older programs.
+    Op op = Op::Library;       // Those with an operator of their own need no C++ function.
+    std::string cpp = {};      // The name there.
+    bool compares = false;     // It compares values of type T, and is told the type.
+    bool random = false;       // It gives another value each time.
+    std::string section = {};  // What it is about; empty: a name of older programs.
 };
 
 // All functions, sorted by what they are about. Several may share a name; then they differ in the number of arguments.

@@ -22,7 +22,8 @@ class Adder {
         if (t.op == Op::Multiply)
             for (const std::size_t side : {0u, 1u})
                 if (const Term& by = t.operands[side]; by.op == Op::Int)
-                    return small(by.integer, kLargestFactor) && small(by.integer * factor, kLargestFactor) && add(t.operands[1 - side], by.integer * factor);
+                    return small(by.integer, kLargestFactor) && small(by.integer * factor, kLargestFactor) &&
+                           add(t.operands[1 - side], by.integer * factor);
         const std::string name = fixed_name(program_, rule_, t);
         if (name.empty()) return false;
         const std::int64_t sum = form_.parts[name] += factor;
@@ -63,7 +64,8 @@ std::string fixed_name(const Program& program, const Rule& rule, const Term& sid
     bool fixed = true;
     each_subterm(term, [&](const Term& t) {
         const bool arithmetic = t.op >= Op::Negate && t.op <= Op::Power && t.op != Op::Not;
-        fixed = fixed && (t.is_variable() || t.op == Op::Constant || t.op == Op::Int || t.op == Op::Float || t.op == Op::String || arithmetic);
+        fixed =
+            fixed && (t.is_variable() || t.op == Op::Constant || t.op == Op::Int || t.op == Op::Float || t.op == Op::String || arithmetic);
     });
     if (!fixed) return "";
     std::string text = print(program, rule, term);

@@ -64,7 +64,8 @@ class Separator {
         : tree_(tree), prelude_files_(prelude_files), report_(report), names_(tree.units.size()) {}
 
     void run() {
-        for (std::size_t i = 0; i < tree_.items.size(); ++i) std::visit([&](auto& item) { collect(item, tree_.unit_of[i]); }, tree_.items[i]);
+        for (std::size_t i = 0; i < tree_.items.size(); ++i)
+            std::visit([&](auto& item) { collect(item, tree_.unit_of[i]); }, tree_.items[i]);
         same_module_names();
         for (std::size_t i = 0; i < tree_.items.size(); ++i) {
             if (twins_.contains(tree_.unit_of[i])) continue;
@@ -92,7 +93,8 @@ class Separator {
     // Programs of original Meld write constants in capitals: `const RED = 0.`
     void capital(syntax::Expr& e) {
         const std::string name = std::get<syntax::Variable>(e.node).name;
-        if (names_[unit_].find(Sort::Constant, name) != nullptr && !parameters_.contains(name)) e.node = syntax::Call{full_name(unit_, name), {}, false};
+        if (names_[unit_].find(Sort::Constant, name) != nullptr && !parameters_.contains(name))
+            e.node = syntax::Call{full_name(unit_, name), {}, false};
     }
     void function(std::string& name, Span span) { rename(Sort::Function, name, span); }
     void type(syntax::Type& t) {
@@ -106,16 +108,21 @@ class Separator {
     // ---- what each unit declares
 
     void declare(Sort sort, const syntax::Name& name, std::uint32_t unit) {
-        if (name.span.file < prelude_files_) outside_.emplace(sort, name.text);
-        else names_[unit].declared.emplace(std::pair(sort, name.text), name.span);
+        if (name.span.file < prelude_files_)
+            outside_.emplace(sort, name.text);
+        else
+            names_[unit].declared.emplace(std::pair(sort, name.text), name.span);
     }
     void collect(const syntax::Declaration& d, std::uint32_t unit) {
-        const bool of_the_world = std::any_of(d.modifiers.begin(), d.modifiers.end(), [](const syntax::Name& m) { return m.text == "sensed" || m.text == "action"; });
+        const bool of_the_world = std::any_of(d.modifiers.begin(), d.modifiers.end(),
+                                              [](const syntax::Name& m) { return m.text == "sensed" || m.text == "action"; });
         if (d.span.file < prelude_files_) prelude_.emplace(d.name.text, d.arguments.size());
         const bool prelude = prelude_.contains({d.name.text, d.arguments.size()});
         if (of_the_world && !prelude) same_in_the_world(d, unit);
-        if (of_the_world || prelude) outside_.emplace(Sort::Predicate, d.name.text);
-        else declare(Sort::Predicate, d.name, unit);
+        if (of_the_world || prelude)
+            outside_.emplace(Sort::Predicate, d.name.text);
+        else
+            declare(Sort::Predicate, d.name, unit);
     }
     void collect(const syntax::Constant& c, std::uint32_t unit) { declare(Sort::Constant, c.name, unit); }
     void collect(const syntax::Function& f, std::uint32_t unit) { declare(Sort::Function, f.name, unit); }
@@ -142,7 +149,8 @@ class Separator {
         for (std::size_t i = 1; i < tree_.units.size(); ++i)
             for (std::size_t j = 1; j < i; ++j)
                 if (tree_.units[i].name == tree_.units[j].name) {
-                    auto& d = report_.add(Kind::ModuleClash, tree_.units[i].span, fmt::format("there are two modules `{}`", tree_.units[i].name));
+                    auto& d =
+                        report_.add(Kind::ModuleClash, tree_.units[i].span, fmt::format("there are two modules `{}`", tree_.units[i].name));
                     d.labels = {{tree_.units[j].span, "this is the other"}};
                     d.help = "use one of them, or give one another name";
                     twins_.insert(static_cast<std::uint32_t>(i));
@@ -152,18 +160,22 @@ class Separator {
 
     void check_export(const syntax::Export& e, std::uint32_t unit) {
         const Names& own = names_[unit];
-        if (own.find(e.predicate.text) != nullptr || tree_.is_lost(e.predicate.text) || outside_.contains({Sort::Predicate, e.predicate.text})) return;
+        if (own.find(e.predicate.text) != nullptr || tree_.is_lost(e.predicate.text) ||
+            outside_.contains({Sort::Predicate, e.predicate.text}))
+            return;
         std::vector<std::string> all;
         for (const auto& [key, span] : own.declared) all.push_back(key.second);
         const std::string near = diagnostics::nearest_name(e.predicate.text, all);
-        report_.add(Kind::NotExported, e.predicate.span, fmt::format("nothing here is named `{}`, so it cannot be exported", e.predicate.text)).help =
-            near.empty() ? "declare it in this file" : fmt::format("did you mean `{}`?", near);
+        report_
+            .add(Kind::NotExported, e.predicate.span, fmt::format("nothing here is named `{}`, so it cannot be exported", e.predicate.text))
+            .help = near.empty() ? "declare it in this file" : fmt::format("did you mean `{}`?", near);
     }
 
     void add_import(syntax::Import& i, std::uint32_t unit) {
         const std::string name = i.predicate.text;
         Import import{i.unit, name, i.as.span};
-        const bool found = i.unit != syntax::Import::kNoUnit && (names_[i.unit].find(name) != nullptr || outside_.contains({Sort::Predicate, name}));
+        const bool found =
+            i.unit != syntax::Import::kNoUnit && (names_[i.unit].find(name) != nullptr || outside_.contains({Sort::Predicate, name}));
         import.wrong = !found;
         if (i.unit == syntax::Import::kNoUnit) {
             i.declaration.reset();
@@ -197,7 +209,8 @@ class Separator {
                     const std::string theirs = full.substr(prefix.size());
                     const Span* declared = names_[other].find(key.first, theirs);
                     if (declared == nullptr) continue;
-                    auto& d = report_.add(Kind::ModuleClash, *declared, fmt::format("`{}` is the name of `{}` in the module `{}`", full, key.second, module(unit)));
+                    auto& d = report_.add(Kind::ModuleClash, *declared,
+                                          fmt::format("`{}` is the name of `{}` in the module `{}`", full, key.second, module(unit)));
                     d.labels = {{span, "declared here"}};
                     d.help = fmt::format("leave out this declaration to use that `{}`, or choose another name", key.second);
                     names_[other].declared.erase({key.first, theirs});
@@ -244,9 +257,12 @@ class Separator {
         const Names& own = names_[unit_];
         if (const auto import = own.imports.find(name); import != own.imports.end()) {
             const Import& i = import->second;
-            if (i.wrong) drop_ = true;
-            else if (names_[i.unit].find(sort, i.name) != nullptr) name = full_name(i.unit, i.name);
-            else if (outside_.contains({sort, i.name})) name = i.name;
+            if (i.wrong)
+                drop_ = true;
+            else if (names_[i.unit].find(sort, i.name) != nullptr)
+                name = full_name(i.unit, i.name);
+            else if (outside_.contains({sort, i.name}))
+                name = i.name;
             return;
         }
         if (own.find(sort, name) != nullptr) {
@@ -256,8 +272,10 @@ class Separator {
         if (outside_.contains({sort, name}) || qualified(sort, name, span) || unit_ == 0) return;
         if (const Span* declared = names_[0].find(sort, name)) {
             // In a file of original Meld a bare name is a variable, whatever else it may mean elsewhere.
-            if (sort == Sort::Constant && !linear_files_.contains(span.file)) name = full_name(unit_, name);
-            else hidden(name, span, *declared);
+            if (sort == Sort::Constant && !linear_files_.contains(span.file))
+                name = full_name(unit_, name);
+            else
+                hidden(name, span, *declared);
         } else if (sort == Sort::Predicate && !tree_.is_lost(name)) {
             // Unknown everywhere: looked for among the module's own.
             name = full_name(unit_, name);
@@ -265,7 +283,8 @@ class Separator {
     }
 
     void hidden(const std::string& name, Span span, Span declared) {
-        auto& d = report_.add(Kind::NotExported, span, fmt::format("`{}` belongs to the program, and the module `{}` does not see it", name, module(unit_)));
+        auto& d = report_.add(Kind::NotExported, span,
+                              fmt::format("`{}` belongs to the program, and the module `{}` does not see it", name, module(unit_)));
         d.labels = {{declared, "declared here"}};
         d.help = "declare and export a predicate in the module, and let the program derive it";
         drop_ = true;
@@ -294,23 +313,28 @@ class Separator {
         if (tree_.is_lost(name) && names.find(name) == nullptr) return;
         const std::string whose = unit == 0 ? "the program" : fmt::format("the module `{}`", module(unit));
         const Span* declared = names.find(name);
-        auto& d = report_.add(Kind::NotExported, span, declared != nullptr ? fmt::format("`{}` is private to {}", name, whose) : fmt::format("{} has no `{}`", whose, name));
+        auto& d = report_.add(
+            Kind::NotExported, span,
+            declared != nullptr ? fmt::format("`{}` is private to {}", name, whose) : fmt::format("{} has no `{}`", whose, name));
         if (declared != nullptr) d.labels = {{*declared, "declared here"}};
         const std::vector<std::string> shown = names.shown();
         const std::string near = diagnostics::nearest_name(name, shown);
-        if (declared != nullptr) d.help = fmt::format("add `export {}.` to its file; it shows {}", name, shown.empty() ? "no names" : list_of(shown));
-        else d.help = (near.empty() ? "" : fmt::format("did you mean `{}`? ", near)) + (shown.empty() ? "it shows no names" : "it shows " + list_of(shown));
+        if (declared != nullptr)
+            d.help = fmt::format("add `export {}.` to its file; it shows {}", name, shown.empty() ? "no names" : list_of(shown));
+        else
+            d.help = (near.empty() ? "" : fmt::format("did you mean `{}`? ", near)) +
+                     (shown.empty() ? "it shows no names" : "it shows " + list_of(shown));
     }
 
     syntax::Tree& tree_;
     std::uint32_t prelude_files_;
     diagnostics::Reporter& report_;
-    std::vector<Names> names_;                                // By unit.
-    std::set<std::pair<Sort, std::string>> outside_;          // Names that no module owns.
+    std::vector<Names> names_;                        // By unit.
+    std::set<std::pair<Sort, std::string>> outside_;  // Names that no module owns.
     std::map<std::pair<std::string, std::size_t>, std::pair<std::uint32_t, std::string>> of_the_world_;
     std::set<std::uint32_t> linear_files_;
-    std::set<std::uint32_t> twins_;                           // Units whose name another has.
-    std::set<std::pair<std::string, std::size_t>> prelude_;   // Predicates of the prelude, with their number of arguments.
+    std::set<std::uint32_t> twins_;                              // Units whose name another has.
+    std::set<std::pair<std::string, std::size_t>> prelude_;      // Predicates of the prelude, with their number of arguments.
     std::set<std::pair<std::uint32_t, std::uint32_t>> dropped_;  // Places of declarations that clash with a module's name.
     std::uint32_t unit_ = 0;
     std::set<std::string> parameters_;
@@ -320,6 +344,8 @@ class Separator {
 
 }  // namespace
 
-void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) { Separator(tree, prelude_files, report).run(); }
+void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
+    Separator(tree, prelude_files, report).run();
+}
 
 }  // namespace meld::check

@@ -24,7 +24,8 @@ std::vector<const syntax::Expr*> parts_of(const syntax::Expr& e) {
     }
     if (const auto* s = std::get_if<syntax::StructValue>(&e.node)) add(s->fields);
     if (const auto* t = std::get_if<syntax::TupleValue>(&e.node)) add(t->fields);
-    if (const auto* c = std::get_if<syntax::Call>(&e.node); c != nullptr && c->parentheses && c->name == "vec3" && c->arguments.size() == 3) add(c->arguments);
+    if (const auto* c = std::get_if<syntax::Call>(&e.node); c != nullptr && c->parentheses && c->name == "vec3" && c->arguments.size() == 3)
+        add(c->arguments);
     return parts;
 }
 
@@ -38,7 +39,8 @@ bool Scope::mentions_variable(const syntax::Expr& e) const {
     if (const auto* c = std::get_if<syntax::Call>(&e.node)) return any(c->arguments);
     if (const auto* u = std::get_if<syntax::Unary>(&e.node)) return mentions_variable(*u->operand);
     if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return mentions_variable(*b->left) || mentions_variable(*b->right);
-    if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) return mentions_variable(*c->condition) || mentions_variable(*c->then_value) || mentions_variable(*c->else_value);
+    if (const auto* c = std::get_if<syntax::Conditional>(&e.node))
+        return mentions_variable(*c->condition) || mentions_variable(*c->then_value) || mentions_variable(*c->else_value);
     if (const auto* l = std::get_if<syntax::Let>(&e.node)) return mentions_variable(*l->value) || mentions_variable(*l->body);
     const std::vector<const syntax::Expr*> parts = parts_of(e);
     return std::any_of(parts.begin(), parts.end(), [this](const syntax::Expr* part) { return mentions_variable(*part); });
@@ -63,8 +65,10 @@ bool Scope::spread_type(const syntax::Expr& e, const Type& type) {
     }
     const std::vector<const syntax::Expr*> fields = parts_of(e);
     for (std::size_t i = 0; i < fields.size(); ++i) {
-        if (type == Type::Vec3) changed = spread_type(*fields[i], Type::Float) || changed;
-        else if (type.parts.size() == fields.size()) changed = spread_type(*fields[i], type.parts[i]) || changed;
+        if (type == Type::Vec3)
+            changed = spread_type(*fields[i], Type::Float) || changed;
+        else if (type.parts.size() == fields.size())
+            changed = spread_type(*fields[i], type.parts[i]) || changed;
     }
     return changed;
 }

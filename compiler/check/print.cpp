@@ -14,18 +14,30 @@ std::string type_name(const Type& type) {
         return text;
     };
     switch (type.kind) {
-        case Type::Kind::Error: return "_";
-        case Type::Kind::Int: return "int";
-        case Type::Kind::Float: return "float";
-        case Type::Kind::Bool: return "bool";
-        case Type::Kind::Node: return "node";
-        case Type::Kind::String: return "string";
-        case Type::Kind::List: return "list " + joined();
-        case Type::Kind::Set: return "set " + joined();
-        case Type::Kind::Array: return "array " + joined();
-        case Type::Kind::Struct: return ":(" + joined() + ")";
-        case Type::Kind::Tuple: return "(" + joined() + ")";
-        case Type::Kind::Vec3: return "vec3";
+        case Type::Kind::Error:
+            return "_";
+        case Type::Kind::Int:
+            return "int";
+        case Type::Kind::Float:
+            return "float";
+        case Type::Kind::Bool:
+            return "bool";
+        case Type::Kind::Node:
+            return "node";
+        case Type::Kind::String:
+            return "string";
+        case Type::Kind::List:
+            return "list " + joined();
+        case Type::Kind::Set:
+            return "set " + joined();
+        case Type::Kind::Array:
+            return "array " + joined();
+        case Type::Kind::Struct:
+            return ":(" + joined() + ")";
+        case Type::Kind::Tuple:
+            return "(" + joined() + ")";
+        case Type::Kind::Vec3:
+            return "vec3";
     }
     return "";
 }
@@ -34,26 +46,39 @@ TakeApart taken_apart(const Term& test) {
     if (test.op != Op::Equal) return {};
     for (const std::size_t side : {0u, 1u}) {
         const Term& constructor = test.operands[side];
-        const bool makes = constructor.op == Op::List || constructor.op == Op::Cons || constructor.op == Op::Struct || constructor.op == Op::Tuple;
+        const bool makes =
+            constructor.op == Op::List || constructor.op == Op::Cons || constructor.op == Op::Struct || constructor.op == Op::Tuple;
         // A set keeps no order of elements to take apart.
-        if (makes && constructor.type.kind != Type::Kind::Set && test.operands[1 - side].is_variable()) return {&test.operands[1 - side], &constructor};
+        if (makes && constructor.type.kind != Type::Kind::Set && test.operands[1 - side].is_variable())
+            return {&test.operands[1 - side], &constructor};
     }
     return {};
 }
 
 std::string aggregate_name(Aggregate aggregate) {
     switch (aggregate) {
-        case Aggregate::None: return "";
-        case Aggregate::Min: return "min";
-        case Aggregate::Max: return "max";
-        case Aggregate::Sum: return "sum";
-        case Aggregate::Count: return "count";
-        case Aggregate::First: return "first";
-        case Aggregate::SetUnion: return "set_union";
-        case Aggregate::Append: return "append";
-        case Aggregate::Collect: return "collect";
-        case Aggregate::Custom: return "custom";
-        case Aggregate::Since: return "since";
+        case Aggregate::None:
+            return "";
+        case Aggregate::Min:
+            return "min";
+        case Aggregate::Max:
+            return "max";
+        case Aggregate::Sum:
+            return "sum";
+        case Aggregate::Count:
+            return "count";
+        case Aggregate::First:
+            return "first";
+        case Aggregate::SetUnion:
+            return "set_union";
+        case Aggregate::Append:
+            return "append";
+        case Aggregate::Collect:
+            return "collect";
+        case Aggregate::Custom:
+            return "custom";
+        case Aggregate::Since:
+            return "since";
     }
     return "";
 }
@@ -65,40 +90,69 @@ namespace {
 
 const char* infix(Op op) {
     switch (op) {
-        case Op::Append: return " ++ ";
-        case Op::Add: return " + ";
-        case Op::Subtract: return " - ";
-        case Op::Multiply: return " * ";
-        case Op::Divide: return " / ";
-        case Op::Modulo: return " % ";
-        case Op::Power: return " ^ ";
-        case Op::Equal: return " = ";
-        case Op::NotEqual: return " <> ";
-        case Op::Less: return " < ";
-        case Op::LessEqual: return " <= ";
-        case Op::Greater: return " > ";
-        case Op::GreaterEqual: return " >= ";
-        case Op::And: return " && ";
-        case Op::Or: return " || ";
-        default: return nullptr;
+        case Op::Append:
+            return " ++ ";
+        case Op::Add:
+            return " + ";
+        case Op::Subtract:
+            return " - ";
+        case Op::Multiply:
+            return " * ";
+        case Op::Divide:
+            return " / ";
+        case Op::Modulo:
+            return " % ";
+        case Op::Power:
+            return " ^ ";
+        case Op::Equal:
+            return " = ";
+        case Op::NotEqual:
+            return " <> ";
+        case Op::Less:
+            return " < ";
+        case Op::LessEqual:
+            return " <= ";
+        case Op::Greater:
+            return " > ";
+        case Op::GreaterEqual:
+            return " >= ";
+        case Op::And:
+            return " && ";
+        case Op::Or:
+            return " || ";
+        default:
+            return nullptr;
     }
 }
 
 const char* function_name(Op op) {
     switch (op) {
-        case Op::ToFloat: return "float";
-        case Op::Min: return "min";
-        case Op::Max: return "max";
-        case Op::Abs: return "abs";
-        case Op::Truncate: return "truncate";
-        case Op::Sqrt: return "sqrt";
-        case Op::NodeToInt: return "node2int";
-        case Op::ListHead: return "head";
-        case Op::ListTail: return "tail";
-        case Op::IsEmpty: return "empty";
-        case Op::Ticks: return "ticks";
-        case Op::Due: return "due";
-        default: return nullptr;
+        case Op::ToFloat:
+            return "float";
+        case Op::Min:
+            return "min";
+        case Op::Max:
+            return "max";
+        case Op::Abs:
+            return "abs";
+        case Op::Truncate:
+            return "truncate";
+        case Op::Sqrt:
+            return "sqrt";
+        case Op::NodeToInt:
+            return "node2int";
+        case Op::ListHead:
+            return "head";
+        case Op::ListTail:
+            return "tail";
+        case Op::IsEmpty:
+            return "empty";
+        case Op::Ticks:
+            return "ticks";
+        case Op::Due:
+            return "due";
+        default:
+            return nullptr;
     }
 }
 
@@ -132,11 +186,13 @@ std::string print_function(const Program& program, const Function& f) {
 
 std::string print_constant(const Program& program, const Constant& c) {
     if (c.argument) return fmt::format("// @{} is {}\n", c.name, type_name(c.type));
-    if (c.computed.valid()) return fmt::format("const {} = {}.  // {}, computed where it is used\n", c.name, print_in(program, program.functions[c.computed], program.functions[c.computed].body), type_name(c.type));
+    if (c.computed.valid())
+        return fmt::format("const {} = {}.  // {}, computed where it is used\n", c.name,
+                           print_in(program, program.functions[c.computed], program.functions[c.computed].body), type_name(c.type));
     const std::string value = c.type.compound() && c.type != Type::String ? print(program, Rule{}, c.value)
-                              : c.type == Type::String ? fmt::format("\"{}\"", c.text)
-                              : c.type == Type::Float  ? fmt::format("{:#}", c.real)
-                                                       : std::to_string(c.integer);
+                              : c.type == Type::String                    ? fmt::format("\"{}\"", c.text)
+                              : c.type == Type::Float                     ? fmt::format("{:#}", c.real)
+                                                                          : std::to_string(c.integer);
     return fmt::format("const {} = {}.  // {}\n", c.name, value, type_name(c.type));
 }
 
@@ -154,15 +210,19 @@ std::string print_fold(const Program& program, const Rule& rule, const Fold& fol
 std::string print_head(const Program& program, const Rule& rule, const Head& head) {
     const std::string heads = print_heads(program, rule, head.heads), others = print_heads(program, rule, head.others);
     switch (head.kind) {
-        case Head::Kind::Fact: return print(program, rule, head.atom) + (head.delay.op == Op::Anonymous ? "" : "@+" + print(program, rule, head.delay));
-        case Head::Kind::Comprehension: return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
+        case Head::Kind::Fact:
+            return print(program, rule, head.atom) + (head.delay.op == Op::Anonymous ? "" : "@+" + print(program, rule, head.delay));
+        case Head::Kind::Comprehension:
+            return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
         case Head::Kind::Aggregate: {
             std::string folds;
             for (const Fold& f : head.folds) folds += (folds.empty() ? "" : ", ") + print_fold(program, rule, f);
             return fmt::format("[ {} | {} | {} | {} ]", folds, joined(program, rule, head.body), heads, others);
         }
-        case Head::Kind::If: return fmt::format("(if {} then {} otherwise {} end)", print(program, rule, head.term), heads, others);
-        case Head::Kind::Set: return fmt::format("{} = {} in ({})", rule.variables[head.variable].name, print(program, rule, head.term), heads);
+        case Head::Kind::If:
+            return fmt::format("(if {} then {} otherwise {} end)", print(program, rule, head.term), heads, others);
+        case Head::Kind::Set:
+            return fmt::format("{} = {} in ({})", rule.variables[head.variable].name, print(program, rule, head.term), heads);
     }
     return "";
 }
@@ -184,7 +244,8 @@ std::string print_declaration(const Program& program, const Predicate& p) {
         text += i ? ", " : "";
         if (p.aggregate != Aggregate::None && p.aggregate_at == i) text += aggregate_name(program, p) + " ";
         text += type_name(p.arguments[i].type);
-        if (p.complete_link.valid() && p.aggregate_at == i) text += fmt::format(" [{} {}]", p.complete_outgoing ? "->" : "<-", program.predicates[p.complete_link].name);
+        if (p.complete_link.valid() && p.aggregate_at == i)
+            text += fmt::format(" [{} {}]", p.complete_outgoing ? "->" : "<-", program.predicates[p.complete_link].name);
         if (!p.arguments[i].name.empty()) text += " " + p.arguments[i].name;
     }
     return text + (p.repeats ? ") while." : ").");
@@ -195,34 +256,55 @@ std::string print_declaration(const Program& program, const Predicate& p) {
 std::string print(const Program& program, const Rule& rule, const Term& t) {
     const auto operand = [&](std::size_t i) { return print(program, rule, t.operands[i]); };
     switch (t.op) {
-        case Op::Variable: return rule.variables[t.variable].name;
-        case Op::Anonymous: return "_";
-        case Op::Int: return std::to_string(t.integer);
-        case Op::Float: return fmt::format("{:#}", t.real);
-        case Op::Bool: return t.integer ? "true" : "false";
-        case Op::Node: return fmt::format("@{}", t.integer);
-        case Op::String: return fmt::format("\"{}\"", t.text);
-        case Op::Constant: return program.constants[t.constant].name;
-        case Op::Negate: return "-" + operand(0);
-        case Op::Not: return "~" + operand(0);
-        case Op::WorldSize: return "@world";
-        case Op::List: return "[" + joined_operands(program, rule, t) + "]";
-        case Op::Cons: return fmt::format("[{} | {}]", operand(0), operand(1));
-        case Op::Struct: return ":(" + joined_operands(program, rule, t) + ")";
-        case Op::Tuple: return (t.type == Type::Vec3 ? "vec3(" : "(") + joined_operands(program, rule, t) + ")";
-        case Op::Item: return fmt::format("field({}, {})", operand(0), t.integer);
-        case Op::Let: return fmt::format("let {} = {} in {} end", rule.variables[t.variable].name, operand(0), operand(1));
-        case Op::Call: return program.functions[t.function].name + "(" + joined_operands(program, rule, t) + ")";
-        case Op::Library: return t.text + "(" + joined_operands(program, rule, t) + ")";
-        case Op::Now: return "now";
-        case Op::Fresh: return "new";
-        case Op::If: return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
-        default: break;
+        case Op::Variable:
+            return rule.variables[t.variable].name;
+        case Op::Anonymous:
+            return "_";
+        case Op::Int:
+            return std::to_string(t.integer);
+        case Op::Float:
+            return fmt::format("{:#}", t.real);
+        case Op::Bool:
+            return t.integer ? "true" : "false";
+        case Op::Node:
+            return fmt::format("@{}", t.integer);
+        case Op::String:
+            return fmt::format("\"{}\"", t.text);
+        case Op::Constant:
+            return program.constants[t.constant].name;
+        case Op::Negate:
+            return "-" + operand(0);
+        case Op::Not:
+            return "~" + operand(0);
+        case Op::WorldSize:
+            return "@world";
+        case Op::List:
+            return "[" + joined_operands(program, rule, t) + "]";
+        case Op::Cons:
+            return fmt::format("[{} | {}]", operand(0), operand(1));
+        case Op::Struct:
+            return ":(" + joined_operands(program, rule, t) + ")";
+        case Op::Tuple:
+            return (t.type == Type::Vec3 ? "vec3(" : "(") + joined_operands(program, rule, t) + ")";
+        case Op::Item:
+            return fmt::format("field({}, {})", operand(0), t.integer);
+        case Op::Let:
+            return fmt::format("let {} = {} in {} end", rule.variables[t.variable].name, operand(0), operand(1));
+        case Op::Call:
+            return program.functions[t.function].name + "(" + joined_operands(program, rule, t) + ")";
+        case Op::Library:
+            return t.text + "(" + joined_operands(program, rule, t) + ")";
+        case Op::Now:
+            return "now";
+        case Op::Fresh:
+            return "new";
+        case Op::If:
+            return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
+        default:
+            break;
     }
     if (const char* sign = infix(t.op)) {
-        const auto side = [&](std::size_t i) {
-            return infix(t.operands[i].op) != nullptr ? "(" + operand(i) + ")" : operand(i);
-        };
+        const auto side = [&](std::size_t i) { return infix(t.operands[i].op) != nullptr ? "(" + operand(i) + ")" : operand(i); };
         return side(0) + sign + side(1);
     }
     return std::string(function_name(t.op)) + "(" + joined_operands(program, rule, t) + ")";
@@ -236,17 +318,24 @@ std::string print(const Program& program, const Rule& rule, const Atom& atom) {
 
 std::string print(const Program& program, const Rule& rule, const Clause& clause) {
     switch (clause.kind) {
-        case Clause::Kind::Atom: return print(program, rule, clause.atom);
-        case Clause::Kind::Test: return print(program, rule, clause.test);
-        case Clause::Kind::Not: return "not (" + joined(program, rule, clause.inner) + ")";
-        case Clause::Kind::Element: return rule.variables[clause.variable].name + " in " + print(program, rule, clause.test);
+        case Clause::Kind::Atom:
+            return print(program, rule, clause.atom);
+        case Clause::Kind::Test:
+            return print(program, rule, clause.test);
+        case Clause::Kind::Not:
+            return "not (" + joined(program, rule, clause.inner) + ")";
+        case Clause::Kind::Element:
+            return rule.variables[clause.variable].name + " in " + print(program, rule, clause.test);
         case Clause::Kind::Aggregate: {
-            const std::string name = clause.aggregate == Aggregate::Custom ? program.functions[clause.fold].name : aggregate_name(clause.aggregate);
+            const std::string name =
+                clause.aggregate == Aggregate::Custom ? program.functions[clause.fold].name : aggregate_name(clause.aggregate);
             const std::string value = clause.test.op == Op::Anonymous ? "" : " " + print(program, rule, clause.test);
-            return fmt::format("{} = {}{} : {{ {} }}", rule.variables[clause.variable].name, name, value, joined(program, rule, clause.inner));
+            return fmt::format("{} = {}{} : {{ {} }}", rule.variables[clause.variable].name, name, value,
+                               joined(program, rule, clause.inner));
         }
         case Clause::Kind::Delta:
-            return fmt::format("delta({}; {}){}{}", rule.variables[clause.variable].name, print(program, rule, clause.atom), infix(clause.compare), print(program, rule, clause.test));
+            return fmt::format("delta({}; {}){}{}", rule.variables[clause.variable].name, print(program, rule, clause.atom),
+                               infix(clause.compare), print(program, rule, clause.test));
     }
     return "";
 }
@@ -256,7 +345,11 @@ std::string print(const Program& program, const Rule& rule) {
     std::string body = joined(program, rule, rule.body);
     if (body.empty()) return heads + ".";
     if (rule.select != Select::None)
-        body = fmt::format("[{} => {} | {}]", rule.select == Select::Random ? "random" : rule.select == Select::Ascending ? "asc" : "desc", rule.variables[rule.selected].name, body);
+        body = fmt::format("[{} => {} | {}]",
+                           rule.select == Select::Random      ? "random"
+                           : rule.select == Select::Ascending ? "asc"
+                                                              : "desc",
+                           rule.variables[rule.selected].name, body);
     return rule.linear ? body + " -o " + heads + "." : heads + " :- " + body + ".";
 }
 
@@ -267,7 +360,8 @@ std::string print(const Program& program) {
     for (const Constant& c : program.constants)
         if (!c.prelude) text += print_constant(program, c);
     for (const FunctionId id : program.functions.ids()) {
-        const bool constant = std::any_of(program.constants.begin(), program.constants.end(), [&](const Constant& c) { return c.computed == id; });
+        const bool constant =
+            std::any_of(program.constants.begin(), program.constants.end(), [&](const Constant& c) { return c.computed == id; });
         if (!constant) text += print_function(program, program.functions[id]);
     }
     for (const Rule& rule : program.rules) {
@@ -280,7 +374,9 @@ std::string print(const Program& program) {
         if (c.rules.empty()) continue;
         text += "//  ";
         for (const PredicateId p : c.predicates) text += " " + program.predicates[p].name;
-        if (c.recursive) text += fmt::format(": recursive{}{}{}", c.local ? ", at the catom" : "", c.links ? ", over links" : "", c.tree ? ", sums over a tree" : "");
+        if (c.recursive)
+            text += fmt::format(": recursive{}{}{}", c.local ? ", at the catom" : "", c.links ? ", over links" : "",
+                                c.tree ? ", sums over a tree" : "");
         text += "\n";
     }
     return text;

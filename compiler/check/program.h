@@ -46,7 +46,21 @@ struct Function;
 using FunctionId = Id<Function>;
 
 // Sensed predicates that are read from the ensemble and stored nowhere.
-enum class WorldSource { None, Neighbor, NeighborPort, NeighborCount, Vacant, Cell, Position, PositionVector, Id, Tick, Target, TargetPort, Facts };
+enum class WorldSource {
+    None,
+    Neighbor,
+    NeighborPort,
+    NeighborCount,
+    Vacant,
+    Cell,
+    Position,
+    PositionVector,
+    Id,
+    Tick,
+    Target,
+    TargetPort,
+    Facts
+};
 
 struct Constant;
 using ConstantId = Id<Constant>;
@@ -55,23 +69,55 @@ using VariableId = Id<Variable>;
 
 // An expression over variables. One shape for all operators keeps copying and rewriting short.
 enum class Op {
-    Variable, Anonymous, Int, Float, Bool, Node, Constant, String,
-    WorldSize,                                 // @world
-    List, Cons, Struct, Tuple,                 // Operands: elements; head and tail; fields.
-    ListHead, ListTail, IsEmpty, Item,         // What patterns are taken apart with; Item: field number `integer`.
-    Let,                                       // `variable` = operands[0] in operands[1]
-    Call,                                      // `function` of the program.
-    Library,                                   // The function `text` of runtime/kernel/library.h.
-    Append,                                    // L ++ M, also of strings.
-    Now,                                       // The tick. Made by delays, as are the next two.
-    Ticks,                                     // How many ticks operands[0] seconds are, at least 1.
-    Due,                                       // Bool: operands[0] is not after now; if it is, the catom is woken then.
-    Fresh,                                     // A value that nobody else has, of `exists`.
-    Negate, Not, ToFloat,
-    Add, Subtract, Multiply, Divide, Modulo, Power,
-    Equal, NotEqual, Less, LessEqual, Greater, GreaterEqual, And, Or,
+    Variable,
+    Anonymous,
+    Int,
+    Float,
+    Bool,
+    Node,
+    Constant,
+    String,
+    WorldSize,  // @world
+    List,
+    Cons,
+    Struct,
+    Tuple,  // Operands: elements; head and tail; fields.
+    ListHead,
+    ListTail,
+    IsEmpty,
+    Item,     // What patterns are taken apart with; Item: field number `integer`.
+    Let,      // `variable` = operands[0] in operands[1]
+    Call,     // `function` of the program.
+    Library,  // The function `text` of runtime/kernel/library.h.
+    Append,   // L ++ M, also of strings.
+    Now,      // The tick. Made by delays, as are the next two.
+    Ticks,    // How many ticks operands[0] seconds are, at least 1.
+    Due,      // Bool: operands[0] is not after now; if it is, the catom is woken then.
+    Fresh,    // A value that nobody else has, of `exists`.
+    Negate,
+    Not,
+    ToFloat,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Modulo,
+    Power,
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    And,
+    Or,
     If,
-    Min, Max, Abs, Truncate, Sqrt, NodeToInt,  // Functions.
+    Min,
+    Max,
+    Abs,
+    Truncate,
+    Sqrt,
+    NodeToInt,  // Functions.
 };
 
 struct Term {
@@ -92,7 +138,7 @@ struct Term {
 // A fact of the program's text.
 struct Fact {
     std::int64_t catom = 0;
-    std::vector<Term> arguments;      // After the catom; literals.
+    std::vector<Term> arguments;  // After the catom; literals.
 };
 
 struct Argument {
@@ -106,26 +152,26 @@ struct Predicate {
     Span span;
     std::vector<Argument> arguments;  // The catom first.
     PredicateKind kind = PredicateKind::Persistent;
-    bool sensed = false;              // Maintained by the runtime (also linear ones, as `tap`).
-    bool route = false;               // The second argument is the catom it points to.
-    bool repeats = false;             // type action ... while.
-    bool prelude = false;             // Declared in stdlib/prelude.meld.
-    bool auxiliary = false;           // Made by the compiler.
-    bool refused = false;             // Its declaration has been reported; rules that use it are not looked at further.
+    bool sensed = false;     // Maintained by the runtime (also linear ones, as `tap`).
+    bool route = false;      // The second argument is the catom it points to.
+    bool repeats = false;    // type action ... while.
+    bool prelude = false;    // Declared in stdlib/prelude.meld.
+    bool auxiliary = false;  // Made by the compiler.
+    bool refused = false;    // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;
-    std::size_t aggregate_at = 0;     // Index into arguments; those between 1 and it are the group, those after it ride along.
-    FunctionId fold;                  // Aggregate::Custom
+    std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it ride along.
+    FunctionId fold;               // Aggregate::Custom
     // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
     Id<Predicate> complete_link;
-    bool complete_outgoing = false;   // `[-> edge]`: the catoms the link points to, not those it comes from.
+    bool complete_outgoing = false;  // `[-> edge]`: the catoms the link points to, not those it comes from.
     WorldSource world = WorldSource::None;
-    std::vector<Fact> facts = {};     // WorldSource::Facts: all of them, by catom. Made by the planner.
-    Id<Predicate> returns;            // `undelivered-p`: the p whose facts come back here when their way is gone.
+    std::vector<Fact> facts = {};  // WorldSource::Facts: all of them, by catom. Made by the planner.
+    Id<Predicate> returns;         // `undelivered-p`: the p whose facts come back here when their way is gone.
     // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
     // their goal, and how many arguments of ours behind theirs.
     Id<Predicate> carries;
     std::size_t passes = 0, behind = 0;
-    Id<Predicate> given;              // The auxiliary that stores facts given from outside, if not this one.
+    Id<Predicate> given;  // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }
     // Whether every derivation counts, so that recursion through it is right along a tree only.
@@ -145,31 +191,31 @@ struct Constant {
     std::string name;
     Span span;
     Type type = Type::Error;
-    std::int64_t integer = 0;         // Int, Bool, Node
-    double real = 0;                  // Float
-    std::string text;                 // String
-    Term value = {};                  // All others: a term of literals.
+    std::int64_t integer = 0;  // Int, Bool, Node
+    double real = 0;           // Float
+    std::string text;          // String
+    Term value = {};           // All others: a term of literals.
     bool prelude = false;
-    bool argument = false;            // @arg1: the run gives it, or is told which one is missing.
-    FunctionId computed = {};         // If valid, only the run can tell the value: this function of no parameters gives it.
+    bool argument = false;     // @arg1: the run gives it, or is told which one is missing.
+    FunctionId computed = {};  // If valid, only the run can tell the value: this function of no parameters gives it.
 };
 
 // fun f(int X) : int = X + 1.  or  extern float f(int).
 struct Function {
     std::string name;
     Span span;
-    Table<Variable> variables;        // The parameters first, then those of `let`.
+    Table<Variable> variables;  // The parameters first, then those of `let`.
     std::size_t parameter_count = 0;
     Type result = Type::Error;
     Term body = {};
-    bool external = false;            // A C function of this name, linked in.
+    bool external = false;  // A C function of this name, linked in.
     bool refused = false;
 };
 
 struct Atom {
     PredicateId predicate;
-    std::vector<Term> arguments;      // The catom first; in bodies and heads a variable.
-    bool read_only = false;           // $p: a linear fact that is read and left.
+    std::vector<Term> arguments;  // The catom first; in bodies and heads a variable.
+    bool read_only = false;       // $p: a linear fact that is read and left.
     Span span;
 };
 
@@ -187,21 +233,21 @@ struct Clause {
     Term test = {};
     std::vector<Clause> inner = {};
     VariableId variable = {};
-    VariableId position = {};         // Element: which one it is, from 0, where it matters. Made by delays.
+    VariableId position = {};  // Element: which one it is, from 0, where it matters. Made by delays.
     Aggregate aggregate = Aggregate::None;
-    FunctionId fold = {};             // Aggregate::Custom
-    Term initial = {};                // Custom: what the fold starts from; Anonymous: from the first match.
-    Op compare = Op::Greater;         // Delta
+    FunctionId fold = {};      // Aggregate::Custom
+    Term initial = {};         // Custom: what the fold starts from; Anonymous: from the first match.
+    Op compare = Op::Greater;  // Delta
     Span span = {};
 };
 
 // [ sum => S, custom f 0 => V | X | body | head1 | head2 ]: one of the aggregates.
 struct Fold {
     Aggregate aggregate = Aggregate::None;
-    FunctionId function = {};         // Custom
-    Term initial = {};                // Custom: what the fold starts from; else Anonymous.
-    VariableId each = {};             // The value of one match, in the body; invalid for a count.
-    VariableId result = {};           // In the last heads.
+    FunctionId function = {};  // Custom
+    Term initial = {};         // Custom: what the fold starts from; else Anonymous.
+    VariableId each = {};      // The value of one match, in the body; invalid for a count.
+    VariableId result = {};    // In the last heads.
 };
 
 struct Head {
@@ -213,7 +259,7 @@ struct Head {
         Set,            // `variable` = `term` in `heads`.
     } kind = Kind::Fact;
     Atom atom = {};
-    Term delay = {};                  // Fact: how many ticks it waits (Int); Anonymous: not at all.
+    Term delay = {};  // Fact: how many ticks it waits (Int); Anonymous: not at all.
     std::vector<Clause> body = {};
     std::vector<Head> heads = {};
     std::vector<Head> others = {};
@@ -227,24 +273,24 @@ struct Head {
 enum class Select { None, Ascending, Descending, Random };
 
 struct Rule {
-    std::string name;                 // "dist@12": the head and the line.
-    std::string text;                 // As Meld, printed from the syntax tree.
-    std::string file;                 // Its name without folders.
+    std::string name;  // "dist@12": the head and the line.
+    std::string text;  // As Meld, printed from the syntax tree.
+    std::string file;  // Its name without folders.
     std::uint32_t line = 0;
     Span span;
-    std::vector<PredicateId> derives; // By its heads, as the program says them; the planner may have them pass through others.
-    bool linear = false;              // Consumes facts; else a view with exactly one head.
-    VariableId home;                  // The catom where it runs: the head's of a view, the consumed facts' of a linear rule.
+    std::vector<PredicateId> derives;  // By its heads, as the program says them; the planner may have them pass through others.
+    bool linear = false;               // Consumes facts; else a view with exactly one head.
+    VariableId home;                   // The catom where it runs: the head's of a view, the consumed facts' of a linear rule.
     Table<Variable> variables;
     std::vector<Clause> body;
     std::vector<Head> heads;
-    bool arrives = false;             // Made by the planner: hands on what waited or came from afar, before all other rules.
-    bool birth = false;               // Linear facts given once to every new catom (an axiom).
+    bool arrives = false;  // Made by the planner: hands on what waited or came from afar, before all other rules.
+    bool birth = false;    // Linear facts given once to every new catom (an axiom).
     Select select = Select::None;
     VariableId selected;
     // Of a view that waits for neighbours: those whose contributions its facts are.
     std::vector<VariableId> contributors;
-    bool refused = false;             // A mistake in it has been reported; later passes leave it alone.
+    bool refused = false;  // A mistake in it has been reported; later passes leave it alone.
     std::vector<VariableId> used_once;
 };
 using RuleId = Id<Rule>;
@@ -252,11 +298,11 @@ using RuleId = Id<Rule>;
 // A set of predicates that depend on each other, or one predicate alone; in the order of evaluation.
 struct Component {
     std::vector<PredicateId> predicates;
-    std::vector<RuleId> rules;        // View rules that derive them.
+    std::vector<RuleId> rules;  // View rules that derive them.
     bool recursive = false;
-    bool local = false;               // Some rule reads the component at its own catom.
-    bool links = false;               // Some rule reads the component at another catom.
-    bool tree = false;                // Recursive over links through an aggregate that needs_all().
+    bool local = false;  // Some rule reads the component at its own catom.
+    bool links = false;  // Some rule reads the component at another catom.
+    bool tree = false;   // Recursive over links through an aggregate that needs_all().
 };
 
 struct Program {

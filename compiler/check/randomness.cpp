@@ -46,17 +46,18 @@ class Randomness {
             check_body(c.inner);
         }
     }
-    void refuse_fold(FunctionId fold, Span span) {
-        refuse(Term{.op = Op::Call, .span = span, .function = fold}, "a view");
-    }
+    void refuse_fold(FunctionId fold, Span span) { refuse(Term{.op = Op::Call, .span = span, .function = fold}, "a view"); }
     void refuse(const Term& term, const std::string& what) {
         each_subterm(term, [&](const Term& t) {
             if ((t.op != Op::Library && t.op != Op::Call) || !is_random(program_, t)) return;
             const std::string& name = t.op == Op::Call ? program_.functions[t.function].name : t.text;
-            const bool inside = std::any_of(t.operands.begin(), t.operands.end(), [&](const Term& operand) { return is_random(program_, operand); });
+            const bool inside =
+                std::any_of(t.operands.begin(), t.operands.end(), [&](const Term& operand) { return is_random(program_, operand); });
             if (!inside)
-                report_.add(Kind::RandomInView, t.span, fmt::format("`{}` gives another value each time, and {} would never come to rest", name, what)).help =
-                    "draw in a rule that consumes a linear fact, and keep the value in a fact";
+                report_
+                    .add(Kind::RandomInView, t.span,
+                         fmt::format("`{}` gives another value each time, and {} would never come to rest", name, what))
+                    .help = "draw in a rule that consumes a linear fact, and keep the value in a fact";
         });
     }
 

@@ -29,7 +29,9 @@ class Search {
     }
 
   private:
-    bool inside(PredicateId p) const { return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end(); }
+    bool inside(PredicateId p) const {
+        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
+    }
 
     // The one fact of the component that the rule reads, where it does so at its own catom and at once.
     const Atom* asked(const Rule& rule) const {
@@ -37,7 +39,8 @@ class Search {
         each_atom(rule.body, [&](const Atom& a, bool) { count += inside(a.predicate); });
         if (count != 1 || rule.heads[0].delay.op != Op::Anonymous || rule.heads[0].atom.arguments[0].variable != rule.home) return nullptr;
         for (const Clause& c : rule.body)
-            if (c.kind == Clause::Kind::Atom && inside(c.atom.predicate)) return c.atom.arguments[0].variable == rule.home ? &c.atom : nullptr;
+            if (c.kind == Clause::Kind::Atom && inside(c.atom.predicate))
+                return c.atom.arguments[0].variable == rule.home ? &c.atom : nullptr;
         return nullptr;
     }
 
@@ -48,10 +51,13 @@ class Search {
             const Term& made = head.arguments[1];
             const auto value = number(made);
             const std::optional<Span> failed = value ? fails(*value) : std::nullopt;
-            return failed ? std::optional(Replaced{.predicate = head.predicate, .made = made.span, .asked = *failed, .between = between_}) : std::nullopt;
+            return failed ? std::optional(Replaced{.predicate = head.predicate, .made = made.span, .asked = *failed, .between = between_})
+                          : std::nullopt;
         }
         // A fact that competes with others may not be there for long.
-        if (program_.predicates[head.predicate].aggregate != Aggregate::None || std::find(seen_.begin(), seen_.end(), head.predicate) != seen_.end()) return std::nullopt;
+        if (program_.predicates[head.predicate].aggregate != Aggregate::None ||
+            std::find(seen_.begin(), seen_.end(), head.predicate) != seen_.end())
+            return std::nullopt;
         seen_.push_back(head.predicate);
         for (const RuleId id : component_.rules) {
             const Rule& next = program_.rules[id];
@@ -95,10 +101,13 @@ class Search {
                 const Term &tested = c.term->operands[side], &with = c.term->operands[1 - side];
                 if (!tested.is_variable() || tested.variable != argument.variable) continue;
                 const auto limit = number(with);
-                const bool below = side == 0 ? c.term->op == Op::Less || c.term->op == Op::LessEqual : c.term->op == Op::Greater || c.term->op == Op::GreaterEqual;
-                const bool above = side == 0 ? c.term->op == Op::Greater || c.term->op == Op::GreaterEqual : c.term->op == Op::Less || c.term->op == Op::LessEqual;
+                const bool below = side == 0 ? c.term->op == Op::Less || c.term->op == Op::LessEqual
+                                             : c.term->op == Op::Greater || c.term->op == Op::GreaterEqual;
+                const bool above = side == 0 ? c.term->op == Op::Greater || c.term->op == Op::GreaterEqual
+                                             : c.term->op == Op::Less || c.term->op == Op::LessEqual;
                 const bool strict = c.term->op == Op::Less || c.term->op == Op::Greater;
-                if (limit && (c.term->op == Op::Equal || (greatest ? below : above)) && (beyond(*limit) || (strict && value == *limit))) return c.term->span;
+                if (limit && (c.term->op == Op::Equal || (greatest ? below : above)) && (beyond(*limit) || (strict && value == *limit)))
+                    return c.term->span;
             }
         }
         return std::nullopt;

@@ -10,8 +10,8 @@ namespace meld::check {
 
 struct Replaced {
     PredicateId predicate;
-    Span made;                        // The better value, in a head.
-    Span asked;                       // What it does not pass: the value in a fact of a body, or a condition.
+    Span made;   // The better value, in a head.
+    Span asked;  // What it does not pass: the value in a fact of a body, or a condition.
     struct Between {
         PredicateId head, read;
         Span span;

@@ -38,7 +38,9 @@ void Resolver::rule(const syntax::Rule& tree) {
     if (tree.selector) {
         rule.selected = scope.variable(tree.selector->variable.text, tree.selector->variable.span);
         using Order = syntax::Selector::Order;
-        rule.select = tree.selector->order == Order::Random ? Select::Random : tree.selector->order == Order::Descending ? Select::Descending : Select::Ascending;
+        rule.select = tree.selector->order == Order::Random       ? Select::Random
+                      : tree.selector->order == Order::Descending ? Select::Descending
+                                                                  : Select::Ascending;
     }
     if (!lower_case_noted_) note_lower_case();
     finish(tree, rule);
@@ -50,14 +52,19 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     const Atom* read = nullptr;
     each_atom(rule.body, [&](const Atom& a, bool negated) {
         if (!program_.predicates[a.predicate].linear()) return;
-        if (negated || a.read_only) read = &a;
-        else consumes = true;
+        if (negated || a.read_only)
+            read = &a;
+        else
+            consumes = true;
     });
     find_single_use(rule);
     if (refuse_linear_inside(rule.body)) return;
     if (tree.arrow != syntax::Arrow::View && read != nullptr && !consumes) {
-        report_.add(Kind::InfiniteLinear, read->span, fmt::format("`{}` is read here and nothing is consumed, so this rule would be applied without end", program_.predicates[read->predicate].name)).help =
-            "consume a linear fact in the body";
+        report_
+            .add(Kind::InfiniteLinear, read->span,
+                 fmt::format("`{}` is read here and nothing is consumed, so this rule would be applied without end",
+                             program_.predicates[read->predicate].name))
+            .help = "consume a linear fact in the body";
         return;
     }
     if (tree.arrow == syntax::Arrow::View && (consumes || read != nullptr)) {
@@ -69,8 +76,10 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         return;
     }
     if (tree.selector && !consumes) {
-        report_.add(Kind::OnlyConsuming, tree.selector->variable.span, "only a rule that consumes linear facts chooses among matches: a view holds for them all").help =
-            "for the least or greatest value, declare it with `min` or `max` in the head";
+        report_
+            .add(Kind::OnlyConsuming, tree.selector->variable.span,
+                 "only a rule that consumes linear facts chooses among matches: a view holds for them all")
+            .help = "for the least or greatest value, declare it with `min` or `max` in the head";
         return;
     }
     if (consumes) {
@@ -89,8 +98,11 @@ bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
         for (const Clause& c : clauses) {
             const bool fact = c.kind == Clause::Kind::Delta || (asked && c.kind == Clause::Kind::Atom);
             if (fact && program_.predicates[c.atom.predicate].linear())
-                report_.add(Kind::LinearInside, c.atom.span, fmt::format("`{}` is linear, and what is only looked at here would stay", program_.predicates[c.atom.predicate].name)).help =
-                    "keep a persistent fact beside it, or consume the linear facts in the head: [count => N | | body | head]";
+                report_
+                    .add(Kind::LinearInside, c.atom.span,
+                         fmt::format("`{}` is linear, and what is only looked at here would stay",
+                                     program_.predicates[c.atom.predicate].name))
+                    .help = "keep a persistent fact beside it, or consume the linear facts in the head: [count => N | | body | head]";
             self(self, c.inner, asked || c.kind == Clause::Kind::Aggregate);
         }
     };
@@ -119,7 +131,10 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 if (program_.predicates[h.atom.predicate].linear()) {
                     if (!axiom && !program_.predicates[h.atom.predicate].sensed) {
                         if (refused_) return;
-                        report_.add(Kind::InfiniteLinear, h.span, fmt::format("nothing is consumed here, so `{}` would be made without end", program_.predicates[h.atom.predicate].name))
+                        report_
+                            .add(Kind::InfiniteLinear, h.span,
+                                 fmt::format("nothing is consumed here, so `{}` would be made without end",
+                                             program_.predicates[h.atom.predicate].name))
                             .help = birth_help(h);
                         return;
                     }
@@ -129,8 +144,12 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 add(std::move(one));
                 break;
             }
-            case Head::Kind::Comprehension: views(rule, joined(h.body), h.heads, false); break;
-            case Head::Kind::Aggregate: view_of_aggregate(rule, body, h); break;
+            case Head::Kind::Comprehension:
+                views(rule, joined(h.body), h.heads, false);
+                break;
+            case Head::Kind::Aggregate:
+                view_of_aggregate(rule, body, h);
+                break;
             case Head::Kind::If: {
                 Term otherwise;
                 otherwise.op = Op::Not;
@@ -151,8 +170,10 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                     views(rule, joined({test(std::move(equation))}), h.heads, axiom);
                     break;
                 }
-                report_.add(Kind::OnlyConsuming, h.span, "only a rule that consumes linear facts makes values that are new: a view holds again and again").help =
-                    "consume a linear fact in the body";
+                report_
+                    .add(Kind::OnlyConsuming, h.span,
+                         "only a rule that consumes linear facts makes values that are new: a view holds again and again")
+                    .help = "consume a linear fact in the body";
                 return;
         }
     }
@@ -167,7 +188,13 @@ void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& bo
     Rule last = rule;
     std::vector<Clause> clauses = body;
     for (const Fold& fold : head.folds) {
-        Clause c{.kind = Clause::Kind::Aggregate, .inner = head.body, .variable = fold.result, .aggregate = fold.aggregate, .fold = fold.function, .initial = fold.initial, .span = head.span};
+        Clause c{.kind = Clause::Kind::Aggregate,
+                 .inner = head.body,
+                 .variable = fold.result,
+                 .aggregate = fold.aggregate,
+                 .fold = fold.function,
+                 .initial = fold.initial,
+                 .span = head.span};
         if (fold.each.valid()) {
             c.test.op = Op::Variable;
             c.test.type = rule.variables[fold.each].type;
@@ -192,7 +219,8 @@ void Resolver::place_counts(Rule& rule) const {
     const Atom* home = nullptr;
     if (!rule.linear) home = &rule.heads[0].atom;
     for (const Clause& c : rule.body)
-        if (rule.linear && home == nullptr && c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].linear()) home = &c.atom;
+        if (rule.linear && home == nullptr && c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].linear())
+            home = &c.atom;
     if (home == nullptr) return;
     const Term place = home->arguments[0];
     const auto visit = [&](const auto& self, std::vector<Clause>& body) -> void {
@@ -232,13 +260,16 @@ std::string Resolver::consuming(const syntax::Rule& tree) const {
 
 void Resolver::add(Rule rule) {
     if (refused_ || report_.error_count() > errors_before_) return;
-    std::string head = rule.heads.empty() ? "nothing" : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name : "all";
+    std::string head = rule.heads.empty()                       ? "nothing"
+                       : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name
+                                                                : "all";
     rule.name = fmt::format("{}@{}", head, rule.line);
     const int twin = ++rules_named_[rule.name];
     if (twin > 1) rule.name += fmt::format(".{}", twin);
     each_head(rule.heads, [&](const Head& h) {
         const PredicateId p = h.atom.predicate;
-        if (h.kind == Head::Kind::Fact && std::find(rule.derives.begin(), rule.derives.end(), p) == rule.derives.end()) rule.derives.push_back(p);
+        if (h.kind == Head::Kind::Fact && std::find(rule.derives.begin(), rule.derives.end(), p) == rule.derives.end())
+            rule.derives.push_back(p);
     });
     program_.rules.add(std::move(rule));
 }
@@ -251,7 +282,9 @@ std::string Resolver::birth_help(const Head& head) const {
     std::string once = "start";
     for (const char* name : {"start", "begin", "once"})
         if (once = name; !names_.predicates.contains({once, 1})) break;
-    return fmt::format("to make it once, consume what each catom has from its birth:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`", once, at, consuming(*tree_));
+    return fmt::format(
+        "to make it once, consume what each catom has from its birth:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`", once,
+        at, consuming(*tree_));
 }
 
 void Resolver::find_single_use(Rule& rule) const {
@@ -275,7 +308,8 @@ void Resolver::note_lower_case() {
     if (dialect_linear_) return;
     for (const Variable& v : rule_->variables)
         if (!v.name.empty() && std::islower(static_cast<unsigned char>(v.name[0]))) {
-            report_.add(Kind::LowerCaseVariable, v.span, fmt::format("`{}` is read as a variable, as in original Meld", v.name)).help = "variables start with a capital";
+            report_.add(Kind::LowerCaseVariable, v.span, fmt::format("`{}` is read as a variable, as in original Meld", v.name)).help =
+                "variables start with a capital";
             lower_case_noted_ = true;
             return;
         }
@@ -284,14 +318,16 @@ void Resolver::note_lower_case() {
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report) {
     std::set<std::uint32_t> linear_files;
     for (const syntax::Item& item : tree.items)
-        if (const auto* rule = std::get_if<syntax::Rule>(&item); rule != nullptr && rule->arrow == syntax::Arrow::Linear) linear_files.insert(rule->span.file);
+        if (const auto* rule = std::get_if<syntax::Rule>(&item); rule != nullptr && rule->arrow == syntax::Arrow::Linear)
+            linear_files.insert(rule->span.file);
     const Names names(program, tree);
     Resolver resolver(files, names, program, report, std::move(linear_files));
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
     for (const Constant& c : program.constants)
         if (c.argument && has_unknown(c.type) && !report.has_errors())
-            report.add(Kind::BadConstant, c.span, fmt::format("nothing here says of what type `@{}` is", c.name)).help = "make it an argument of a fact or function, or compare it with a value of its type";
+            report.add(Kind::BadConstant, c.span, fmt::format("nothing here says of what type `@{}` is", c.name)).help =
+                "make it an argument of a fact or function, or compare it with a value of its type";
 }
 
 }  // namespace meld::check

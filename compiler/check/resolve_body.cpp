@@ -17,8 +17,10 @@ std::vector<Clause> Resolver::body(const std::vector<syntax::Clause>& clauses) {
 void Resolver::clause(const syntax::Clause& tree, std::vector<Clause>& out) {
     if (const auto* a = std::get_if<syntax::Atom>(&tree.node)) {
         // A function that gives a bool is a condition.
-        if (is_predicate(a->name.text) || !scope_->is_function(a->name.text)) body_atom(*a, out);
-        else out.push_back(test(scope_->condition(*a)));
+        if (is_predicate(a->name.text) || !scope_->is_function(a->name.text))
+            body_atom(*a, out);
+        else
+            out.push_back(test(scope_->condition(*a)));
     } else if (const auto* t = std::get_if<syntax::Constraint>(&tree.node)) {
         condition(*t->condition, out);
     } else if (const auto* n = std::get_if<syntax::Not>(&tree.node)) {
@@ -57,16 +59,22 @@ void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& 
     c.span = span;
     c.variable = scope_->variable(tree.variable.text, tree.variable.span);
     c.test = std::move(bound);
-    static const std::map<syntax::BinaryOp, Op> signs = {{syntax::BinaryOp::Equal, Op::Equal}, {syntax::BinaryOp::NotEqual, Op::NotEqual}, {syntax::BinaryOp::Less, Op::Less},
-                                                         {syntax::BinaryOp::LessEqual, Op::LessEqual}, {syntax::BinaryOp::Greater, Op::Greater}, {syntax::BinaryOp::GreaterEqual, Op::GreaterEqual}};
+    static const std::map<syntax::BinaryOp, Op> signs = {
+        {syntax::BinaryOp::Equal, Op::Equal},     {syntax::BinaryOp::NotEqual, Op::NotEqual},
+        {syntax::BinaryOp::Less, Op::Less},       {syntax::BinaryOp::LessEqual, Op::LessEqual},
+        {syntax::BinaryOp::Greater, Op::Greater}, {syntax::BinaryOp::GreaterEqual, Op::GreaterEqual}};
     c.compare = signs.at(tree.op);
-    const auto stands = std::count_if(c.atom.arguments.begin() + 1, c.atom.arguments.end(), [&](const Term& t) { return t.is_variable() && t.variable == c.variable; });
+    const auto stands = std::count_if(c.atom.arguments.begin() + 1, c.atom.arguments.end(),
+                                      [&](const Term& t) { return t.is_variable() && t.variable == c.variable; });
     const Type& type = rule_->variables[c.variable].type;
     if (stands != 1)
-        report_.add(Kind::UnboundVariable, tree.variable.span, fmt::format("`{}` must be one argument of `{}`, whose change is looked at", tree.variable.text, tree.atom.name.text)).help =
-            fmt::format("write delta(X; {}(A, ..., X, ...))", tree.atom.name.text);
+        report_
+            .add(Kind::UnboundVariable, tree.variable.span,
+                 fmt::format("`{}` must be one argument of `{}`, whose change is looked at", tree.variable.text, tree.atom.name.text))
+            .help = fmt::format("write delta(X; {}(A, ..., X, ...))", tree.atom.name.text);
     else if (!type.numeric() && type != Type::Error)
-        report_.add(Kind::TypeMismatch, tree.variable.span, fmt::format("`{}` is {}, and only numbers change by an amount", tree.variable.text, check::type_name(type)));
+        report_.add(Kind::TypeMismatch, tree.variable.span,
+                    fmt::format("`{}` is {}, and only numbers change by an amount", tree.variable.text, check::type_name(type)));
     if (!c.test.type.numeric() && c.test.type != Type::Error)
         report_.add(Kind::TypeMismatch, c.test.span, fmt::format("a change is a number, and this is {}", check::type_name(c.test.type)));
     out.push_back(std::move(c));
@@ -79,13 +87,15 @@ void Resolver::element(const syntax::Element& tree, Span span, std::vector<Claus
     c.test = scope_->resolve(*tree.list, Type::Error, "`in`");
     const Type list = c.test.type;
     if (list != Type::Error && list.kind != Type::Kind::List && list.kind != Type::Kind::Set && list.kind != Type::Kind::Array) {
-        report_.add(Kind::TypeMismatch, c.test.span, fmt::format("`in` looks into a list, set or array, and this is {}", check::type_name(list)));
+        report_.add(Kind::TypeMismatch, c.test.span,
+                    fmt::format("`in` looks into a list, set or array, and this is {}", check::type_name(list)));
         return;
     }
     // A list that has no type has no value either, which is reported where it is used.
     const Type wanted = list.parts.empty() ? Type::Error : list.parts[0];
     std::vector<Clause> tests;
-    const Term element = scope_->is_pattern(*tree.element) ? scope_->pattern_variable(*tree.element, wanted, tests) : scope_->resolve(*tree.element, wanted, "an element", true);
+    const Term element = scope_->is_pattern(*tree.element) ? scope_->pattern_variable(*tree.element, wanted, tests)
+                                                           : scope_->resolve(*tree.element, wanted, "an element", true);
     if (element.is_variable()) {
         c.variable = element.variable;
         out.push_back(std::move(c));
@@ -105,7 +115,8 @@ bool Resolver::is_predicate(const std::string& name) const {
 
 void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
     const auto* equal = std::get_if<syntax::Binary>(&e.node);
-    const bool patterns = equal != nullptr && equal->op == syntax::BinaryOp::Equal && (scope_->is_pattern(*equal->left) || scope_->is_pattern(*equal->right));
+    const bool patterns =
+        equal != nullptr && equal->op == syntax::BinaryOp::Equal && (scope_->is_pattern(*equal->left) || scope_->is_pattern(*equal->right));
     const std::optional<Type> common = patterns ? join(scope_->infer(*equal->left), scope_->infer(*equal->right)) : std::nullopt;
     // Types that do not go together are reported where they are compared.
     if (!common) {
@@ -117,7 +128,8 @@ void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
     std::vector<Clause> tests;
     Term value = scope_->is_pattern(other) ? scope_->pattern_variable(other, *common, tests) : scope_->resolve(other, *common, "`=`");
     if (!value.is_variable()) {
-        Term variable{.op = Op::Variable, .type = value.type, .span = other.span, .variable = scope_->fresh("_value", value.type, other.span)};
+        Term variable{
+            .op = Op::Variable, .type = value.type, .span = other.span, .variable = scope_->fresh("_value", value.type, other.span)};
         tests.push_back(equality(variable, std::move(value), e.span));
         value = variable;
     }
@@ -129,12 +141,15 @@ void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
 
 void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out) {
     Clause c{.kind = Clause::Kind::Aggregate, .span = span};
-    c.variable = tree.result.text == "_" ? scope_->fresh("_", Type::Error, tree.result.span) : scope_->variable(tree.result.text, tree.result.span);
+    c.variable =
+        tree.result.text == "_" ? scope_->fresh("_", Type::Error, tree.result.span) : scope_->variable(tree.result.text, tree.result.span);
     {
         const Inside inside(*scope_, *locals_, &tree);
         c.inner = body(tree.clauses);
-        if (tree.value != nullptr && tree.op != "count") c.test = scope_->resolve(*tree.value, Type::Error, fmt::format("`{}`", tree.op));
-        else if (tree.value != nullptr) scope_->resolve(*tree.value, Type::Error, "`count`", true);
+        if (tree.value != nullptr && tree.op != "count")
+            c.test = scope_->resolve(*tree.value, Type::Error, fmt::format("`{}`", tree.op));
+        else if (tree.value != nullptr)
+            scope_->resolve(*tree.value, Type::Error, "`count`", true);
     }
     c.aggregate = aggregate(tree.op, c.test, span);
     if (c.aggregate == Aggregate::Custom) {
@@ -148,7 +163,8 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
     if (result.type == type || type == Type::Error) return out.push_back(std::move(c));
     // The result is compared with a value of another type, an int with a float say.
     const VariableId compared = std::exchange(c.variable, scope_->fresh("_", type, tree.result.span));
-    Term value = scope_->convert(variable_term(c.variable, tree.result.span), rule_->variables[compared].type, fmt::format("`{}`", tree.result.text));
+    Term value = scope_->convert(variable_term(c.variable, tree.result.span), rule_->variables[compared].type,
+                                 fmt::format("`{}`", tree.result.text));
     out.push_back(std::move(c));
     out.push_back(equality(variable_term(compared, tree.result.span), std::move(value), tree.result.span));
 }
@@ -159,9 +175,11 @@ Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span spa
     const Type& type = value.type;
     const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool || type == Type::Error;
     if (found->second == Aggregate::Sum && !type.numeric() && type != Type::Error)
-        report_.add(Kind::BadAggregate, span, fmt::format("a sum of {} values has no meaning", check::type_name(type))).help = "sum an int or a float";
+        report_.add(Kind::BadAggregate, span, fmt::format("a sum of {} values has no meaning", check::type_name(type))).help =
+            "sum an int or a float";
     else if ((found->second == Aggregate::Min || found->second == Aggregate::Max) && !ordered)
-        report_.add(Kind::BadAggregate, span, fmt::format("{} values have no least or greatest", check::type_name(type))).help = "compare an int, a float or a node";
+        report_.add(Kind::BadAggregate, span, fmt::format("{} values have no least or greatest", check::type_name(type))).help =
+            "compare an int, a float or a node";
     return found->second;
 }
 
@@ -175,7 +193,8 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
         for (const auto& [function, id] : names_.functions) known.push_back(function);
         const std::string near = diagnostics::nearest_name(name, known);
         report_.add(Kind::UnknownFunction, span, fmt::format("there is no aggregate and no function `{}`", name)).help =
-            near.empty() ? "aggregates are collect, count, max, min and sum, or a function of two arguments" : fmt::format("did you mean `{}`?", near);
+            near.empty() ? "aggregates are collect, count, max, min and sum, or a function of two arguments"
+                         : fmt::format("did you mean `{}`?", near);
         return std::nullopt;
     }
     const Function& f = program_.functions[own->second];
@@ -186,12 +205,22 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
         d.help = fmt::format("write `fun {}(T SoFar, T Value) : T = ...`", name);
         return std::nullopt;
     };
-    if (f.parameter_count != 2) return complain(Kind::ArityMismatch, fmt::format("a fold takes two arguments, what is so far and a value, and `{}` takes {}", name, f.parameter_count));
-    const auto fits = [](const Type& from, const Type& to) { return from == to || from == Type::Error || to == Type::Error || (from == Type::Int && to == Type::Float); };
+    if (f.parameter_count != 2)
+        return complain(Kind::ArityMismatch,
+                        fmt::format("a fold takes two arguments, what is so far and a value, and `{}` takes {}", name, f.parameter_count));
+    const auto fits = [](const Type& from, const Type& to) {
+        return from == to || from == Type::Error || to == Type::Error || (from == Type::Int && to == Type::Float);
+    };
     const Type &so_far = f.variables[VariableId(0)].type, &each = f.variables[VariableId(1)].type;
-    if (!(so_far == f.result)) return complain(Kind::TypeMismatch, fmt::format("`{}` is given what it gave before, {}, and takes {}", name, check::type_name(f.result), check::type_name(so_far)));
-    if (!fits(value.type, each)) return complain(Kind::TypeMismatch, fmt::format("`{}` folds {} values, and these are {}", name, check::type_name(each), check::type_name(value.type)));
-    if (start == FoldStart::FirstValue && !(each == f.result)) return complain(Kind::TypeMismatch, fmt::format("`{}` starts from the first value, {}, and gives {}", name, check::type_name(each), check::type_name(f.result)));
+    if (!(so_far == f.result))
+        return complain(Kind::TypeMismatch, fmt::format("`{}` is given what it gave before, {}, and takes {}", name,
+                                                        check::type_name(f.result), check::type_name(so_far)));
+    if (!fits(value.type, each))
+        return complain(Kind::TypeMismatch,
+                        fmt::format("`{}` folds {} values, and these are {}", name, check::type_name(each), check::type_name(value.type)));
+    if (start == FoldStart::FirstValue && !(each == f.result))
+        return complain(Kind::TypeMismatch, fmt::format("`{}` starts from the first value, {}, and gives {}", name, check::type_name(each),
+                                                        check::type_name(f.result)));
     return own->second;
 }
 
@@ -206,7 +235,9 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
     }
     if (named.empty()) return unknown_predicate(tree.predicate, true);
     if (named.size() > 1) {
-        auto& d = report_.add(Kind::ArityMismatch, tree.predicate.span, fmt::format("there are {} predicates `{}`, with different numbers of arguments", named.size(), tree.predicate.text));
+        auto& d = report_.add(
+            Kind::ArityMismatch, tree.predicate.span,
+            fmt::format("there are {} predicates `{}`, with different numbers of arguments", named.size(), tree.predicate.text));
         for (const PredicateId id : named) d.labels.push_back({program_.predicates[id].span, "one is declared here"});
         d.help = fmt::format("say which: `N = count : {{ {}(A, _) }}`", tree.predicate.text);
         return;
@@ -214,7 +245,8 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
     const Predicate& p = program_.predicates[named[0]];
     refused_ = refused_ || p.refused;
     if (p.kind == PredicateKind::Action)
-        report_.add(Kind::ActionInBody, tree.predicate.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help = "read the facts that lead to it";
+        report_.add(Kind::ActionInBody, tree.predicate.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help =
+            "read the facts that lead to it";
     Clause c{.kind = Clause::Kind::Aggregate, .aggregate = Aggregate::Count, .span = span};
     Clause fact{.kind = Clause::Kind::Atom, .span = span};
     fact.atom.predicate = named[0];
@@ -234,7 +266,8 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
     }
     c.variable = scope_->fresh("_", Type::Int, tree.count->span);
     out.push_back(std::move(c));
-    if (count.op != Op::Anonymous) out.push_back(equality(variable_term(out.back().variable, tree.count->span), std::move(count), tree.count->span));
+    if (count.op != Op::Anonymous)
+        out.push_back(equality(variable_term(out.back().variable, tree.count->span), std::move(count), tree.count->span));
 }
 
 Term Resolver::variable_term(VariableId id, Span span) const {
@@ -289,7 +322,9 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
         return std::nullopt;
     }
     // Its name in Linear Meld.
-    if (const auto colour = names_.predicates.find({"setColor", atom.arguments.size()}); atom.name.text == "setcolor" && colour != names_.predicates.end()) return colour->second;
+    if (const auto colour = names_.predicates.find({"setColor", atom.arguments.size()});
+        atom.name.text == "setcolor" && colour != names_.predicates.end())
+        return colour->second;
     // There may be several of the name.
     std::string counts;
     std::size_t last = 0;
@@ -301,8 +336,10 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
         declared.push_back({program_.predicates[id].span, "declared here"});
     }
     if (!declared.empty()) {
-        report_.add(Kind::ArityMismatch, atom.span, fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, counts, last == 1 ? "" : "s",
-                                                               atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
+        report_
+            .add(Kind::ArityMismatch, atom.span,
+                 fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, counts, last == 1 ? "" : "s",
+                             atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
             .labels = declared;
         return std::nullopt;
     }
@@ -317,9 +354,10 @@ void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) 
     std::string near = diagnostics::nearest_name(name.text, own);
     if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
     report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
-        name.text == "stable" ? "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks"
+        name.text == "stable"      ? "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks"
         : name.text == "terminate" ? "to end the run, write `stop-program(...)`"
-        : near.empty() ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "") : fmt::format("did you mean `{}`?", near);
+        : near.empty()             ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "")
+                                   : fmt::format("did you mean `{}`?", near);
 }
 
 void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
@@ -329,7 +367,8 @@ void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
     sigil(tree, p);
     not_a_negation(tree, p);
     if (p.kind == PredicateKind::Action)
-        report_.add(Kind::ActionInBody, tree.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help = "read the facts that lead to it";
+        report_.add(Kind::ActionInBody, tree.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help =
+            "read the facts that lead to it";
     Clause c{.kind = Clause::Kind::Atom, .span = tree.span};
     c.atom.predicate = *id;
     c.atom.span = tree.span;
@@ -337,9 +376,12 @@ void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
     std::vector<Clause> tests;
     for (std::size_t i = 0; i < tree.arguments.size(); ++i) {
         const std::string where = fmt::format("argument {} of `{}`", i + 1, p.name);
-        if (i == 0) c.atom.arguments.push_back(location(*tree.arguments[i], &tests));
-        else if (scope_->is_pattern(*tree.arguments[i])) c.atom.arguments.push_back(scope_->pattern_variable(*tree.arguments[i], p.arguments[i].type, tests));
-        else c.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, where, true, p.span));
+        if (i == 0)
+            c.atom.arguments.push_back(location(*tree.arguments[i], &tests));
+        else if (scope_->is_pattern(*tree.arguments[i]))
+            c.atom.arguments.push_back(scope_->pattern_variable(*tree.arguments[i], p.arguments[i].type, tests));
+        else
+            c.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, where, true, p.span));
     }
     out.push_back(std::move(c));
     for (Clause& t : tests) out.push_back(std::move(t));
@@ -354,9 +396,12 @@ void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     using syntax::Sigil;
     // Original Meld's mark of linear facts; where they stand in a view, that is said.
     if ((!dialect_linear_ || tree_->arrow == syntax::Arrow::View) && tree.sigil == Sigil::Persistent) return;
-    const bool wrong = (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
+    const bool wrong =
+        (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
     if (!wrong) return;
-    auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));
+    auto& d = report_.add(
+        Kind::SigilMismatch, tree.span,
+        fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));
     d.labels = {{p.span, "declared here"}};
     d.help = fmt::format("write `{}({})`", p.name, tree.arguments.size() > 1 ? "..." : "A");
 }

@@ -67,9 +67,13 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     h.atom.span = tree.span;
     for (std::size_t i = 0; i < tree.arguments.size(); ++i) {
         const bool counted = p.aggregate == Aggregate::Count && p.aggregate_at == i;
-        if (i == 0) h.atom.arguments.push_back(head_location(*tree.arguments[i]));
-        else if (counted) h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
-        else h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
+        if (i == 0)
+            h.atom.arguments.push_back(head_location(*tree.arguments[i]));
+        else if (counted)
+            h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
+        else
+            h.atom.arguments.push_back(
+                scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
     }
     if (p.prelude && p.name == "watch" && h.atom.arguments.size() == 2) check_watched(h.atom.arguments[1]);
     if (item.delay) h.delay = delay(*item.delay);
@@ -78,15 +82,17 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
 
 // Linear Meld lets a rule say when which node runs. Here that changes nothing, unless the program means a predicate of its own.
 bool Resolver::is_scheduling(const syntax::Atom& tree) const {
-    static const std::set<std::string> words = {"set-priority", "add-priority", "set-default-priority", "remove-priority", "schedule-next", "set-static",
-                                                "set-moving", "set-affinity", "set-cpu", "setprio"};
+    static const std::set<std::string> words = {"set-priority", "add-priority", "set-default-priority", "remove-priority", "schedule-next",
+                                                "set-static",   "set-moving",   "set-affinity",         "set-cpu",         "setprio"};
     if (!words.contains(tree.name.text)) return false;
     return std::none_of(names_.predicates.begin(), names_.predicates.end(), [&](const auto& p) { return p.first.first == tree.name.text; });
 }
 
 void Resolver::note_scheduling(const syntax::Atom& tree) {
-    report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text)).help = "results do not depend on it; it can be left out";
-    for (const auto& argument : tree.arguments) each_variable(scope_->resolve(*argument, Type::Error, "a hint"), [&](VariableId v) { hinted_.insert(v); });
+    report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text)).help =
+        "results do not depend on it; it can be left out";
+    for (const auto& argument : tree.arguments)
+        each_variable(scope_->resolve(*argument, Type::Error, "a hint"), [&](VariableId v) { hinted_.insert(v); });
 }
 
 // The run would find out too, but late.
@@ -100,7 +106,8 @@ void Resolver::check_watched(const Term& name) {
     }
     const std::string near = diagnostics::nearest_name(name.text, known);
     report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}` whose facts can be watched", name.text)).help =
-        near.empty() ? "name a predicate of the program; what is read from the world is not stored" : fmt::format("did you mean `{}`?", near);
+        near.empty() ? "name a predicate of the program; what is read from the world is not stored"
+                     : fmt::format("did you mean `{}`?", near);
 }
 
 // In ticks: what a double holds exactly, and far from where adding it to the present tick would overflow.
@@ -114,7 +121,9 @@ Term Resolver::delay(const syntax::Delay& tree) {
     if (!(tree.amount > 0) || (whole && tree.amount < 1))
         report_.add(Kind::BadDelay, tree.span, "a delay of no time is none").help = "leave it out, or write @+1 for the next tick";
     const bool fits = !whole || tree.amount <= kLongestDelay;
-    if (!fits) report_.add(Kind::NumberOutOfRange, tree.span, "this delay does not fit").help = fmt::format("the longest has {:.0f} ticks", kLongestDelay);
+    if (!fits)
+        report_.add(Kind::NumberOutOfRange, tree.span, "this delay does not fit").help =
+            fmt::format("the longest has {:.0f} ticks", kLongestDelay);
     if (whole) {
         ticks.op = Op::Int;
         ticks.integer = fits ? static_cast<std::int64_t>(tree.amount) : 1;
@@ -150,7 +159,9 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
                 fold.initial = scope_->resolve(*one.initial, wanted, "what a fold starts from");
             }
             if (fold.aggregate == Aggregate::Custom) {
-                const std::optional<FunctionId> function = fold_function(one.op == "custom" ? one.function : one.op, value, one.initial != nullptr ? FoldStart::Given : FoldStart::FirstValue, one.result.span);
+                const std::optional<FunctionId> function =
+                    fold_function(one.op == "custom" ? one.function : one.op, value,
+                                  one.initial != nullptr ? FoldStart::Given : FoldStart::FirstValue, one.result.span);
                 if (!function) return;
                 fold.function = *function;
             }
@@ -179,7 +190,8 @@ void Resolver::exists(const syntax::Exists& tree, Span span, std::vector<Head>& 
         h.variable = scope_->variable(name.text, name.span);
         const Type& type = rule_->variables[h.variable].type;
         if (type != Type::Int && type != Type::Node && type != Type::Error)
-            report_.add(Kind::TypeMismatch, name.span, fmt::format("`exists` makes an int or a node, and `{}` is {}", name.text, check::type_name(type)));
+            report_.add(Kind::TypeMismatch, name.span,
+                        fmt::format("`exists` makes an int or a node, and `{}` is {}", name.text, check::type_name(type)));
         h.term.op = Op::Fresh;
         h.term.type = type;
         h.term.span = name.span;

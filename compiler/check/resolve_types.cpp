@@ -117,7 +117,8 @@ void Resolver::type_from_equalities(const std::vector<syntax::Clause>& clauses, 
             if (aggregate->result.text != "_") type_name(aggregate->result, type_of_aggregate(aggregate->op, value), changed);
         }
         if (const auto* proved = std::get_if<syntax::Proved>(&clause.node))
-            if (const std::string* name = scope_->variable_name(*proved->count)) type_name({*name, proved->count->span}, Type::Int, changed);
+            if (const std::string* name = scope_->variable_name(*proved->count))
+                type_name({*name, proved->count->span}, Type::Int, changed);
         if (const auto* element = std::get_if<syntax::Element>(&clause.node)) {
             const Type list = scope_->infer(*element->list);
             if (list.parts.size() == 1) changed = scope_->spread_type(*element->element, list.parts[0]) || changed;
@@ -141,7 +142,8 @@ Type Resolver::type_of_aggregate(const std::string& op, const Type& value) const
     if (op == "count") return Type::Int;
     if (op == "collect") return value == Type::Error ? Type::Error : Type::list_of(value);
     // A function of the program gives what it gives.
-    if (const auto own = names_.functions.find(op); own != names_.functions.end() && !kAggregateNames.contains(op)) return program_.functions[own->second].result;
+    if (const auto own = names_.functions.find(op); own != names_.functions.end() && !kAggregateNames.contains(op))
+        return program_.functions[own->second].result;
     return value;
 }
 

@@ -1,10 +1,10 @@
 // Pass 2's state: one rule at a time from syntax tree to checked rule. Used by the resolve*.cpp files only.
 #pragma once
 
-#include <span>
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 
 #include "compiler/check/check.h"
 #include "compiler/check/local_names.h"
@@ -13,12 +13,16 @@
 namespace meld::check {
 
 // The aggregates of matches that have names; any other name is a function of the program.
-inline const std::map<std::string, Aggregate> kAggregateNames = {
-    {"min", Aggregate::Min}, {"max", Aggregate::Max}, {"sum", Aggregate::Sum}, {"count", Aggregate::Count}, {"collect", Aggregate::Collect}};
+inline const std::map<std::string, Aggregate> kAggregateNames = {{"min", Aggregate::Min},
+                                                                 {"max", Aggregate::Max},
+                                                                 {"sum", Aggregate::Sum},
+                                                                 {"count", Aggregate::Count},
+                                                                 {"collect", Aggregate::Collect}};
 
 class Resolver {
   public:
-    Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report, std::set<std::uint32_t> linear_files)
+    Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report,
+             std::set<std::uint32_t> linear_files)
         : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)) {}
 
     void rule(const syntax::Rule& tree);

@@ -26,7 +26,9 @@ class Counter {
     }
 
   private:
-    bool inside(PredicateId p) const { return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end(); }
+    bool inside(PredicateId p) const {
+        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
+    }
     // The argument that may be the number of the round; 0: none.
     std::size_t round_of(PredicateId id) const {
         const Predicate& p = program_.predicates[id];

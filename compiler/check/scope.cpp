@@ -10,12 +10,13 @@ using syntax::BinaryOp;
 namespace {
 
 // What is nested deeper would need more stack than a C++ compiler has.
-constexpr int kMostDepth = 300;
+constexpr int kMaxDepth = 300;
 
 }  // namespace
 
 Names::Names(const Program& program, const syntax::Tree& source) : tree(source) {
-    for (const PredicateId id : program.predicates.ids()) predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
+    for (const PredicateId id : program.predicates.ids())
+        predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
     for (const ConstantId id : program.constants.ids())
         if (!program.constants[id].argument) constants.emplace(program.constants[id].name, id);
     for (const FunctionId id : program.functions.ids()) functions.emplace(program.functions[id].name, id);
@@ -64,7 +65,8 @@ VariableId Scope::fresh(const std::string& name, const Type& type, Span span) { 
 
 const std::string* Scope::variable_name(const syntax::Expr& e) const {
     if (const auto* v = std::get_if<syntax::Variable>(&e.node)) return &v->name;
-    if (const auto* c = std::get_if<syntax::Call>(&e.node); c != nullptr && !c->parentheses && lower_case_variables_ && !names_.constants.contains(c->name) && !names_.tree.is_lost(c->name))
+    if (const auto* c = std::get_if<syntax::Call>(&e.node);
+        c != nullptr && !c->parentheses && lower_case_variables_ && !names_.constants.contains(c->name) && !names_.tree.is_lost(c->name))
         return &c->name;
     return nullptr;
 }
@@ -94,7 +96,8 @@ Type Scope::infer(const syntax::Expr& e) const {
     if (const auto* c = std::get_if<syntax::Call>(&e.node)) return infer_call(*c);
     if (const auto* u = std::get_if<syntax::Unary>(&e.node)) return u->op == syntax::UnaryOp::Not ? Type::Bool : infer(*u->operand);
     if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return infer_binary(*b);
-    if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) return join(infer(*c->then_value), infer(*c->else_value)).value_or(Type::Error);
+    if (const auto* c = std::get_if<syntax::Conditional>(&e.node))
+        return join(infer(*c->then_value), infer(*c->else_value)).value_or(Type::Error);
     if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) return infer_list(*l);
     if (const auto* s = std::get_if<syntax::StructValue>(&e.node)) return all(Type::Kind::Struct, s->fields);
     if (const auto* t = std::get_if<syntax::TupleValue>(&e.node)) return all(Type::Kind::Tuple, t->fields);
@@ -114,7 +117,8 @@ Type Scope::infer_call(const syntax::Call& c) const {
     const LibraryFunction* f = library_function(c.name, c.arguments.size());
     if (f == nullptr) return Type::Error;
     LibraryBindings bindings;
-    for (std::size_t i = 0; i < f->parameters.size() && i < c.arguments.size(); ++i) match(f->parameters[i], infer(*c.arguments[i]), bindings);
+    for (std::size_t i = 0; i < f->parameters.size() && i < c.arguments.size(); ++i)
+        match(f->parameters[i], infer(*c.arguments[i]), bindings);
     return substitute(f->result, bindings);
 }
 
@@ -158,11 +162,18 @@ Term Scope::convert(Term term, const Type& wanted, const std::string& where, Spa
         term.type = refined(term.type, wanted);
         return term;
     }
-    auto& d = report_.add(Kind::TypeMismatch, term.span, fmt::format("{} needs {}, and this is {}", where, type_name(wanted), type_name(term.type)));
+    auto& d = report_.add(Kind::TypeMismatch, term.span,
+                          fmt::format("{} needs {}, and this is {}", where, type_name(wanted), type_name(term.type)));
     if (declared.end > declared.begin) d.labels.push_back({declared, fmt::format("it is declared here as {}", type_name(wanted))});
-    if (term.is_variable()) d.labels.push_back({rule_.variables[term.variable].span, fmt::format("`{}` is {} here", rule_.variables[term.variable].name, type_name(term.type))});
-    if (term.op == Op::Call) d.labels.push_back({program_.functions[term.function].span, fmt::format("`{}` gives {}", program_.functions[term.function].name, type_name(term.type))});
-    if (term.op == Op::Constant) d.labels.push_back({program_.constants[term.constant].span, fmt::format("`{}` is {}", program_.constants[term.constant].name, type_name(term.type))});
+    if (term.is_variable())
+        d.labels.push_back({rule_.variables[term.variable].span,
+                            fmt::format("`{}` is {} here", rule_.variables[term.variable].name, type_name(term.type))});
+    if (term.op == Op::Call)
+        d.labels.push_back({program_.functions[term.function].span,
+                            fmt::format("`{}` gives {}", program_.functions[term.function].name, type_name(term.type))});
+    if (term.op == Op::Constant)
+        d.labels.push_back({program_.constants[term.constant].span,
+                            fmt::format("`{}` is {}", program_.constants[term.constant].name, type_name(term.type))});
     if (wanted == Type::Int && term.type == Type::Float) d.help = "write truncate(...) to drop the fraction";
     if (wanted == Type::String && term.type == Type::Int) d.help = "write int2str(...)";
     if (wanted == Type::String && term.type == Type::Float) d.help = "write float2str(...)";
@@ -182,8 +193,9 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
         Variable& v = rule_.variables[variable(*name, e.span)];
         v.type = refined(v.type, wanted);
     }
-    if (depth_ == kMostDepth) {
-        report_.add(Kind::NestingTooDeep, e.span, fmt::format("this is nested more than {} levels deep", kMostDepth)).help = "give parts of it names with X = e";
+    if (depth_ == kMaxDepth) {
+        report_.add(Kind::NestingTooDeep, e.span, fmt::format("this is nested more than {} levels deep", kMaxDepth)).help =
+            "give parts of it names with X = e";
         Term term;
         term.span = e.span;
         return term;

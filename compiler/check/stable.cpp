@@ -20,7 +20,8 @@ class Stable {
 
     void run() {
         for (std::size_t i = 0; i < tree_.items.size(); ++i)
-            if (const auto* d = std::get_if<syntax::Declaration>(&tree_.items[i])) declared_.emplace(std::pair(d->name.text, d->arguments.size()), i);
+            if (const auto* d = std::get_if<syntax::Declaration>(&tree_.items[i]))
+                declared_.emplace(std::pair(d->name.text, d->arguments.size()), i);
         // A program may have a predicate of that name.
         if (declared_.contains({"stable", 2})) return;
         for (std::size_t i = 0, end = tree_.items.size(); i < end; ++i) {
@@ -68,11 +69,14 @@ class Stable {
         if (fact == nullptr) return;
         const auto* ticks = std::get_if<syntax::IntLiteral>(&atom.arguments[1]->node);
         const Span place = atom.arguments[1]->span;
-        syntax::Atom plain{.sigil = atom.sigil, .name = {fact->name, atom.arguments[0]->span}, .arguments = std::move(fact->arguments), .span = atom.span};
+        syntax::Atom plain{
+            .sigil = atom.sigil, .name = {fact->name, atom.arguments[0]->span}, .arguments = std::move(fact->arguments), .span = atom.span};
         const auto found = declared_.find({plain.name.text, plain.arguments.size()});
         if (ticks == nullptr || ticks->value < 1)
-            report_.add(Kind::BadDelay, place, "a fact is stable for a number of ticks, at least one").help = "write the number, as in `stable(p(A), 5)`";
-        else if (found != declared_.end()) plain.name.text = predicate(std::get<syntax::Declaration>(tree_.items[found->second]), ticks->value, atom.span);
+            report_.add(Kind::BadDelay, place, "a fact is stable for a number of ticks, at least one").help =
+                "write the number, as in `stable(p(A), 5)`";
+        else if (found != declared_.end())
+            plain.name.text = predicate(std::get<syntax::Declaration>(tree_.items[found->second]), ticks->value, atom.span);
         // Where there is no such predicate the resolver says so.
         atom = std::move(plain);
     }
@@ -85,14 +89,21 @@ class Stable {
         const std::string name = p.name.text + "@stable" + std::to_string(ticks);
         for (const char* kind : {"linear", "action"}) {
             if (!has(p, kind)) continue;
-            report_.add(Kind::LinearInView, span, fmt::format("`{}` is {} {}, and only what holds for a time can be stable", p.name.text, *kind == 'a' ? "an" : "a", *kind == 'a' ? kind : "linear fact")).labels = {
-                {p.name.span, "declared here"}};
+            report_
+                .add(Kind::LinearInView, span,
+                     fmt::format("`{}` is {} {}, and only what holds for a time can be stable", p.name.text, *kind == 'a' ? "an" : "a",
+                                 *kind == 'a' ? kind : "linear fact"))
+                .labels = {{p.name.span, "declared here"}};
             tree_.lost.insert(name);
             return name;
         }
         if (!known_.insert({name, p.arguments.size()}).second) return name;
         const bool route = has(p, "route") || has(p, "neighbor");
-        syntax::Declaration declaration{.modifiers = route ? std::vector<syntax::Name>{{"route", span}} : std::vector<syntax::Name>{}, .name = {name, span}, .arguments = {}, .repeats = false, .span = span};
+        syntax::Declaration declaration{.modifiers = route ? std::vector<syntax::Name>{{"route", span}} : std::vector<syntax::Name>{},
+                                        .name = {name, span},
+                                        .arguments = {},
+                                        .repeats = false,
+                                        .span = span};
         for (const syntax::Argument& a : p.arguments) {
             syntax::Argument plain;
             plain.type = a.type;
@@ -102,7 +113,9 @@ class Stable {
         }
         syntax::Rule rule;
         rule.span = span;
-        rule.head.push_back({syntax::HeadFact{atom_of(name, p.arguments.size(), span), syntax::Delay{static_cast<double>(ticks), syntax::Delay::Unit::Ticks, span}}, span});
+        rule.head.push_back({syntax::HeadFact{atom_of(name, p.arguments.size(), span),
+                                              syntax::Delay{static_cast<double>(ticks), syntax::Delay::Unit::Ticks, span}},
+                             span});
         rule.body.push_back({atom_of(p.name.text, p.arguments.size(), span), span});
         made_.emplace_back(std::move(declaration), unit_);
         made_.emplace_back(std::move(rule), unit_);

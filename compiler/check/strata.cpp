@@ -15,7 +15,8 @@ using diagnostics::Kind;
 
 namespace {
 
-constexpr const char* kGetWorse = "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
+constexpr const char* kGetWorse =
+    "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
 
 struct Edge {
     PredicateId from, to;  // The head reads this.
@@ -23,7 +24,7 @@ struct Edge {
     bool negated = false;
     bool aggregated = false;  // By an aggregate in a body.
     bool remote = false;
-    bool waits = false;       // For all neighbours over this link.
+    bool waits = false;  // For all neighbours over this link.
 };
 
 class Strata {
@@ -50,7 +51,12 @@ class Strata {
     void add_edges(const Rule& rule, const std::vector<Clause>& body, Edge around) {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) {
-                const Edge edge{rule.heads[0].atom.predicate, c.atom.predicate, c.atom.span, around.negated || c.kind == Clause::Kind::Delta, around.aggregated, c.atom.arguments[0].variable != rule.home};
+                const Edge edge{rule.heads[0].atom.predicate,
+                                c.atom.predicate,
+                                c.atom.span,
+                                around.negated || c.kind == Clause::Kind::Delta,
+                                around.aggregated,
+                                c.atom.arguments[0].variable != rule.home};
                 edges_[rule.heads[0].atom.predicate.index()].push_back(edge);
             }
             Edge inside = around;
@@ -84,8 +90,10 @@ class Strata {
                 }
                 if (f.edge < edges_[v].size()) {
                     const std::size_t w = edges_[v][f.edge++].to.index();
-                    if (order[w] == 0) frames.push_back({PredicateId(w), 0});
-                    else if (open[w]) low[v] = std::min(low[v], order[w]);
+                    if (order[w] == 0)
+                        frames.push_back({PredicateId(w), 0});
+                    else if (open[w])
+                        low[v] = std::min(low[v], order[w]);
                     continue;
                 }
                 if (low[v] == order[v]) close(v, stack, open);
@@ -121,16 +129,21 @@ class Strata {
                 (e.remote ? c.links : c.local) = true;
                 c.tree = c.tree || all;
                 if (e.waits)
-                    refuse(Kind::AggregateRecursion, fmt::format("`{}` waits for all of `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name), p, e, c);
+                    refuse(Kind::AggregateRecursion,
+                           fmt::format("`{}` waits for all of `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name,
+                                       program_.predicates[e.to].name, head.name),
+                           p, e, c);
                 else if (e.aggregated)
                     refuse(Kind::AggregateRecursion,
                            p == e.to ? fmt::format("`{}` aggregates itself: it would need all of its facts before the first", head.name)
-                                     : fmt::format("`{}` aggregates `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
+                                     : fmt::format("`{}` aggregates `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name,
+                                                   program_.predicates[e.to].name, head.name),
                            p, e, c);
                 else if (e.negated)
                     refuse(Kind::NegativeRecursion,
                            p == e.to ? fmt::format("`{}` needs `not {}`: it would decide about itself", head.name, head.name)
-                                     : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name, program_.predicates[e.to].name, head.name),
+                                     : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name,
+                                                   program_.predicates[e.to].name, head.name),
                            p, e, c);
             }
         }
@@ -147,25 +160,33 @@ class Strata {
             if (program_.predicates[p].aggregate == Aggregate::None) continue;
             for (const Edge& e : edges_[p.index()])
                 if (inside(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, inside)) {
-                    refuse(Kind::AggregateRecursion, fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name), p, e, c);
+                    refuse(Kind::AggregateRecursion,
+                           fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_, program_.predicates[p]),
+                                       program_.predicates[p].name),
+                           p, e, c);
                     return;
                 }
         }
-        const auto folding = std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) {
-            return program_.predicates[q].needs_all();
-        });
+        const auto folding =
+            std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
         const PredicateId p = *folding;
         if (led_by_routes(c, inside)) return;
         switch (count_rounds(program_, c)) {
-            case Rounds::Bounded: return;
-            case Rounds::Endless:
-                report_.add(Kind::UnboundedArithmetic, program_.predicates[p].span, fmt::format("`{}` is computed in rounds, and no condition ends them", program_.predicates[p].name)).help =
-                    "bound the number of the round, as in R < rounds";
+            case Rounds::Bounded:
                 return;
-            case Rounds::None: break;
+            case Rounds::Endless:
+                report_
+                    .add(Kind::UnboundedArithmetic, program_.predicates[p].span,
+                         fmt::format("`{}` is computed in rounds, and no condition ends them", program_.predicates[p].name))
+                    .help = "bound the number of the round, as in R < rounds";
+                return;
+            case Rounds::None:
+                break;
         }
-        report_.add(Kind::TreeRecursion, program_.predicates[p].span,
-                    fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree", aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
+        report_
+            .add(Kind::TreeRecursion, program_.predicates[p].span,
+                 fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree",
+                             aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
             .help = "lead it along a spanning tree, as examples/meld/census.meld does";
     }
     // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
@@ -174,10 +195,12 @@ class Strata {
     bool led_by_routes(const Component& c, const Inside& inside) const {
         const auto led = [&](const Rule& rule, VariableId at) {
             return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
-                if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable()) return false;
+                if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable())
+                    return false;
                 const Predicate& p = program_.predicates[clause.atom.predicate];
                 const VariableId from = clause.atom.arguments[0].variable, to = clause.atom.arguments[1].variable;
-                return p.world == WorldSource::None && p.kind == PredicateKind::Persistent && ((from == rule.home && to == at) || (from == at && to == rule.home));
+                return p.world == WorldSource::None && p.kind == PredicateKind::Persistent &&
+                       ((from == rule.home && to == at) || (from == at && to == rule.home));
             });
         };
         for (const RuleId id : c.rules) {
@@ -218,7 +241,9 @@ class Strata {
                     todo.push_back(e.to);
                 }
         auto& d = report_.add(kind, through.span, what);
-        d.labels.push_back({through.span, fmt::format("`{}` {} `{}` here", program_.predicates[head].name, through.waits ? "waits for" : "is derived from", program_.predicates[through.to].name)});
+        d.labels.push_back(
+            {through.span, fmt::format("`{}` {} `{}` here", program_.predicates[head].name, through.waits ? "waits for" : "is derived from",
+                                       program_.predicates[through.to].name)});
         std::vector<const Edge*> back;
         for (PredicateId at = head; at != through.to;) {
             const auto step = came.find(at);
@@ -230,9 +255,9 @@ class Strata {
             const std::string& from = program_.predicates[(*e)->from].name;
             d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
         }
-        d.help = through.waits ? "decide the links without what waits for them"
+        d.help = through.waits                     ? "decide the links without what waits for them"
                  : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
-                                                 : "aggregate into another predicate, which the rules of the cycle do not read";
+                                                   : "aggregate into another predicate, which the rules of the cycle do not read";
     }
 
     // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
@@ -246,14 +271,19 @@ class Strata {
             for (std::size_t i = 1; i < head.arguments.size(); ++i) {
                 const Term& t = head.arguments[i];
                 if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
-                const bool worse = (p.aggregate == Aggregate::Min && t.op == Op::Add) || (p.aggregate == Aggregate::Max && t.op == Op::Subtract);
+                const bool worse =
+                    (p.aggregate == Aggregate::Min && t.op == Op::Add) || (p.aggregate == Aggregate::Max && t.op == Op::Subtract);
                 if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
                 if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
                 if (!comes_from(rule, t, inside)) continue;
                 warned = true;
                 // A bound would not help the value of a min or max: at it, values come and go for ever.
-                report_.add(Kind::UnboundedArithmetic, t.span, fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name)).help =
-                    p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition" : i == p.aggregate_at ? kGetWorse : "bound it with a condition";
+                report_
+                    .add(Kind::UnboundedArithmetic, t.span,
+                         fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name))
+                    .help = p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition"
+                            : i == p.aggregate_at          ? kGetWorse
+                                                           : "bound it with a condition";
             }
         }
         return warned;
@@ -283,9 +313,12 @@ class Strata {
             const std::vector<const Way*> back = w.improves ? way_back(ways, w) : std::vector<const Way*>{};
             if (!w.improves || (w.from != w.to && back.empty())) continue;
             const std::string& name = program_.predicates[w.to].name;
-            auto& d = report_.add(Kind::ImprovesItself, w.span, fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
+            auto& d = report_.add(Kind::ImprovesItself, w.span,
+                                  fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
             d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
-            for (const Way* b : back) d.labels.push_back({b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
+            for (const Way* b : back)
+                d.labels.push_back(
+                    {b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
             d.help = kGetWorse;
             return true;
         }
@@ -296,11 +329,15 @@ class Strata {
         const auto found = replaced_by_itself(program_, c);
         if (!found) return;
         const std::string& name = program_.predicates[found->predicate].name;
-        auto& d = report_.add(Kind::ImprovesItself, found->made, fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
+        auto& d = report_.add(Kind::ImprovesItself, found->made,
+                              fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
         d.labels.push_back({found->asked, "this is no longer so then"});
-        for (const Replaced::Between& b : found->between) d.labels.push_back({b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
-        d.help = program_.predicates[found->predicate].aggregate == Aggregate::Max ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
-                                                                                 : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
+        for (const Replaced::Between& b : found->between)
+            d.labels.push_back(
+                {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
+        d.help = program_.predicates[found->predicate].aggregate == Aggregate::Max
+                     ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
+                     : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
     }
     void add_ways(const Rule& rule, const Atom& a, Aggregate best, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
@@ -311,7 +348,8 @@ class Strata {
             for (std::size_t k = 1; k < to.arguments.size(); ++k) {
                 const Term& made = rule.heads[0].atom.arguments[k];
                 if (!carries(to, k) || !to.arguments[k].type.numeric()) continue;
-                if (computed_from(rule, made, value)) ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best)});
+                if (computed_from(rule, made, value))
+                    ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best)});
             }
         }
     }
@@ -337,10 +375,12 @@ class Strata {
         bool found = false, bounded = false;
         each_variable(t, [&](VariableId v) {
             each_atom(rule.body, [&](const Atom& a, bool negated) {
-                for (const Term& argument : a.arguments) found = found || (!negated && inside(a.predicate) && argument.is_variable() && argument.variable == v);
+                for (const Term& argument : a.arguments)
+                    found = found || (!negated && inside(a.predicate) && argument.is_variable() && argument.variable == v);
             });
             for (const Clause& clause : rule.body)
-                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual || clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
+                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual ||
+                                                          clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
                     each_variable(clause.test, [&](VariableId w) { bounded = bounded || w == v; });
         });
         return found && !bounded;

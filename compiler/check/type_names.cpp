@@ -1,5 +1,5 @@
-// Before pass 1: type names. `type list int vector.` and `node page.` are put in where the names stand, so that later passes see types alone.
-// Assumes separate_modules(): every name is the name of one type.
+// Before pass 1: type names. `type list int vector.` and `node page.` are put in where the names stand, so that later passes see
+// types alone. Assumes separate_modules(): every name is the name of one type.
 #include <map>
 #include <optional>
 #include <set>
@@ -14,7 +14,8 @@ using diagnostics::Kind;
 namespace {
 
 bool is_type_word(const std::string& word) {
-    static const std::set<std::string> words = {"bool", "int", "float", "string", "node", "catom", "module", "addr", "vec3", "list", "set", "array", "struct", "tuple"};
+    static const std::set<std::string> words = {"bool", "int",  "float", "string", "node",  "catom",  "module",
+                                                "addr", "vec3", "list",  "set",    "array", "struct", "tuple"};
     return words.contains(word);
 }
 
@@ -67,14 +68,17 @@ class TypeNames {
 
     void add(const syntax::Name& name, const syntax::Type* type) {
         if (is_type_word(name.text)) {
-            report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("`{}` is a type already", name.text)).help = "choose another name";
+            report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("`{}` is a type already", name.text)).help =
+                "choose another name";
             return;
         }
         // A kind of nodes is a name for node.
-        Alias alias{type != nullptr ? *type : syntax::Type{"node", {}, name.span}, name.span, type != nullptr ? State::Waiting : State::Done};
+        Alias alias{type != nullptr ? *type : syntax::Type{"node", {}, name.span}, name.span,
+                    type != nullptr ? State::Waiting : State::Done};
         const auto [place, first] = aliases_.emplace(name.text, std::move(alias));
         if (first) return;
-        report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("the type name `{}` is declared twice", name.text)).labels = {{place->second.span, "first declared here"}};
+        report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("the type name `{}` is declared twice", name.text)).labels = {
+            {place->second.span, "first declared here"}};
     }
 
     void expand(const std::string& name) {
@@ -95,7 +99,8 @@ class TypeNames {
         const std::string near = diagnostics::nearest_name(t.name, names);
         report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help =
             t.name == "thread" ? "a program has catoms and no threads of the machine: keep such facts at a catom, `node`"
-        : near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
+            : near.empty()     ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)"
+                               : fmt::format("did you mean `{}`?", near);
     }
 
     void recursive(const std::string& name, Span use) {
@@ -111,8 +116,8 @@ class TypeNames {
                 ++i;
                 continue;
             }
-            report_.add(Kind::HintIgnored, d.modifiers[i].span, fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text)).help =
-                "the types of the arguments stand between the brackets";
+            report_.add(Kind::HintIgnored, d.modifiers[i].span, fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text))
+                .help = "the types of the arguments stand between the brackets";
             d.modifiers.erase(d.modifiers.begin() + static_cast<std::ptrdiff_t>(i));
         }
     }

@@ -7,8 +7,9 @@ namespace meld::check {
 using diagnostics::Kind;
 
 const TypeNames& language_types() {
-    static const TypeNames names = {{"int", Type::Int},   {"float", Type::Float}, {"bool", Type::Bool}, {"node", Type::Node},     {"catom", Type::Node},
-                                    {"module", Type::Node}, {"addr", Type::Node},   {"vec3", Type::Vec3}, {"string", Type::String}};
+    static const TypeNames names = {{"int", Type::Int},   {"float", Type::Float}, {"bool", Type::Bool},
+                                    {"node", Type::Node}, {"catom", Type::Node},  {"module", Type::Node},
+                                    {"addr", Type::Node}, {"vec3", Type::Vec3},   {"string", Type::String}};
     return names;
 }
 
@@ -29,7 +30,8 @@ void unknown_type(const syntax::Type& type, const TypeNames& names, diagnostics:
     const std::string near = diagnostics::nearest_name(type.name, known);
     report.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)).help =
         type.name == "thread" ? "a program has catoms and no threads of the machine: keep such facts at a catom, `node`"
-        : near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)" : fmt::format("did you mean `{}`?", near);
+        : near.empty()        ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)"
+                              : fmt::format("did you mean `{}`?", near);
 }
 
 // Whether both are made alike, so that only their parts can differ.
@@ -54,7 +56,9 @@ Type to_type(const syntax::Type& type, const TypeNames& names, const syntax::Tre
     return known ? out : Type::Error;
 }
 
-bool has_unknown(const Type& type) { return type.kind == Type::Kind::Error || std::any_of(type.parts.begin(), type.parts.end(), has_unknown); }
+bool has_unknown(const Type& type) {
+    return type.kind == Type::Kind::Error || std::any_of(type.parts.begin(), type.parts.end(), has_unknown);
+}
 
 std::optional<Type> join(const Type& a, const Type& b) {
     if (a == b || b == Type::Error) return a;

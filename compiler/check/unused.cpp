@@ -30,7 +30,8 @@ class Uses {
             for (const Use& use : declared_.at(needed_[i]).uses) need(use.key);
         std::vector<Diagnostic> found;
         for (const auto& [key, declared] : declared_)
-            if (!declared.needed && declared.name.file == file_ && !said_otherwise(files_.text(declared.name))) found.push_back(message(key, declared));
+            if (!declared.needed && declared.name.file == file_ && !said_otherwise(files_.text(declared.name)))
+                found.push_back(message(key, declared));
         return found;
     }
 
@@ -70,7 +71,9 @@ class Uses {
             if (const auto* e = std::get_if<syntax::Export>(&any)) exports_ = exports_ || e->span.file == file_;
         }
     }
-    void declare(Sort sort, const syntax::Name& name, bool outside = false) { declared_.emplace(Key{sort, name.text}, Declared{.name = name.span, .outside = outside}); }
+    void declare(Sort sort, const syntax::Name& name, bool outside = false) {
+        declared_.emplace(Key{sort, name.text}, Declared{.name = name.span, .outside = outside});
+    }
 
     void item(std::size_t i) {
         syntax::Item& any = tree_.items[i];
@@ -78,9 +81,11 @@ class Uses {
         parameters_.clear();
         if (const auto* c = std::get_if<syntax::Constant>(&any)) user_ = &declared_.at({Sort::Constant, c->name.text});
         if (const auto* a = std::get_if<syntax::Alias>(&any)) user_ = &declared_.at({Sort::Type, a->name.text});
-        if (const auto* e = std::get_if<syntax::Extern>(&any); e != nullptr && e->result) user_ = &declared_.at({Sort::Function, e->name.text});
+        if (const auto* e = std::get_if<syntax::Extern>(&any); e != nullptr && e->result)
+            user_ = &declared_.at({Sort::Function, e->name.text});
         // Whoever uses a module sees its externs.
-        if (const auto* e = std::get_if<syntax::Extern>(&any); e != nullptr && module_) need({e->result ? Sort::Function : Sort::Type, e->name.text});
+        if (const auto* e = std::get_if<syntax::Extern>(&any); e != nullptr && module_)
+            need({e->result ? Sort::Function : Sort::Type, e->name.text});
         if (const auto* f = std::get_if<syntax::Function>(&any)) {
             user_ = &declared_.at({Sort::Function, f->name.text});
             for (const syntax::Parameter& p : f->parameters) parameters_.insert(p.name.text);
@@ -90,7 +95,8 @@ class Uses {
             for (const syntax::Name& m : d->modifiers) need({Sort::Type, m.text});
         if (const auto* e = std::get_if<syntax::Export>(&any)) {
             const std::string& module = tree_.units[tree_.unit_of[i]].name;
-            for (const Sort sort : {Sort::Constant, Sort::Function, Sort::Type}) need({sort, module.empty() ? e->predicate.text : module + "-" + e->predicate.text});
+            for (const Sort sort : {Sort::Constant, Sort::Function, Sort::Type})
+                need({sort, module.empty() ? e->predicate.text : module + "-" + e->predicate.text});
         }
         EachName<Uses> walk(*this);
         walk.item(any);
@@ -98,8 +104,10 @@ class Uses {
     // A constant of the name of a literal looks like that where it is used.
     static bool said_otherwise(std::string_view name) { return name.starts_with("_") || name == "true" || name == "false"; }
     void use(Key key, Span span) {
-        if (user_ == nullptr) need(key);
-        else if (declared_.contains(key)) user_->uses.push_back({std::move(key), span});
+        if (user_ == nullptr)
+            need(key);
+        else if (declared_.contains(key))
+            user_->uses.push_back({std::move(key), span});
     }
     void need(const Key& key) {
         const auto found = declared_.find(key);
@@ -110,18 +118,22 @@ class Uses {
 
     Diagnostic message(const Key& key, const Declared& declared) const {
         const std::string_view name = files_.text(declared.name);
-        Diagnostic d{.kind = Kind::UnusedName, .span = declared.name, .message = fmt::format("the {} `{}` is never used", word(key.first), name)};
+        Diagnostic d{
+            .kind = Kind::UnusedName, .span = declared.name, .message = fmt::format("the {} `{}` is never used", word(key.first), name)};
         bool itself = false;
         for (const auto& [other, by] : declared_)
             for (const Use& u : by.uses) {
                 if (u.key != key || by.name.file != file_) continue;
                 itself = itself || other == key;
-                if (other != key && d.labels.empty()) d.labels.push_back({u.span, fmt::format("only `{}` uses it, which is never used itself", files_.text(by.name))});
+                if (other != key && d.labels.empty())
+                    d.labels.push_back({u.span, fmt::format("only `{}` uses it, which is never used itself", files_.text(by.name))});
             }
         if (itself && d.labels.empty()) d.message = fmt::format("the {} `{}` is used by itself alone", word(key.first), name);
         d.help = "leave it out";
-        if (key.first == Sort::Constant) d.help += fmt::format(", or name it `_{}`", name);
-        else if (!declared.outside) d.help += fmt::format(", or write `export {}.` if other files are to use it", name);
+        if (key.first == Sort::Constant)
+            d.help += fmt::format(", or name it `_{}`", name);
+        else if (!declared.outside)
+            d.help += fmt::format(", or write `export {}.` if other files are to use it", name);
         return d;
     }
     static const char* word(Sort sort) { return sort == Sort::Constant ? "constant" : sort == Sort::Function ? "function" : "type"; }
@@ -131,13 +143,15 @@ class Uses {
     std::uint32_t file_;
     std::map<Key, Declared> declared_;  // In all files, for what is used by what is used.
     std::vector<Key> needed_;
-    Declared* user_ = nullptr;          // Whose declaration is looked at; none: something that is there for its own sake.
+    Declared* user_ = nullptr;  // Whose declaration is looked at; none: something that is there for its own sake.
     std::set<std::string> parameters_;
     bool rules_ = false, module_ = false, exports_ = false;
 };
 
 }  // namespace
 
-std::vector<Diagnostic> find_unused_names(const source::FileSet& files, syntax::Tree& tree, std::uint32_t program_file) { return Uses(files, tree, program_file).unused(); }
+std::vector<Diagnostic> find_unused_names(const source::FileSet& files, syntax::Tree& tree, std::uint32_t program_file) {
+    return Uses(files, tree, program_file).unused();
+}
 
 }  // namespace meld::check

@@ -1,5 +1,6 @@
-// Pass 6: warnings. Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and parameters without a use. Facts may come
-// from the world file and results may only be written out, so it speaks only where that does not explain it.
+// Pass 6: warnings. Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and
+// parameters without a use. Facts may come from the world file and results may only be written out, so it speaks only where that
+// does not explain it.
 #include <algorithm>
 
 #include "compiler/check/check.h"
@@ -13,7 +14,8 @@ namespace {
 
 class Useless {
   public:
-    Useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report) : program_(program), program_file_(program_file), report_(report) {}
+    Useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report)
+        : program_(program), program_file_(program_file), report_(report) {}
 
     void run() {
         for (const Rule& rule : program_.rules) never_fires(rule);
@@ -51,8 +53,10 @@ class Useless {
             const Around inside = with(around, conditions(c.inner));
             if (is_forall(c)) {
                 const std::vector<Clause>& asked = c.inner.back().inner;
-                if (!impossible(rule, inside, asked, Kind::NeverMatches, "so `forall` holds only where there is no such fact")) parts(rule, with(inside, conditions(asked)), asked, "");
-            } else if (!impossible(rule, around, c.inner, Kind::NeverMatches, c.kind == Clause::Kind::Not ? "so `not` always holds" : of_nothing(c, then))) {
+                if (!impossible(rule, inside, asked, Kind::NeverMatches, "so `forall` holds only where there is no such fact"))
+                    parts(rule, with(inside, conditions(asked)), asked, "");
+            } else if (!impossible(rule, around, c.inner, Kind::NeverMatches,
+                                   c.kind == Clause::Kind::Not ? "so `not` always holds" : of_nothing(c, then))) {
                 parts(rule, inside, c.inner, "");
             }
         }
@@ -60,17 +64,21 @@ class Useless {
     // It has become not (p, not (q)), where both stand for the whole.
     static bool is_forall(const Clause& c) {
         const Clause& last = c.inner.back();
-        return c.kind == Clause::Kind::Not && last.kind == Clause::Kind::Not && c.span.file == last.span.file && c.span.begin == last.span.begin && c.span.end == last.span.end;
+        return c.kind == Clause::Kind::Not && last.kind == Clause::Kind::Not && c.span.file == last.span.file &&
+               c.span.begin == last.span.begin && c.span.end == last.span.end;
     }
     static std::string of_nothing(const Clause& c, const std::string& then) {
         switch (c.aggregate) {
             case Aggregate::Sum:
-            case Aggregate::Count: return fmt::format("so the {} is always 0", aggregate_name(c.aggregate));
-            case Aggregate::Collect: return "so the list is always empty";
+            case Aggregate::Count:
+                return fmt::format("so the {} is always 0", aggregate_name(c.aggregate));
+            case Aggregate::Collect:
+                return "so the list is always empty";
             case Aggregate::Custom:
                 if (c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
                 [[fallthrough]];
-            default: return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
+            default:
+                return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
         }
     }
 
@@ -81,14 +89,16 @@ class Useless {
                 // A bare `false` is meant, or a question of other dialects that has but one answer here.
                 const bool asked = h.term.op != Op::Bool;
                 const bool never = asked && impossible(rule, around, condition, Kind::NeverMatches, "so `then` gives nothing");
-                const bool always = asked && !h.others.empty() && !never && impossible(rule, around, {{&h.term, false}}, Kind::NeverMatches, "so `otherwise` gives nothing");
+                const bool always = asked && !h.others.empty() && !never &&
+                                    impossible(rule, around, {{&h.term, false}}, Kind::NeverMatches, "so `otherwise` gives nothing");
                 if (!never) parts_of_heads(rule, with(around, condition), h.heads);
                 if (!always) parts_of_heads(rule, with(around, {{&h.term, false}}), h.others);
                 continue;
             }
             const bool aggregate = h.kind == Head::Kind::Aggregate;
             if (aggregate || h.kind == Head::Kind::Comprehension) {
-                if (impossible(rule, around, h.body, Kind::NeverMatches, aggregate ? "so there is nothing to aggregate" : kHeadOfNothing)) continue;
+                if (impossible(rule, around, h.body, Kind::NeverMatches, aggregate ? "so there is nothing to aggregate" : kHeadOfNothing))
+                    continue;
                 parts(rule, around, h.body, "");
             }
             parts_of_heads(rule, with(around, conditions(h.body)), h.heads);
@@ -107,7 +117,8 @@ class Useless {
             }
         return false;
     }
-    bool impossible(const Rule& rule, const Around& around, const std::vector<Condition>& body, Kind kind, std::string so, const std::vector<Clause>* clauses = nullptr) {
+    bool impossible(const Rule& rule, const Around& around, const std::vector<Condition>& body, Kind kind, std::string so,
+                    const std::vector<Clause>* clauses = nullptr) {
         const auto found = contradiction(program_, rule, around, body);
         if (!found) return false;
         const Term& test = *found->test.term;
@@ -117,11 +128,16 @@ class Useless {
             kind = Kind::NeverMatches;
             so = denied ? "so `otherwise` gives nothing" : kHeadOfNothing;
         }
-        const char* others = found->with.empty() ? "" : found->with.size() == 1 ? " with the other condition" : " with the other conditions";
-        auto& d = report_.add(kind, test.span, fmt::format("this is {} true{}, {}", denied || !found->test.holds ? "always" : "never", others, so));
+        const char* others = found->with.empty()       ? ""
+                             : found->with.size() == 1 ? " with the other condition"
+                                                       : " with the other conditions";
+        auto& d = report_.add(kind, test.span,
+                              fmt::format("this is {} true{}, {}", denied || !found->test.holds ? "always" : "never", others, so));
         for (const Term* other : found->with) {
             const bool holds = std::none_of(around.begin(), around.end(), [&](const Condition& c) { return c.term == other && !c.holds; });
-            d.labels.push_back({other->span, !holds ? "where this is not so" : found->with.size() == 1 ? "the other condition" : "one of the others"});
+            d.labels.push_back({other->span, !holds                    ? "where this is not so"
+                                             : found->with.size() == 1 ? "the other condition"
+                                                                       : "one of the others"});
         }
         return true;
     }
@@ -136,7 +152,8 @@ class Useless {
     }
     bool links_itself(const Atom& a) const {
         const WorldSource w = program_.predicates[a.predicate].world;
-        return (w == WorldSource::Neighbor || w == WorldSource::NeighborPort) && a.arguments[1].is_variable() && a.arguments[0].variable == a.arguments[1].variable;
+        return (w == WorldSource::Neighbor || w == WorldSource::NeighborPort) && a.arguments[1].is_variable() &&
+               a.arguments[0].variable == a.arguments[1].variable;
     }
 
     // ---- predicates
@@ -169,12 +186,16 @@ class Useless {
             if (!needs) return;
         }
         const Predicate& p = program_.predicates[c.predicates[0]];
-        report_.add(Kind::NeverDerived, p.span, fmt::format("every rule for `{}` needs {} first: nothing starts it", p.name, c.predicates.size() > 1 ? "what it leads to" : "`" + p.name + "`")).help =
-            "add a rule or a fact that does, or give one in the world file";
+        report_
+            .add(Kind::NeverDerived, p.span,
+                 fmt::format("every rule for `{}` needs {} first: nothing starts it", p.name,
+                             c.predicates.size() > 1 ? "what it leads to" : "`" + p.name + "`"))
+            .help = "add a rule or a fact that does, or give one in the world file";
     }
 
     static bool alike(const Predicate& a, const Predicate& b) {
-        return std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), b.arguments.end(), [](const Argument& x, const Argument& y) { return x.type == y.type; });
+        return std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), b.arguments.end(),
+                          [](const Argument& x, const Argument& y) { return x.type == y.type; });
     }
 
     // Two names for one thing: the one is only read, the other only derived.
@@ -183,12 +204,13 @@ class Useless {
         if (!ours(id) || p.sensed || made_[id.index()] || given_[id.index()] || !read_[id.index()]) return;
         std::vector<std::string> lonely;
         for (const PredicateId other : program_.predicates.ids())
-            if (ours(other) && (made_[other.index()] || given_[other.index()]) && !read_[other.index()] && program_.predicates[other].kind != PredicateKind::Action &&
-                alike(p, program_.predicates[other]))
+            if (ours(other) && (made_[other.index()] || given_[other.index()]) && !read_[other.index()] &&
+                program_.predicates[other].kind != PredicateKind::Action && alike(p, program_.predicates[other]))
                 lonely.push_back(program_.predicates[other].name);
         const std::string near = diagnostics::nearest_name(p.name, lonely);
         if (near.empty()) return;
-        auto& d = report_.add(Kind::NeverDerived, p.span, fmt::format("`{}` is read and never derived, while `{}` is derived and never read", p.name, near));
+        auto& d = report_.add(Kind::NeverDerived, p.span,
+                              fmt::format("`{}` is read and never derived, while `{}` is derived and never read", p.name, near));
         for (const Predicate& other : program_.predicates)
             if (other.name == near) d.labels.push_back({other.span, "declared here"});
         d.help = "did you mean one predicate?";
@@ -196,7 +218,10 @@ class Useless {
 
     void unused(PredicateId id) {
         if (!ours(id) || read_[id.index()] || made_[id.index()] || given_[id.index()]) return;
-        report_.add(Kind::NeverRead, program_.predicates[id].span, fmt::format("`{}` is declared and never used", program_.predicates[id].name)).help = "leave out the declaration";
+        report_
+            .add(Kind::NeverRead, program_.predicates[id].span,
+                 fmt::format("`{}` is declared and never used", program_.predicates[id].name))
+            .help = "leave out the declaration";
     }
 
     void unknown_action(PredicateId id) {
@@ -206,8 +231,10 @@ class Useless {
         for (const Predicate& other : program_.predicates)
             if (other.prelude && other.kind == PredicateKind::Action) known.push_back(other.name);
         const std::string near = diagnostics::nearest_name(p.name, known);
-        report_.add(Kind::UnknownAction, p.span, fmt::format("the runtime has no action `{}`: nothing happens unless a component in C++ carries it out", p.name)).help =
-            near.empty() ? "" : fmt::format("did you mean `{}`?", near);
+        report_
+            .add(Kind::UnknownAction, p.span,
+                 fmt::format("the runtime has no action `{}`: nothing happens unless a component in C++ carries it out", p.name))
+            .help = near.empty() ? "" : fmt::format("did you mean `{}`?", near);
     }
 
     // ---- functions
@@ -219,7 +246,8 @@ class Useless {
         for (std::size_t i = 0; i < f.parameter_count; ++i) {
             const Variable& v = f.variables[VariableId(i)];
             if (used[i] || v.name.starts_with("_")) continue;
-            report_.add(Kind::UnusedParameter, v.span, fmt::format("the parameter `{}` of `{}` is never used", v.name, f.name)).help = fmt::format("leave it out, or name it `_{}` if the function must have it", v.name);
+            report_.add(Kind::UnusedParameter, v.span, fmt::format("the parameter `{}` of `{}` is never used", v.name, f.name)).help =
+                fmt::format("leave it out, or name it `_{}` if the function must have it", v.name);
         }
     }
 
@@ -231,6 +259,8 @@ class Useless {
 
 }  // namespace
 
-void warn_of_useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report) { Useless(program, program_file, report).run(); }
+void warn_of_useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report) {
+    Useless(program, program_file, report).run();
+}
 
 }  // namespace meld::check

@@ -15,7 +15,8 @@ namespace {
 
 class Values {
   public:
-    Values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report) : program_(program), report_(report), names_(program, tree) {
+    Values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report)
+        : program_(program), report_(report), names_(program, tree) {
         for (const syntax::Item& item : tree.items) {
             // Of two with one name only the first is in the tables.
             if (const auto* c = std::get_if<syntax::Constant>(&item)) constants_.emplace(c->name.text, Pending{c});
@@ -96,7 +97,9 @@ class Values {
         if (!pending.wrong) program_.constants[pending.id].type = pending.term.type;
     }
     void by_itself(Pending& pending) {
-        if (!pending.wrong) report_.add(Kind::BadConstant, pending.tree->name.span, fmt::format("the constant `{}` is defined by itself", pending.tree->name.text));
+        if (!pending.wrong)
+            report_.add(Kind::BadConstant, pending.tree->name.span,
+                        fmt::format("the constant `{}` is defined by itself", pending.tree->name.text));
         pending.wrong = true;
     }
 
@@ -109,13 +112,16 @@ class Values {
 
     void function(const syntax::Function& tree) {
         const auto found = names_.functions.find(tree.name.text);
-        if (found == names_.functions.end() || program_.functions[found->second].span.begin != tree.name.span.begin || program_.functions[found->second].span.file != tree.name.span.file) return;
+        if (found == names_.functions.end() || program_.functions[found->second].span.begin != tree.name.span.begin ||
+            program_.functions[found->second].span.file != tree.name.span.file)
+            return;
         Function& f = program_.functions[found->second];
         const std::size_t errors = report_.error_count();
         Rule makeshift;
         bool lower_case = false;
         std::set<VariableId> parameters;
-        for (const syntax::Parameter& p : tree.parameters) lower_case = lower_case || std::islower(static_cast<unsigned char>(p.name.text[0]));
+        for (const syntax::Parameter& p : tree.parameters)
+            lower_case = lower_case || std::islower(static_cast<unsigned char>(p.name.text[0]));
         Scope scope(program_, names_, makeshift, report_, lower_case);
         for (std::size_t i = 0; i < f.parameter_count; ++i) {
             const Variable& parameter = f.variables[VariableId(i)];
@@ -126,7 +132,9 @@ class Values {
         f.body = scope.resolve(*tree.body, f.result, fmt::format("the result of `{}`", f.name), false, f.span);
         std::string names;
         for (std::size_t i = 0; i < f.parameter_count; ++i) names += (names.empty() ? "`" : ", `") + f.variables[VariableId(i)].name + "`";
-        no_variables(f.body, parameters, names.empty() ? fmt::format("`{}` has no parameters", f.name) : fmt::format("only the parameters of `{}` have a value here: {}", f.name, names));
+        no_variables(f.body, parameters,
+                     names.empty() ? fmt::format("`{}` has no parameters", f.name)
+                                   : fmt::format("only the parameters of `{}` have a value here: {}", f.name, names));
         f.variables = std::move(makeshift.variables);
         f.refused = report_.error_count() > errors;
     }
@@ -143,9 +151,12 @@ class Values {
         if (!pending.wrong) {
             Folder folder(program_, [this](ConstantId id) { return value_of(id); });
             pending.value = folder.fold(pending.term);
-            if (!folder.wrong().empty()) report_.add(Kind::BadConstant, folder.wrong_at(), folder.wrong());
-            else if (pending.value) keep(program_.constants[pending.id], *pending.value);
-            else if (!pending.wrong) leave_to_the_run(pending);
+            if (!folder.wrong().empty())
+                report_.add(Kind::BadConstant, folder.wrong_at(), folder.wrong());
+            else if (pending.value)
+                keep(program_.constants[pending.id], *pending.value);
+            else if (!pending.wrong)
+                leave_to_the_run(pending);
         }
         pending.computed = State::Done;
     }

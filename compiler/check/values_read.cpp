@@ -10,7 +10,9 @@ bool constant(const Term& t) {
     bool any = false;
     each_variable(t, [&](VariableId) { any = true; });
     bool calls = false;
-    each_subterm(t, [&](const Term& part) { calls = calls || part.op == Op::Call || part.op == Op::Library || part.op == Op::Now || part.op == Op::Due; });
+    each_subterm(t, [&](const Term& part) {
+        calls = calls || part.op == Op::Call || part.op == Op::Library || part.op == Op::Now || part.op == Op::Due;
+    });
     return !any && !calls;
 }
 
@@ -80,7 +82,9 @@ bool computed_from(const Rule& rule, const Term& e, VariableId value) {
 }
 
 bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggregate) {
-    if (e.is_variable()) return e.variable != value && any_definition(rule, e.variable, [&](const Term& is) { return improves(rule, is, value, aggregate); });
+    if (e.is_variable())
+        return e.variable != value &&
+               any_definition(rule, e.variable, [&](const Term& is) { return improves(rule, is, value, aggregate); });
     if (!mentions(e, value)) return false;
     if (e.op == Op::Max || e.op == Op::Min || e.op == Op::ToFloat)
         return std::any_of(e.operands.begin(), e.operands.end(), [&](const Term& o) { return improves(rule, o, value, aggregate); });

@@ -30,7 +30,8 @@ const KindInfo& info(Kind kind) {
 }
 
 const KindInfo* find_kind(std::string_view code) {
-    const auto found = std::find_if(kKinds.begin(), kKinds.end(), [&](const KindInfo& row) { return row.code == code || row.name == code; });
+    const auto found =
+        std::find_if(kKinds.begin(), kKinds.end(), [&](const KindInfo& row) { return row.code == code || row.name == code; });
     return found == kKinds.end() ? nullptr : &*found;
 }
 

@@ -12,9 +12,7 @@ namespace {
 // Names longer than this are not compared: nobody mistypes them, and the table below would be large.
 constexpr std::size_t kMaxLength = 200;
 
-bool same_letter(char a, char b) {
-    return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-}
+bool same_letter(char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b)); }
 
 // The number of letters to insert, delete, change or swap with their neighbour (optimal string alignment). A changed case costs nothing.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -43,7 +41,8 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
     std::string best;
     std::size_t best_distance = limit + 1;
     for (const std::string& candidate : candidates) {
-        if (candidate == name || candidate.empty() || candidate.size() > name.size() + limit || candidate.size() + limit < name.size()) continue;
+        if (candidate == name || candidate.empty() || candidate.size() > name.size() + limit || candidate.size() + limit < name.size())
+            continue;
         const std::size_t distance = edit_distance(name, candidate);
         // Every letter changed is another name, however short.
         if (distance >= std::min(name.size(), candidate.size()) && distance > 0) continue;

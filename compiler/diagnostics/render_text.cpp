@@ -141,7 +141,8 @@ class Page {
         std::uint32_t last_number = 0;
         for (const MarkedLine& line : lines) {
             if (line.file != file) {
-                out_ += fmt::format("{}{} {}:{}\n", std::string(gutter_width_, ' '), style_.gutter(":::"), files_.file(line.file).path(), line.number);
+                out_ += fmt::format("{}{} {}:{}\n", std::string(gutter_width_, ' '), style_.gutter(":::"), files_.file(line.file).path(),
+                                    line.number);
                 file = line.file;
             } else if (last_number != 0 && line.number > last_number + 1) {
                 out_ += style_.gutter("...") + "\n";

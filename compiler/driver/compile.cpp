@@ -37,9 +37,7 @@ Result<std::string> read_linked(const std::string& path) {
 }
 
 // -O2 takes half as long again to compile, and what it makes runs some 7 % faster: worth it as long as nobody waits for it.
-int optimisation_for(const std::string& cpp) {
-    return cpp.size() < kLongModule ? 2 : 1;
-}
+int optimisation_for(const std::string& cpp) { return cpp.size() < kLongModule ? 2 : 1; }
 
 // Does the work, and from a second on says what is being done and how long it has taken.
 void with_progress(const std::string& what, const std::function<void()>& work) {
@@ -60,7 +58,9 @@ void with_progress(const std::string& what, const std::function<void()>& work) {
         const auto begin = std::chrono::steady_clock::now();
         for (auto pause = 1000ms; !finished.wait_for(lock, pause, [&] { return done; }); pause = 200ms) {
             if (!progress) progress.emplace();
-            progress->update([&] { return fmt::format("{}: {:.0f} s", what, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()); });
+            progress->update([&] {
+                return fmt::format("{}: {:.0f} s", what, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+            });
         }
     });
 }
@@ -82,22 +82,20 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
     build_options.abi_version = kAbiVersion;
     Result<std::string> module;
     const auto build = [&] { module = build_module(cpp, plan.program.name, build_options); };
-    if (options.progress) with_progress(fmt::format("compiling {}, {} kB of C++", plan.program.name, cpp.size() / 1000), build);
-    else build();
+    if (options.progress)
+        with_progress(fmt::format("compiling {}, {} kB of C++", plan.program.name, cpp.size() / 1000), build);
+    else
+        build();
     return module;
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> module_headers() {
-    return {{"runtime/kernel/views.h", kKernelViews},
-            {"runtime/kernel/deltas.h", kKernelDeltas},
-            {"runtime/kernel/rows.h", kKernelRows},
-            {"runtime/kernel/library.h", kKernelLibrary},
-            {"runtime/kernel/lists.h", kKernelLists},
-            {"runtime/kernel/values.h", kKernelValues},
-            {"runtime/abi/module_abi.h", kModuleAbi},
-            {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+    return {{"runtime/kernel/views.h", kKernelViews}, {"runtime/kernel/deltas.h", kKernelDeltas},
+            {"runtime/kernel/rows.h", kKernelRows},   {"runtime/kernel/library.h", kKernelLibrary},
+            {"runtime/kernel/lists.h", kKernelLists}, {"runtime/kernel/values.h", kKernelValues},
+            {"runtime/abi/module_abi.h", kModuleAbi}, {"runtime/abi/geometry_abi.h", kGeometryAbi}};
 }
 
 std::optional<Stage> stage_named(const std::string& name) {

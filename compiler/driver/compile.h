@@ -17,12 +17,12 @@ enum class Stage { Tokens, Tree, Program, Plan, Explain, Cpp, Module };
 
 struct CompileOptions {
     Stage last = Stage::Module;
-    std::optional<int> optimisation = {};          // 0 to 3, as in -O2; without one, the length of the module decides.
-    std::string cache_dir = {};                    // Empty: the default.
-    bool progress = false;                         // Says on stderr that it compiles, where that takes longer than a second.
+    std::optional<int> optimisation = {};  // 0 to 3, as in -O2; without one, the length of the module decides.
+    std::string cache_dir = {};            // Empty: the default.
+    bool progress = false;                 // Says on stderr that it compiles, where that takes longer than a second.
     std::vector<std::string> library_paths = {};
     plan::PlanOptions plan = {};
-    std::vector<std::string> link = {};            // C and C++ files with the program's extern functions.
+    std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
 };
 
 struct Compilation {

@@ -36,7 +36,8 @@ ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uin
     return parsed;
 }
 
-check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report) {
+check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed,
+                             diagnostics::Reporter& report) {
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
     check::Program program = check::check(files, tree, prelude_files, file, report);

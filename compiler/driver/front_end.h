@@ -23,6 +23,7 @@ ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uin
 
 // Checks it. Items that were read are checked even where others were not: all mistakes in one run. The result is complete only if no
 // error was reported.
-check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed, diagnostics::Reporter& report);
+check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed,
+                             diagnostics::Reporter& report);
 
 }  // namespace meld::driver

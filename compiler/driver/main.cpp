@@ -67,10 +67,14 @@ int run_compile(Options& options) {
         return name.empty() || std::find(passes.begin(), passes.end(), name) != passes.end();
     };
     for (const std::string& name : options.compile.plan.without)
-        if (!known(name, plan::Passes::Optional)) return fail_with({"there is no pass '" + name + "' that can be left out", did_you_mean(name, plan::passes(plan::Passes::Optional))});
+        if (!known(name, plan::Passes::Optional))
+            return fail_with(
+                {"there is no pass '" + name + "' that can be left out", did_you_mean(name, plan::passes(plan::Passes::Optional))});
     const std::string& after = options.compile.plan.after;
-    if (!known(after, plan::Passes::All)) return fail_with({"there is no pass '" + after + "'", did_you_mean(after, plan::passes(plan::Passes::All))});
-    if (!after.empty() && options.compile.last != Stage::Plan) return fail_with({"--after prints the plan after a pass", "Add --emit=plan"});
+    if (!known(after, plan::Passes::All))
+        return fail_with({"there is no pass '" + after + "'", did_you_mean(after, plan::passes(plan::Passes::All))});
+    if (!after.empty() && options.compile.last != Stage::Plan)
+        return fail_with({"--after prints the plan after a pass", "Add --emit=plan"});
     if (options.explain_rules) options.compile.last = Stage::Explain;
     options.compile.progress = !options.quiet;
     Compilation c;
@@ -121,35 +125,57 @@ int run_language_server() {
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App app{"meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules", "meldc"};
+    CLI::App app{
+        "meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules",
+        "meldc"};
     app.set_version_flag("--version", "meldc 0.1.0");
     app.require_subcommand(1);
     app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 70 a bug of meldc.");
 
     CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
-    CLI::App* compile = app.add_subcommand("compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
+    CLI::App* compile = app.add_subcommand(
+        "compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
     for (CLI::App* sub : {check, compile}) {
         sub->add_option("FILE", options.file, "The program, a .meld file")->required();
         sub->add_flag("--json", options.json, "Messages as JSON on standard output");
-        sub->add_option("-I,--library", options.compile.library_paths, "Folder for include and use")->type_name("DIR")->take_all()->allow_extra_args(false);
+        sub->add_option("-I,--library", options.compile.library_paths, "Folder for include and use")
+            ->type_name("DIR")
+            ->take_all()
+            ->allow_extra_args(false);
     }
-    compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")->type_name("FILE");
+    compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")
+        ->type_name("FILE");
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
-    compile->add_flag("--explain-rules", options.explain_rules, "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
-    compile->add_option("-O", options.compile.optimisation, "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")->check(CLI::Range(0, 3));
-    compile->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")->type_name("PASS");
-    compile->add_option("--without", options.compile.plan.without, "Leave out a pass of the planner that only makes programs cheaper; results are the same")->type_name("PASS");
-    compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+    compile->add_flag("--explain-rules", options.explain_rules,
+                      "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
+    compile
+        ->add_option("-O", options.compile.optimisation,
+                     "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")
+        ->check(CLI::Range(0, 3));
+    compile
+        ->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")
+        ->type_name("PASS");
+    compile
+        ->add_option("--without", options.compile.plan.without,
+                     "Leave out a pass of the planner that only makes programs cheaper; results are the same")
+        ->type_name("PASS");
+    compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
     compile->add_flag("--quiet", options.quiet, "No progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();
 
-    CLI::App* format = app.add_subcommand("fmt", "Lay programs out; comments and meaning stay.\nExample: meldc fmt examples/meld/gradient.meld");
-    format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")->required();
+    CLI::App* format =
+        app.add_subcommand("fmt", "Lay programs out; comments and meaning stay.\nExample: meldc fmt examples/meld/gradient.meld");
+    format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")
+        ->required();
     format->add_flag("--check", options.format.check, "Change nothing: name the files that would change, and exit with 1 if there are any");
     format->add_flag("--stdout", options.format.to_stdout, "Print the result instead of replacing the file");
-    CLI::App* lsp = app.add_subcommand("lsp", "Serve an editor over standard input and output (Language Server Protocol).\nExample: meldc lsp --stdio");
+    CLI::App* lsp =
+        app.add_subcommand("lsp", "Serve an editor over standard input and output (Language Server Protocol).\nExample: meldc lsp --stdio");
     bool over_stdio = true;
     lsp->add_flag("--stdio", over_stdio, "What editors say; there is no other way to talk");
 

@@ -17,7 +17,9 @@ std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predica
 RuleId culprit(const plan::Plan& plan, const ComponentPlan& c) {
     const auto recursive = [&](const RulePlan& r) {
         bool reads = false;
-        each_atom(plan.program.rules[r.rule].body, [&](const Atom& a, bool) { reads = reads || std::find(c.predicates.begin(), c.predicates.end(), a.predicate) != c.predicates.end(); });
+        each_atom(plan.program.rules[r.rule].body, [&](const Atom& a, bool) {
+            reads = reads || std::find(c.predicates.begin(), c.predicates.end(), a.predicate) != c.predicates.end();
+        });
         return reads;
     };
     const auto found = std::find_if(c.rules.begin(), c.rules.end(), recursive);
@@ -59,8 +61,9 @@ void emit_reduction(const plan::Plan& plan, const ComponentPlan& c, PredicateId 
         const std::string link = predicate_name(plan.program, p.complete_link);
         w.line("load_{}(s);", link);
         w.line("for (u32 i = 0; i < s.{0}.count; ++i) ports |= {1};", link,
-               plan.of(p.complete_link).storage == Storage::PerLink ? fmt::format("u32{{s.neighbour[s.{0}.rows[i].a1] >= 0}} << s.{0}.rows[i].a1", link)
-                                                                    : fmt::format("port_bit(s, s.{}.rows[i].a1)", link));
+               plan.of(p.complete_link).storage == Storage::PerLink
+                   ? fmt::format("u32{{s.neighbour[s.{0}.rows[i].a1] >= 0}} << s.{0}.rows[i].a1", link)
+                   : fmt::format("port_bit(s, s.{}.rows[i].a1)", link));
     }
     w.raw("return ports;");
     w.close();
@@ -70,8 +73,10 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     std::string text;
-    if (p.aggregate == Aggregate::Custom) text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ fold_{0}(s, rows, n, out); }}", name);
-    else if (p.complete_link.valid()) text = fmt::format(", OwnFold<{}_t>{{}}", name);
+    if (p.aggregate == Aggregate::Custom)
+        text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ fold_{0}(s, rows, n, out); }}", name);
+    else if (p.complete_link.valid())
+        text = fmt::format(", OwnFold<{}_t>{{}}", name);
     return p.complete_link.valid() ? text + fmt::format(", needed_{}(s)", name) : text;
 }
 
@@ -100,13 +105,15 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
     w.raw("grew = false;");
     if (!by_round) run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
-    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) w.line("if (grew) {}_round{}(s);", rule_function(plan.program, c.deltas.touches[i].rule), i);
+    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i)
+        w.line("if (grew) {}_round{}(s);", rule_function(plan.program, c.deltas.touches[i].rule), i);
     std::string made = "s.e->derivations - derivations";
     if (by_round) {
         for (const PredicateId p : c.predicates) w.line("carried += {}.count;", view(plan, p));
         made += " + carried / 16";
     }
-    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", made, culprit(plan, c).index());
+    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));",
+           made, culprit(plan, c).index());
     w.close();
     for (const PredicateId p : c.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -140,7 +147,10 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     run_all_rules(plan, c, w);
     for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
-    w.line("if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));", culprit(plan, c).index());
+    w.line(
+        "if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->part->max_derivations));",
+        culprit(plan, c).index());
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();
@@ -157,7 +167,8 @@ void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::siz
     w.line("Touched<{}_t> touched;", name);
     constexpr std::uint64_t kGroups = 32;  // As in runtime/abi/module_abi.h.
     if (c.deltas.inputs & kGroups)
-        w.line("if (todo & kDirtyGroups) touched.add_woken(*s.e, s.e->part->changes[{}][s.catom]);", plan.of(c.predicates[0]).column.index());
+        w.line("if (todo & kDirtyGroups) touched.add_woken(*s.e, s.e->part->changes[{}][s.catom]);",
+               plan.of(c.predicates[0]).column.index());
     for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
         const RulePlan& t = c.deltas.touches[i];
         w.open(fmt::format("if (todo & {}) {{", hex(t.inputs)));
@@ -179,7 +190,8 @@ void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::siz
     w.line("s.{}.proposed.reset();", name);
     w.raw("return false;");
     w.close();
-    w.line("if (settle_touched(*s.e, s.{}, touched{})) changed |= {};", name, reduction(plan, c.predicates[0]), own_bit(plan, c.predicates[0]));
+    w.line("if (settle_touched(*s.e, s.{}, touched{})) changed |= {};", name, reduction(plan, c.predicates[0]),
+           own_bit(plan, c.predicates[0]));
     w.raw("return true;");
     w.close();
 }
@@ -197,16 +209,23 @@ void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t 
     for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
     constexpr std::uint64_t kBornOrLinks = 3;  // As in runtime/abi/module_abi.h.
     if (rows)
-        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && settle_{}_rows(s, todo, changed)) return changed;", hex((c.inputs | kBornOrLinks) & ~c.deltas.inputs), number);
+        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && settle_{}_rows(s, todo, changed)) return changed;",
+               hex((c.inputs | kBornOrLinks) & ~c.deltas.inputs), number);
     switch (c.recursion) {
         case Recursion::None:
-        case Recursion::Tree: settle_plainly(plan, c, w); break;
-        case Recursion::LocalSets: settle_local_sets(plan, c, w); break;
+        case Recursion::Tree:
+            settle_plainly(plan, c, w);
+            break;
+        case Recursion::LocalSets:
+            settle_local_sets(plan, c, w);
+            break;
         case Recursion::Ranked:
             run_all_rules(plan, c, w);
             w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, c.predicates[0]), own_bit(plan, c.predicates[0]));
             break;
-        case Recursion::Mutual: settle_mutually(plan, c, w); break;
+        case Recursion::Mutual:
+            settle_mutually(plan, c, w);
+            break;
     }
     w.raw("return changed;");
     w.close();
@@ -260,7 +279,9 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("u64 fired = 0;");
         w.open("for (;;) {");
     }
-    for (std::size_t i = 0; i < plan.components.size(); ++i) w.line("if (todo & {}) todo |= settle_{}(s{});", hex(plan.components[i].inputs), i, plan.components[i].deltas.inputs != 0 ? ", todo" : "");
+    for (std::size_t i = 0; i < plan.components.size(); ++i)
+        w.line("if (todo & {}) todo |= settle_{}(s{});", hex(plan.components[i].inputs), i,
+               plan.components[i].deltas.inputs != 0 ? ", todo" : "");
     if (linear) {
         w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
         w.raw("if ((todo & kLinearInputs[r]) | (s.lowered & kLinearAbsent[r])) s.active[r] = true;");
@@ -272,7 +293,9 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("e.rule = kLinearNumbers[r];");
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
-        w.raw("if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], static_cast<i64>(e.part->max_derivations));");
+        w.raw(
+            "if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
+            "static_cast<i64>(e.part->max_derivations));");
         w.raw("break;");
         w.close();
         w.raw("s.active[r] = false;");

@@ -30,7 +30,8 @@ void emit_extern(const plan::Plan& plan, FunctionId id, Writer& w) {
 
 std::string signature(const plan::Plan& plan, FunctionId id) {
     const Function& f = plan.program.functions[id];
-    std::string text = fmt::format("static {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule", cpp_type(f.result), function_name(plan.program, id));
+    std::string text = fmt::format("static {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule", cpp_type(f.result),
+                                   function_name(plan.program, id));
     for (std::size_t i = 0; i < f.parameter_count; ++i) {
         const Variable& v = f.variables[VariableId(i)];
         text += fmt::format(", [[maybe_unused]] {} {}_{}", cpp_type(v.type), clean(v.name), i);
@@ -63,11 +64,14 @@ class Walks {
     // Where the function ends, as Body::give() has it.
     void end(const Term& t) {
         switch (t.op) {
-            case Op::If: return look(t.operands[0]), end(t.operands[1]), end(t.operands[2]);
+            case Op::If:
+                return look(t.operands[0]), end(t.operands[1]), end(t.operands[2]);
             case Op::Let:
             case Op::And:
-            case Op::Or: return look(t.operands[0]), end(t.operands[1]);
-            default: break;
+            case Op::Or:
+                return look(t.operands[0]), end(t.operands[1]);
+            default:
+                break;
         }
         if (t.op != Op::Call || t.function != id_) return look(t);
         for (std::size_t i = 0; i < f_.parameter_count; ++i) {
@@ -113,12 +117,17 @@ class Body {
 
     bool calls_itself(const Term& t) const {
         switch (t.op) {
-            case Op::If: return calls_itself(t.operands[1]) || calls_itself(t.operands[2]);
-            case Op::Let: return calls_itself(t.operands[1]);
+            case Op::If:
+                return calls_itself(t.operands[1]) || calls_itself(t.operands[2]);
+            case Op::Let:
+                return calls_itself(t.operands[1]);
             case Op::And:
-            case Op::Or: return calls_itself(t.operands[1]);
-            case Op::Call: return t.function == id_ && t.type == f_.result;
-            default: return false;
+            case Op::Or:
+                return calls_itself(t.operands[1]);
+            case Op::Call:
+                return t.function == id_ && t.type == f_.result;
+            default:
+                return false;
         }
     }
     // What `t` gives is what the function gives.
@@ -133,8 +142,11 @@ class Body {
         switch (t.op) {
             case Op::If:
                 return choose(term(scope, t.operands[0]), [&] { give(scope, t.operands[1]); }, [&] { give(scope, t.operands[2]); });
-            case Op::And: return choose("!(" + term(scope, t.operands[0]) + ")", [&] { w_.raw("return false;"); }, [&] { give(scope, t.operands[1]); });
-            case Op::Or: return choose(term(scope, t.operands[0]), [&] { w_.raw("return true;"); }, [&] { give(scope, t.operands[1]); });
+            case Op::And:
+                return choose(
+                    "!(" + term(scope, t.operands[0]) + ")", [&] { w_.raw("return false;"); }, [&] { give(scope, t.operands[1]); });
+            case Op::Or:
+                return choose(term(scope, t.operands[0]), [&] { w_.raw("return true;"); }, [&] { give(scope, t.operands[1]); });
             case Op::Let: {
                 Scope inner = scope;
                 inner.values.insert(t.variable);
@@ -142,7 +154,8 @@ class Body {
                 w_.line("const {} {} = {};", cpp_type(type), scope.local(t.variable), term_as(scope, t.operands[0], type));
                 return give(inner, t.operands[1]);
             }
-            default: return again(scope, t);
+            default:
+                return again(scope, t);
         }
     }
 
@@ -153,8 +166,10 @@ class Body {
             if (!walks_.walked(i)) w_.line("const {} next_{} = {};", cpp_type(type), i, term_as(scope, t.operands[i], type));
         }
         for (std::size_t i = 0; i < f_.parameter_count; ++i) {
-            if (!walks_.walked(i)) w_.line("{} = next_{};", scope.local(VariableId(i)), i);
-            else if (Walks::is_tail(t.operands[i])) w_.line("step(walk_{});", i);
+            if (!walks_.walked(i))
+                w_.line("{} = next_{};", scope.local(VariableId(i)), i);
+            else if (Walks::is_tail(t.operands[i]))
+                w_.line("step(walk_{});", i);
         }
         w_.raw("if (!call.again(rule)) return {};");
         w_.raw("continue;");
@@ -179,8 +194,10 @@ void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     w.line("{} call(*s.e, rule, &s);", f.result.compound() ? "OpenCall" : "WordCall");
     w.raw("if (call.refused) return {};");
     Body body(id, f, w);
-    if (body.calls_itself(f.body)) body.repeat(scope);
-    else body.give(scope, f.body);
+    if (body.calls_itself(f.body))
+        body.repeat(scope);
+    else
+        body.give(scope, f.body);
     w.close();
 }
 
@@ -206,7 +223,8 @@ void emit_externs(const plan::Plan& plan, Writer& w) {
 
 std::string call(const Scope& scope, FunctionId id, const std::vector<Term>& operands) {
     std::vector<std::string> values;
-    for (std::size_t i = 0; i < operands.size(); ++i) values.push_back(term_as(scope, operands[i], scope.plan.program.functions[id].variables[VariableId(i)].type));
+    for (std::size_t i = 0; i < operands.size(); ++i)
+        values.push_back(term_as(scope, operands[i], scope.plan.program.functions[id].variables[VariableId(i)].type));
     return call_with(scope, id, values);
 }
 

@@ -7,9 +7,12 @@ namespace meld::emit {
 
 RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
     Folding f{aggregate, fresh("folded"), fresh("seen"), type, function, initial.op != Op::Anonymous};
-    if (aggregate == Aggregate::Collect) w_.line("RowList<u64> {}{{}};", f.result);
-    else if (f.initial) w_.line("{} {} = {};", cpp_type(type), f.result, element(scope_, initial, type));
-    else w_.line("{} {}{{}};", cpp_type(type), f.result);
+    if (aggregate == Aggregate::Collect)
+        w_.line("RowList<u64> {}{{}};", f.result);
+    else if (f.initial)
+        w_.line("{} {} = {};", cpp_type(type), f.result, element(scope_, initial, type));
+    else
+        w_.line("{} {}{{}};", cpp_type(type), f.result);
     w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
     return f;
 }
@@ -22,21 +25,28 @@ Type RuleEmitter::folded_type(const Folding& f) const {
 
 void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
     switch (f.aggregate) {
-        case Aggregate::Count: w_.line("++{};", f.result); break;
-        case Aggregate::Collect: w_.line("{}.add(*s.e, {});", f.result, as_word(value)); break;
+        case Aggregate::Count:
+            w_.line("++{};", f.result);
+            break;
+        case Aggregate::Collect:
+            w_.line("{}.add(*s.e, {});", f.result, as_word(value));
+            break;
         case Aggregate::Sum:
             w_.line("{0} = {1};", f.result,
                     f.type == Type::Float ? fmt::format("checked_real(*s.e, {}, {} + {})", scope_.rule_index, f.result, value)
                                           : fmt::format("checked_add(*s.e, {}, {}, {})", scope_.rule_index, f.result, value));
             break;
         case Aggregate::Min:
-        case Aggregate::Max: w_.line("if ({0} == 0 || {1} {2} {3}) {3} = {1};", f.seen, value, f.aggregate == Aggregate::Min ? "<" : ">", f.result); break;
+        case Aggregate::Max:
+            w_.line("if ({0} == 0 || {1} {2} {3}) {3} = {1};", f.seen, value, f.aggregate == Aggregate::Min ? "<" : ">", f.result);
+            break;
         case Aggregate::Custom: {
             const std::string next = call_with(scope_, f.function, {f.result, value});
             w_.line("{} = {};", f.result, f.initial ? next : fmt::format("{} == 0 ? {} : {}", f.seen, value, next));
             break;
         }
-        default: MELD_CHECK(false, "rule {}: an aggregate without code", scope_.rule.name);
+        default:
+            MELD_CHECK(false, "rule {}: an aggregate without code", scope_.rule.name);
     }
     w_.line("++{};", f.seen);
 }
@@ -53,8 +63,10 @@ void RuleEmitter::fold(const Step& s) {
     restore(before);
     std::string condition = f.needs_match() ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
-    if (known) condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
-    else bind(s.variable, folded(f));
+    if (known)
+        condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
+    else
+        bind(s.variable, folded(f));
     if (!condition.empty()) w_.open(fmt::format("if ({}) {{", condition));
 }
 
@@ -71,8 +83,10 @@ void RuleEmitter::make_row(const HeadPlan& h) {
     const Stored& stored = plan_.of(h.predicate);
     w_.line("{} row{{}};", row_type(h.predicate));
     for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
-        if (i == 1 && stored.storage == Storage::PerLink) w_.line("row.a1 = {};", scope_.port(h.arguments[0].variable));
-        else w_.line("row.{} = {};", field_name(i), head_value(h.predicate, i, h.arguments[i - 1]));
+        if (i == 1 && stored.storage == Storage::PerLink)
+            w_.line("row.a1 = {};", scope_.port(h.arguments[0].variable));
+        else
+            w_.line("row.{} = {};", field_name(i), head_value(h.predicate, i, h.arguments[i - 1]));
     }
 }
 
@@ -90,8 +104,10 @@ void RuleEmitter::propose(const HeadPlan& h) {
 
 void RuleEmitter::heard_from(const HeadPlan& h) {
     for (const VariableId v : h.contributors) {
-        if (scope_.places.contains(v)) w_.line("row.from |= u32{{1}} << {};", scope_.port(v));
-        else if (scope_.values.contains(v)) w_.line("row.from |= port_bit(s, {});", scope_.value(v));
+        if (scope_.places.contains(v))
+            w_.line("row.from |= u32{{1}} << {};", scope_.port(v));
+        else if (scope_.values.contains(v))
+            w_.line("row.from |= port_bit(s, {});", scope_.value(v));
     }
 }
 
@@ -124,9 +140,15 @@ void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
     for (const HeadPlan& h : all) {
         w_.open("{");
         switch (h.kind) {
-            case Head::Kind::Fact: fact(h); break;
-            case Head::Kind::Comprehension: comprehension(h, {}); break;
-            case Head::Kind::Aggregate: aggregate(h); break;
+            case Head::Kind::Fact:
+                fact(h);
+                break;
+            case Head::Kind::Comprehension:
+                comprehension(h, {});
+                break;
+            case Head::Kind::Aggregate:
+                aggregate(h);
+                break;
             case Head::Kind::If:
                 w_.open(fmt::format("if ({}) {{", term(scope_, h.term)));
                 heads(h.heads);
@@ -189,8 +211,10 @@ void RuleEmitter::fact(const HeadPlan& h) {
         const std::string name = predicate_name(plan_.program, h.predicate);
         w_.line("load_{}(s);", name);
         make_row(h);
-        if (p.linear()) w_.line("s.{}.add(*s.e, row);", name);
-        else w_.open(fmt::format("if (give_base(*s.e, s.{}, row)) {{", name));
+        if (p.linear())
+            w_.line("s.{}.add(*s.e, row);", name);
+        else
+            w_.open(fmt::format("if (give_base(*s.e, s.{}, row)) {{", name));
         raise(h.predicate);
         if (!p.linear()) w_.close();
     }
@@ -218,7 +242,9 @@ void RuleEmitter::send(const HeadPlan& h) {
 }
 
 bool RuleEmitter::consumes(const HeadPlan& h) const {
-    return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) { return s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only; });
+    return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) {
+        return s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only;
+    });
 }
 
 void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Folding>& folds) {

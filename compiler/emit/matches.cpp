@@ -47,7 +47,8 @@ void RuleEmitter::match_home(const Step& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string i = fresh("k"), f = fresh("f");
     const bool frozen = std::find(frozen_.begin(), frozen_.end(), s.predicate) != frozen_.end();
-    const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name), count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
+    const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name),
+                      count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
     if (!frozen) w_.line("load_{}(s);", name);
     if (stored.storage == Storage::Rows && whole_key(s)) {
         const std::string group = group_row(s);
@@ -99,8 +100,10 @@ void RuleEmitter::match_remote(const Step& s) {
         return use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
     }
     w_.line("const {0}& {1} = record<{0}>(s, {2}, {3});", record_name(stored.column), f, stored.column.index(), at);
-    if (stored.ranked) w_.open(fmt::format("if ({}.{}_rank != kAbsent) {{", f, name));
-    else w_.open(fmt::format("if (({}.present_{} & {:#x}u) != 0) {{", f, stored.presence_offset, stored.presence_mask));
+    if (stored.ranked)
+        w_.open(fmt::format("if ({}.{}_rank != kAbsent) {{", f, name));
+    else
+        w_.open(fmt::format("if (({}.present_{} & {:#x}u) != 0) {{", f, stored.presence_offset, stored.presence_mask));
     if (s.ranks) scope_.ranks.push_back(fmt::format("{}.{}_rank", f, name));
     use(s, [&](std::size_t k) { return fmt::format("{}.{}_{}", f, name, field_name(k)); });
 }
@@ -112,7 +115,8 @@ void RuleEmitter::match_changed(const Step& s) {
     const bool derived = s.at_home && stored.base != s.predicate;
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
-                        derived ? fmt::format("own_changes(*s.e, s.{})", name) : fmt::format("s.e->part->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
+                        derived ? fmt::format("own_changes(*s.e, s.{})", name)
+                                : fmt::format("s.e->part->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
     w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
@@ -124,13 +128,22 @@ void RuleEmitter::delta(const Step& s) {
     for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
         const Term& t = s.arguments[i - 1];
         const Type& type = plan_.program.predicates[s.predicate].arguments[i].type;
-        if (t.is_variable() && t.variable == s.variable) value = fmt::format(fmt::runtime(type == Type::Int ? "i64{{r.{}}}" : "r.{}"), field_name(i));
-        else others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
+        if (t.is_variable() && t.variable == s.variable)
+            value = fmt::format(fmt::runtime(type == Type::Int ? "i64{{r.{}}}" : "r.{}"), field_name(i));
+        else
+            others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
     }
     const std::string change = fresh("change");
-    w_.line("const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; }}, [](const {3}& r) {{ return {5}; }});", change,
-            name, last_fact_, row, others, value);
-    const char* sign = s.compare == Op::Equal ? "==" : s.compare == Op::NotEqual ? "!=" : s.compare == Op::Less ? "<" : s.compare == Op::LessEqual ? "<=" : s.compare == Op::GreaterEqual ? ">=" : ">";
+    w_.line(
+        "const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; "
+        "}}, [](const {3}& r) {{ return {5}; }});",
+        change, name, last_fact_, row, others, value);
+    const char* sign = s.compare == Op::Equal          ? "=="
+                       : s.compare == Op::NotEqual     ? "!="
+                       : s.compare == Op::Less         ? "<"
+                       : s.compare == Op::LessEqual    ? "<="
+                       : s.compare == Op::GreaterEqual ? ">="
+                                                       : ">";
     w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.term, Type::Float)));
 }
 
@@ -141,8 +154,10 @@ void RuleEmitter::each(const Step& s) {
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable);
     w_.line("const ListRef {} = {};", list, term(scope_, s.term));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < count_of({1}); ++{0}) {{", i, list));
-    if (known) w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
-    else bind(s.variable, value);
+    if (known)
+        w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
+    else
+        bind(s.variable, value);
     if (s.position.valid()) bind(s.position, fmt::format("i64{{{}}}", i));
 }
 
@@ -161,9 +176,7 @@ void RuleEmitter::match_bag(const Step& s) {
 }
 
 void RuleEmitter::match_world(const Step& s, WorldSource source) {
-    const auto value = [&](const std::string& text) {
-        use(s, [&](std::size_t) { return text; });
-    };
+    const auto value = [&](const std::string& text) { use(s, [&](std::size_t) { return text; }); };
     switch (source) {
         case WorldSource::NeighborCount: {
             const std::string n = fresh("n");
@@ -183,10 +196,14 @@ void RuleEmitter::match_world(const Step& s, WorldSource source) {
             w_.line("if (!in_target(*s.g, site_towards(*s.g, s.site, {}))) continue;", port);
             return value(fmt::format("i64{{{}}}", port));
         }
-        case WorldSource::Target: return w_.open("if (in_target(*s.g, s.site)) {");
-        case WorldSource::Id: return value("static_cast<i64>(s.g->catom_id[s.catom])");
-        case WorldSource::Tick: return value("s.e->part->now");
-        case WorldSource::Cell: return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, s.site, {})}}", k - 1); });
+        case WorldSource::Target:
+            return w_.open("if (in_target(*s.g, s.site)) {");
+        case WorldSource::Id:
+            return value("static_cast<i64>(s.g->catom_id[s.catom])");
+        case WorldSource::Tick:
+            return value("s.e->part->now");
+        case WorldSource::Cell:
+            return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, s.site, {})}}", k - 1); });
         case WorldSource::Position: {
             const std::string centre = fresh("centre");
             w_.line("double {}[3];", centre);
@@ -203,12 +220,15 @@ void RuleEmitter::match_world(const Step& s, WorldSource source) {
         case WorldSource::Facts: {
             const std::string table = predicate_name(plan_.program, s.predicate), i = fresh("i");
             const Predicate& p = plan_.program.predicates[s.predicate];
-            w_.open(fmt::format("for (u32 {0} = first_fact({1}, s.g->catom_id[s.catom]); {0} < {2} && {1}[{0}][0] == s.g->catom_id[s.catom]; ++{0}) {{", i, table, p.facts.size()));
+            w_.open(fmt::format(
+                "for (u32 {0} = first_fact({1}, s.g->catom_id[s.catom]); {0} < {2} && {1}[{0}][0] == s.g->catom_id[s.catom]; ++{0}) {{", i,
+                table, p.facts.size()));
             return use(s, [&](std::size_t k) { return from_word(p.arguments[k].type, fmt::format("{}[{}][{}]", table, i, k)); });
         }
         case WorldSource::Neighbor:
         case WorldSource::NeighborPort:
-        case WorldSource::None: break;
+        case WorldSource::None:
+            break;
     }
     MELD_CHECK(false, "rule {}: a link was planned as a match", scope_.rule.name);
 }

@@ -103,13 +103,15 @@ class RuleEmitter {
     // ---- aggregates of matches, in bodies and heads
     struct Folding {
         Aggregate aggregate;
-        std::string result, seen;   // C++ names: what has been made so far, and of how many matches.
+        std::string result, seen;  // C++ names: what has been made so far, and of how many matches.
         Type type;
-        FunctionId function = {};   // Custom: folds the values, from the first on where there is no initial one.
+        FunctionId function = {};  // Custom: folds the values, from the first on where there is no initial one.
         bool initial = false;
 
         // Of no match there is a sum, a count, a list and what a fold starts from, but no least or greatest.
-        bool needs_match() const { return aggregate == Aggregate::Min || aggregate == Aggregate::Max || (aggregate == Aggregate::Custom && !initial); }
+        bool needs_match() const {
+            return aggregate == Aggregate::Min || aggregate == Aggregate::Max || (aggregate == Aggregate::Custom && !initial);
+        }
     };
     Folding start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
     // The type that the value of one match is converted to.
@@ -146,7 +148,7 @@ class RuleEmitter {
     const plan::Plan& plan_;
     const RulePlan& rule_plan_;
     Writer& w_;
-    std::optional<check::Rule> joined_;       // Of rules that begin alike: the first with the variables of all.
+    std::optional<check::Rule> joined_;  // Of rules that begin alike: the first with the variables of all.
     Scope scope_;
     std::vector<Consumed> consumed_;
     std::string last_fact_;                   // The C++ name of the row that was matched last.

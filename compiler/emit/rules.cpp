@@ -11,8 +11,10 @@ void RuleEmitter::view() {
     w_.open(fmt::format("static void {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
-    if (rule_plan_.branches.empty()) propose(rule_plan_.heads[0]);
-    else branches();
+    if (rule_plan_.branches.empty())
+        propose(rule_plan_.heads[0]);
+    else
+        branches();
     close_to(outside);
     w_.close();
 }
@@ -61,7 +63,8 @@ void RuleEmitter::round(std::size_t number) {
 void RuleEmitter::group() {
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
-    w_.open(fmt::format("static void {}_group(Self& s, const {}& group) {{", rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
+    w_.open(fmt::format("static void {}_group(Self& s, const {}& group) {{", rule_function(plan_.program, rule_plan_.rule),
+                        row_type(head.predicate)));
     const std::size_t outside = w_.depth();
     for (std::size_t i = 0; i < rule_plan_.given.size(); ++i) bind(rule_plan_.given[i], fmt::format("group.{}", field_name(i + 1)));
     steps(rule_plan_.steps);
@@ -76,8 +79,10 @@ void RuleEmitter::linear() {
     const std::size_t outside = w_.depth();
     if (scope_.rule.select != Select::None) choose();
     steps(rule_plan_.steps);
-    if (scope_.rule.select == Select::Random) w_.open("if (chosen-- == 0) {");
-    else if (scope_.rule.select != Select::None) w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
+    if (scope_.rule.select == Select::Random)
+        w_.open("if (chosen-- == 0) {");
+    else if (scope_.rule.select != Select::None)
+        w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
     w_.raw("if (s.e->trap != Trap::None) return false;");
     consume();
     freeze();
@@ -177,15 +182,24 @@ void RuleEmitter::steps(const std::vector<Step>& all) {
 
 void RuleEmitter::step(const Step& s) {
     switch (s.kind) {
-        case Step::Kind::Neighbours: return neighbours(s);
-        case Step::Kind::Locate: return locate(s);
-        case Step::Kind::Match: return match(s);
-        case Step::Kind::Test: return w_.open(fmt::format("if ({}) {{", term(scope_, s.term)));
-        case Step::Kind::Set: return set(s);
-        case Step::Kind::Absent: return absent(s);
-        case Step::Kind::Fold: return fold(s);
-        case Step::Kind::Each: return each(s);
-        case Step::Kind::Delta: return delta(s);
+        case Step::Kind::Neighbours:
+            return neighbours(s);
+        case Step::Kind::Locate:
+            return locate(s);
+        case Step::Kind::Match:
+            return match(s);
+        case Step::Kind::Test:
+            return w_.open(fmt::format("if ({}) {{", term(scope_, s.term)));
+        case Step::Kind::Set:
+            return set(s);
+        case Step::Kind::Absent:
+            return absent(s);
+        case Step::Kind::Fold:
+            return fold(s);
+        case Step::Kind::Each:
+            return each(s);
+        case Step::Kind::Delta:
+            return delta(s);
     }
 }
 
@@ -228,8 +242,10 @@ void RuleEmitter::locate(const Step& s) {
 
 void RuleEmitter::port_use(const Step& s, const std::string& port) {
     const std::string number = fmt::format("i64{{{}}}", s.port_from_other_side ? fmt::format("port_back(*s.g, s.site, {})", port) : port);
-    if (s.port.valid()) bind(s.port, number);
-    else if (s.port_compare.op != Op::Anonymous) w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, s.port_compare)));
+    if (s.port.valid())
+        bind(s.port, number);
+    else if (s.port_compare.op != Op::Anonymous)
+        w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, s.port_compare)));
 }
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }

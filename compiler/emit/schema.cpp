@@ -16,20 +16,29 @@ namespace {
 
 const char* kind_name(PredicateKind k) {
     switch (k) {
-        case PredicateKind::Persistent: return "Persistent";
-        case PredicateKind::Linear: return "Linear";
-        case PredicateKind::Action: return "Action";
-        case PredicateKind::Sensed: return "Sensed";
+        case PredicateKind::Persistent:
+            return "Persistent";
+        case PredicateKind::Linear:
+            return "Linear";
+        case PredicateKind::Action:
+            return "Action";
+        case PredicateKind::Sensed:
+            return "Sensed";
     }
     return "";
 }
 const char* abi_storage(Storage s) {
     switch (s) {
-        case Storage::Flag: return "Flag";
-        case Storage::Single: return "Single";
-        case Storage::PerLink: return "PerLink";
-        case Storage::Rows: return "Rows";
-        default: return "World";
+        case Storage::Flag:
+            return "Flag";
+        case Storage::Single:
+            return "Single";
+        case Storage::PerLink:
+            return "PerLink";
+        case Storage::Rows:
+            return "Rows";
+        default:
+            return "World";
     }
 }
 
@@ -41,7 +50,8 @@ void emit_fields(const plan::Plan& plan, const TypeTable& types, Writer& w) {
         w.open(fmt::format("static constexpr FieldInfo kFields{}[] = {{", id.index()));
         for (std::size_t i = 1; i < p.arguments.size(); ++i) {
             const plan::Field field = s.fields.empty() ? plan::Field{} : s.fields[i - 1];
-            w.line("{{{}, ValueType::{}, {}, {}, {}}},", quoted(p.arguments[i].name), value_type(p.arguments[i].type), field.bytes, field.offset, types.number(p.arguments[i].type));
+            w.line("{{{}, ValueType::{}, {}, {}, {}}},", quoted(p.arguments[i].name), value_type(p.arguments[i].type), field.bytes,
+                   field.offset, types.number(p.arguments[i].type));
         }
         w.close("};");
     }
@@ -65,8 +75,9 @@ void emit_predicate_table(const plan::Plan& plan, Writer& w) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
         const bool stored = s.column.valid();
-        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind), abi_storage(s.storage), p.auxiliary || !s.used,
-               p.repeats, p.arguments.size() - 1, p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind),
+               abi_storage(s.storage), p.auxiliary || !s.used, p.repeats, p.arguments.size() - 1,
+               p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
                stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
                s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id));
     }
@@ -127,15 +138,19 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
     }
     const auto compare_groups = [&](const plan::Column& c) {
         const std::string name = predicate_name(plan.program, c.predicates[0]);
-        return fmt::format("[](const void* a, const void* b) {{ return {0}_t::key(*static_cast<const {0}_t::Row*>(a), *static_cast<const {0}_t::Row*>(b)); }}", name);
+        return fmt::format(
+            "[](const void* a, const void* b) {{ return {0}_t::key(*static_cast<const {0}_t::Row*>(a), *static_cast<const "
+            "{0}_t::Row*>(b)); }}",
+            name);
     };
     w.open("static constexpr ColumnInfo kColumns[] = {");
     for (const plan::ColumnId id : plan.columns.ids()) {
         const plan::Column& c = plan.columns[id];
         const std::size_t lists = lists_of(plan, id, types).count;
-        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes, hex(c.own_dirty), hex(c.reader_dirty),
-               has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
-               lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr", c.follows_rows ? compare_groups(c) : "nullptr");
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes,
+               hex(c.own_dirty), hex(c.reader_dirty), has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
+               lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr",
+               c.follows_rows ? compare_groups(c) : "nullptr");
     }
     if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr},");
     w.close("};");
@@ -160,7 +175,8 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
     int lists = 0;
     // Those of the prelude, and those that the run computes, have no name: they cannot be set.
     for (const Constant& c : plan.program.constants)
-        rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude || c.computed.valid() ? "" : c.name), value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
+        rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude || c.computed.valid() ? "" : c.name),
+                            value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
     w.open("static const ParameterInfo kParameters[] = {");
     if (!rows.empty()) w.block(rows);
     if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}, 0, false},");
@@ -176,7 +192,8 @@ std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, 
         if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
         const auto& sides = c.test.operands;
         for (const std::size_t i : {0, 1})
-            if (sides[i].is_variable() && sides[i].variable == r.home && sides[1 - i].op == Op::Node) named = static_cast<std::uint64_t>(sides[1 - i].integer);
+            if (sides[i].is_variable() && sides[i].variable == r.home && sides[1 - i].op == Op::Node)
+                named = static_cast<std::uint64_t>(sides[1 - i].integer);
     }
     if (r.birth && !named)
         for (const Head& h : r.heads)
@@ -194,8 +211,8 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     for (const RuleId id : plan.program.rules.ids()) {
         const check::Rule& r = plan.program.rules[id];
         const std::optional<std::uint64_t> named = named_catom(plan.program, r, r.body);
-        w.line("{{{}, {}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(), r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()),
-               named ? fmt::format("{}ull", *named) : "kEverywhere");
+        w.line("{{{}, {}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(),
+               r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()), named ? fmt::format("{}ull", *named) : "kEverywhere");
     }
     if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr, kEverywhere},");
     w.close("};");
@@ -230,8 +247,8 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {},", hex(schema_hash(plan)), quoted(p.name), quoted(p.source_text));
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(),
-           p.rules.count(), plan.reads_tick);
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", types.count(), p.predicates.count(),
+           plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick);
     w.close("};");
 }
 

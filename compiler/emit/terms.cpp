@@ -17,7 +17,8 @@ const char* value_member(const Type& type) {
 }
 
 std::string compared(const Type& type, const std::string& a, const std::string& b) {
-    return type.compound() ? fmt::format("compare_lists(kTypes, {}, {}, {})", type_symbol(type), a, b) : fmt::format("compare({}, {})", a, b);
+    return type.compound() ? fmt::format("compare_lists(kTypes, {}, {}, {})", type_symbol(type), a, b)
+                           : fmt::format("compare({}, {})", a, b);
 }
 
 std::string equal(const Type& type, const std::string& a, const std::string& b) {
@@ -26,7 +27,9 @@ std::string equal(const Type& type, const std::string& a, const std::string& b) 
 
 std::string as_word(const std::string& value) { return fmt::format("word({})", value); }
 
-std::string from_word(const Type& type, const std::string& word) { return fmt::format("as<{}>({})", cpp_type(type == Type::Error ? Type::Int : type), word); }
+std::string from_word(const Type& type, const std::string& word) {
+    return fmt::format("as<{}>({})", cpp_type(type == Type::Error ? Type::Int : type), word);
+}
 
 namespace {
 
@@ -37,30 +40,49 @@ std::string real_literal(double v) {
 
 const char* plain_infix(Op op) {
     switch (op) {
-        case Op::Equal: return "==";
-        case Op::NotEqual: return "!=";
-        case Op::Less: return "<";
-        case Op::LessEqual: return "<=";
-        case Op::Greater: return ">";
-        case Op::GreaterEqual: return ">=";
-        case Op::And: return "&&";
-        case Op::Or: return "||";
-        case Op::Add: return "+";
-        case Op::Subtract: return "-";
-        case Op::Multiply: return "*";
-        default: return nullptr;
+        case Op::Equal:
+            return "==";
+        case Op::NotEqual:
+            return "!=";
+        case Op::Less:
+            return "<";
+        case Op::LessEqual:
+            return "<=";
+        case Op::Greater:
+            return ">";
+        case Op::GreaterEqual:
+            return ">=";
+        case Op::And:
+            return "&&";
+        case Op::Or:
+            return "||";
+        case Op::Add:
+            return "+";
+        case Op::Subtract:
+            return "-";
+        case Op::Multiply:
+            return "*";
+        default:
+            return nullptr;
     }
 }
 
 std::string checked(Op op) {
     switch (op) {
-        case Op::Add: return "checked_add";
-        case Op::Subtract: return "checked_subtract";
-        case Op::Multiply: return "checked_multiply";
-        case Op::Divide: return "checked_divide";
-        case Op::Modulo: return "checked_modulo";
-        case Op::Power: return "checked_power";
-        default: return "";
+        case Op::Add:
+            return "checked_add";
+        case Op::Subtract:
+            return "checked_subtract";
+        case Op::Multiply:
+            return "checked_multiply";
+        case Op::Divide:
+            return "checked_divide";
+        case Op::Modulo:
+            return "checked_modulo";
+        case Op::Power:
+            return "checked_power";
+        default:
+            return "";
     }
 }
 
@@ -69,21 +91,31 @@ std::string checked(Op op) {
 // The word of a constant as static data can hold it, or none. Lists and strings in it have been declared before by `before`.
 std::optional<std::string> constant_word(const Term& t, const Type& type, std::string& before, int& number) {
     switch (t.op) {
-        case Op::Int: return type == Type::Float ? hex(std::bit_cast<std::uint64_t>(static_cast<double>(t.integer))) : fmt::format("{}ull", static_cast<std::uint64_t>(t.integer));
+        case Op::Int:
+            return type == Type::Float ? hex(std::bit_cast<std::uint64_t>(static_cast<double>(t.integer)))
+                                       : fmt::format("{}ull", static_cast<std::uint64_t>(t.integer));
         case Op::Bool:
-        case Op::Node: return fmt::format("{}ull", static_cast<std::uint64_t>(t.integer));
-        case Op::Float: return hex(std::bit_cast<std::uint64_t>(t.real));
-        case Op::ToFloat: return constant_word(t.operands[0], Type::Float, before, number);
+        case Op::Node:
+            return fmt::format("{}ull", static_cast<std::uint64_t>(t.integer));
+        case Op::Float:
+            return hex(std::bit_cast<std::uint64_t>(t.real));
+        case Op::ToFloat:
+            return constant_word(t.operands[0], Type::Float, before, number);
         case Op::String: {
             if (t.text.empty()) return "0";
             const int mine = number++;
-            before += fmt::format("alignas(8) static const char bytes{0}[] = {1}; static const List list{0} = {{reinterpret_cast<const u64*>(bytes{0}), {2}, 0}}; ", mine, quoted(t.text), t.text.size());
+            before += fmt::format(
+                "alignas(8) static const char bytes{0}[] = {1}; static const List list{0} = {{reinterpret_cast<const u64*>(bytes{0}), {2}, "
+                "0}}; ",
+                mine, quoted(t.text), t.text.size());
             return fmt::format("reinterpret_cast<u64>(&list{})", mine);
         }
         case Op::List:
         case Op::Struct:
-        case Op::Tuple: break;
-        default: return std::nullopt;
+        case Op::Tuple:
+            break;
+        default:
+            return std::nullopt;
     }
     // A set is sorted when it is made.
     if (type.kind == Type::Kind::Set) return std::nullopt;
@@ -96,7 +128,8 @@ std::optional<std::string> constant_word(const Term& t, const Type& type, std::s
         items += (i ? ", " : "") + *item;
     }
     const int mine = number++;
-    before += fmt::format("static const u64 items{0}[] = {{{1}}}; static const List list{0} = {{items{0}, {2}, 0}}; ", mine, items, t.operands.size());
+    before += fmt::format("static const u64 items{0}[] = {{{1}}}; static const List list{0} = {{items{0}, {2}, 0}}; ", mine, items,
+                          t.operands.size());
     return fmt::format("reinterpret_cast<u64>(&list{})", mine);
 }
 
@@ -119,13 +152,16 @@ std::string made(const Scope& scope, const Term& t) {
         items += (i ? ", " : "") + as_word(element(scope, t.operands[i], part));
     }
     const std::string list = fmt::format("make_list(*s.e, Words<{}>{{{{{}}}}})", t.operands.size(), items);
-    return t.type.kind == Type::Kind::Set ? fmt::format("list_to_set(*s.e, {}, kTypes, {}, {})", scope.site(), type_symbol(t.type.parts[0]), list) : list;
+    return t.type.kind == Type::Kind::Set
+               ? fmt::format("list_to_set(*s.e, {}, kTypes, {}, {})", scope.site(), type_symbol(t.type.parts[0]), list)
+               : list;
 }
 
 std::string arithmetic(const Scope& scope, const Term& t) {
     if (t.type == Type::Vec3) {
         const char* name = t.op == Op::Add ? "add" : t.op == Op::Subtract ? "subtract" : t.op == Op::Multiply ? "scale" : "divide";
-        return fmt::format("library::vector_{}(*s.e, {}, {}, {})", name, scope.site(), term(scope, t.operands[0]), term_as(scope, t.operands[1], t.operands[1].type == Type::Vec3 ? Type::Vec3 : Type::Float));
+        return fmt::format("library::vector_{}(*s.e, {}, {}, {})", name, scope.site(), term(scope, t.operands[0]),
+                           term_as(scope, t.operands[1], t.operands[1].type == Type::Vec3 ? Type::Vec3 : Type::Float));
     }
     const std::string a = term_as(scope, t.operands[0], t.type), b = term_as(scope, t.operands[1], t.type);
     const bool real = t.type == Type::Float;
@@ -136,7 +172,9 @@ std::string arithmetic(const Scope& scope, const Term& t) {
 
 std::string comparison(const Scope& scope, const Term& t) {
     const Term &l = t.operands[0], &r = t.operands[1];
-    const auto is_empty = [](const Term& list) { return (list.op == Op::List && list.operands.empty()) || (list.op == Op::String && list.text.empty()); };
+    const auto is_empty = [](const Term& list) {
+        return (list.op == Op::List && list.operands.empty()) || (list.op == Op::String && list.text.empty());
+    };
     if (t.op == Op::Equal || t.op == Op::NotEqual)
         for (const Term* side : {&l, &r})
             if (is_empty(side == &l ? r : l)) return fmt::format("(count_of({}) {} 0)", term(scope, *side), plain_infix(t.op));
@@ -214,57 +252,93 @@ std::string literal_word(const Term& t, const Type& type) {
 std::string term(const Scope& scope, const Term& t) {
     const auto operand = [&](std::size_t i) { return term(scope, t.operands[i]); };
     switch (t.op) {
-        case Op::Variable: return scope.value(t.variable);
-        case Op::Int: return t.integer == INT64_MIN ? "(-__INT64_MAX__ - 1)" : fmt::format("i64{{{}}}", t.integer);
-        case Op::Float: return real_literal(t.real);
-        case Op::Bool: return t.integer ? "true" : "false";
-        case Op::Node: return fmt::format("u64{{{}}}", static_cast<std::uint64_t>(t.integer));
-        case Op::Constant: return parameter(scope, t);
-        case Op::WorldSize: return "s.e->part->world_catoms";
+        case Op::Variable:
+            return scope.value(t.variable);
+        case Op::Int:
+            return t.integer == INT64_MIN ? "(-__INT64_MAX__ - 1)" : fmt::format("i64{{{}}}", t.integer);
+        case Op::Float:
+            return real_literal(t.real);
+        case Op::Bool:
+            return t.integer ? "true" : "false";
+        case Op::Node:
+            return fmt::format("u64{{{}}}", static_cast<std::uint64_t>(t.integer));
+        case Op::Constant:
+            return parameter(scope, t);
+        case Op::WorldSize:
+            return "s.e->part->world_catoms";
         case Op::String:
         case Op::List:
         case Op::Struct:
-        case Op::Tuple: return static_value(t).value_or(made(scope, t));
-        case Op::Cons: return fmt::format("cons(*s.e, {}, {})", as_word(element(scope, t.operands[0], t.type.parts[0])), operand(1));
-        case Op::ListHead: return from_word(t.type, fmt::format("item({}, 0)", operand(0)));
-        case Op::ListTail: return fmt::format("tail(*s.e, {})", operand(0));
-        case Op::IsEmpty: return fmt::format("(count_of({}) == 0)", operand(0));
-        case Op::Item: return from_word(t.type, fmt::format("item({}, {})", operand(0), t.integer));
-        case Op::Let: return let(scope, t);
-        case Op::Append: return fmt::format("{}(*s.e, {}, {})", t.type == Type::String ? "join_text" : "append", operand(0), operand(1));
-        case Op::Call: return call(scope, t.function, t.operands);
-        case Op::Library: return library_call(scope, t);
+        case Op::Tuple:
+            return static_value(t).value_or(made(scope, t));
+        case Op::Cons:
+            return fmt::format("cons(*s.e, {}, {})", as_word(element(scope, t.operands[0], t.type.parts[0])), operand(1));
+        case Op::ListHead:
+            return from_word(t.type, fmt::format("item({}, 0)", operand(0)));
+        case Op::ListTail:
+            return fmt::format("tail(*s.e, {})", operand(0));
+        case Op::IsEmpty:
+            return fmt::format("(count_of({}) == 0)", operand(0));
+        case Op::Item:
+            return from_word(t.type, fmt::format("item({}, {})", operand(0), t.integer));
+        case Op::Let:
+            return let(scope, t);
+        case Op::Append:
+            return fmt::format("{}(*s.e, {}, {})", t.type == Type::String ? "join_text" : "append", operand(0), operand(1));
+        case Op::Call:
+            return call(scope, t.function, t.operands);
+        case Op::Library:
+            return library_call(scope, t);
         case Op::Negate:
             if (t.type == Type::Vec3) return fmt::format("library::vector_scale(*s.e, {}, {}, -1.0)", scope.site(), operand(0));
-            return t.type == Type::Float ? "(-" + operand(0) + ")" : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.site(), operand(0));
-        case Op::Not: return "(!" + operand(0) + ")";
-        case Op::ToFloat: return fmt::format("static_cast<double>({})", operand(0));
-        case Op::If: return fmt::format("({} ? {} : {})", operand(0), term_as(scope, t.operands[1], t.type), term_as(scope, t.operands[2], t.type));
+            return t.type == Type::Float ? "(-" + operand(0) + ")"
+                                         : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.site(), operand(0));
+        case Op::Not:
+            return "(!" + operand(0) + ")";
+        case Op::ToFloat:
+            return fmt::format("static_cast<double>({})", operand(0));
+        case Op::If:
+            return fmt::format("({} ? {} : {})", operand(0), term_as(scope, t.operands[1], t.type), term_as(scope, t.operands[2], t.type));
         case Op::Min:
-        case Op::Max: return fmt::format("{}_of({}, {})", t.op == Op::Min ? "least" : "greatest", term_as(scope, t.operands[0], t.type), term_as(scope, t.operands[1], t.type));
-        case Op::Abs: return t.type == Type::Float ? fmt::format("__builtin_fabs({})", operand(0)) : fmt::format("checked_abs(*s.e, {}, {})", scope.site(), operand(0));
-        case Op::Truncate: return fmt::format("checked_truncate(*s.e, {}, {})", scope.site(), operand(0));
-        case Op::Sqrt: return fmt::format("__builtin_sqrt({})", operand(0));
-        case Op::NodeToInt: return fmt::format("static_cast<i64>({})", operand(0));
-        case Op::Fresh: return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
-        case Op::Now: return "s.e->part->now";
-        case Op::Ticks: return fmt::format("ticks_of(*s.e, {})", operand(0));
-        case Op::Due: return fmt::format("due(*s.e, {})", operand(0));
+        case Op::Max:
+            return fmt::format("{}_of({}, {})", t.op == Op::Min ? "least" : "greatest", term_as(scope, t.operands[0], t.type),
+                               term_as(scope, t.operands[1], t.type));
+        case Op::Abs:
+            return t.type == Type::Float ? fmt::format("__builtin_fabs({})", operand(0))
+                                         : fmt::format("checked_abs(*s.e, {}, {})", scope.site(), operand(0));
+        case Op::Truncate:
+            return fmt::format("checked_truncate(*s.e, {}, {})", scope.site(), operand(0));
+        case Op::Sqrt:
+            return fmt::format("__builtin_sqrt({})", operand(0));
+        case Op::NodeToInt:
+            return fmt::format("static_cast<i64>({})", operand(0));
+        case Op::Fresh:
+            return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
+        case Op::Now:
+            return "s.e->part->now";
+        case Op::Ticks:
+            return fmt::format("ticks_of(*s.e, {})", operand(0));
+        case Op::Due:
+            return fmt::format("due(*s.e, {})", operand(0));
         case Op::Add:
         case Op::Subtract:
         case Op::Multiply:
         case Op::Divide:
         case Op::Modulo:
-        case Op::Power: return arithmetic(scope, t);
+        case Op::Power:
+            return arithmetic(scope, t);
         case Op::And:
-        case Op::Or: return fmt::format("({} {} {})", operand(0), plain_infix(t.op), operand(1));
+        case Op::Or:
+            return fmt::format("({} {} {})", operand(0), plain_infix(t.op), operand(1));
         case Op::Equal:
         case Op::NotEqual:
         case Op::Less:
         case Op::LessEqual:
         case Op::Greater:
-        case Op::GreaterEqual: return comparison(scope, t);
-        default: break;
+        case Op::GreaterEqual:
+            return comparison(scope, t);
+        default:
+            break;
     }
     MELD_CHECK(false, "rule {}: a term without a value reached emission", scope.rule.name);
 }

@@ -11,17 +11,28 @@ using check::Type;
 const char* value_type(const Type& t) {
     switch (t.kind) {
         case Type::Kind::Error:
-        case Type::Kind::Int: return "Int";
-        case Type::Kind::Float: return "Float";
-        case Type::Kind::Bool: return "Bool";
-        case Type::Kind::Node: return "Node";
-        case Type::Kind::String: return "String";
-        case Type::Kind::List: return "List";
-        case Type::Kind::Set: return "Set";
-        case Type::Kind::Array: return "Array";
-        case Type::Kind::Struct: return "Struct";
-        case Type::Kind::Tuple: return "Tuple";
-        case Type::Kind::Vec3: return "Vec3";
+        case Type::Kind::Int:
+            return "Int";
+        case Type::Kind::Float:
+            return "Float";
+        case Type::Kind::Bool:
+            return "Bool";
+        case Type::Kind::Node:
+            return "Node";
+        case Type::Kind::String:
+            return "String";
+        case Type::Kind::List:
+            return "List";
+        case Type::Kind::Set:
+            return "Set";
+        case Type::Kind::Array:
+            return "Array";
+        case Type::Kind::Struct:
+            return "Struct";
+        case Type::Kind::Tuple:
+            return "Tuple";
+        case Type::Kind::Vec3:
+            return "Vec3";
     }
     return "";
 }
@@ -109,8 +120,8 @@ void TypeTable::emit(Writer& w) const {
     for (std::size_t i = 0; i < types_.size(); ++i) w.line("static constexpr u16 {} = {};", type_symbol(types_[i]), i);
     w.open("static constexpr TypeInfo kTypes[] = {");
     for (std::size_t i = 0; i < types_.size(); ++i)
-        w.line("{{ValueType::{}, {}, {}}},  // {}", value_type(types_[i]), types_[i].parts.size(), types_[i].parts.empty() ? "nullptr" : fmt::format("kParts{}", i),
-               check::type_name(types_[i]));
+        w.line("{{ValueType::{}, {}, {}}},  // {}", value_type(types_[i]), types_[i].parts.size(),
+               types_[i].parts.empty() ? "nullptr" : fmt::format("kParts{}", i), check::type_name(types_[i]));
     w.close("};");
 }
 

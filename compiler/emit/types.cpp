@@ -34,11 +34,14 @@ std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c
         const std::string name = predicate_name(plan.program, id);
         const bool per_link = s.storage == Storage::PerLink;
         for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
-            out.push_back({s.fields[i].offset,
-                           fmt::format("{} {}_{}{};", stored_type(s.fields[i]), name, field_name(i + 1), per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
-        if (s.ranked) out.push_back({s.rank_offset, fmt::format("u32 {}_rank;", name)});
-        else if (per_link) out.push_back({s.presence_offset, fmt::format("u32 {}_ports;", name)});
-        else out.push_back({s.presence_offset, fmt::format("u32 present_{};", s.presence_offset)});
+            out.push_back({s.fields[i].offset, fmt::format("{} {}_{}{};", stored_type(s.fields[i]), name, field_name(i + 1),
+                                                           per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
+        if (s.ranked)
+            out.push_back({s.rank_offset, fmt::format("u32 {}_rank;", name)});
+        else if (per_link)
+            out.push_back({s.presence_offset, fmt::format("u32 {}_ports;", name)});
+        else
+            out.push_back({s.presence_offset, fmt::format("u32 present_{};", s.presence_offset)});
     }
     return out;
 }
@@ -69,16 +72,20 @@ RowShape shape(const Predicate& p) {
     RowShape out;
     const bool aggregated = p.aggregate != Aggregate::None;
     for (std::size_t i = 1; i < p.arguments.size(); ++i) {
-        if (!aggregated || i < p.aggregate_at) out.key.push_back(i);
-        else if (i == p.aggregate_at) out.value.push_back(i);
-        else out.ride.push_back(i);
+        if (!aggregated || i < p.aggregate_at)
+            out.key.push_back(i);
+        else if (i == p.aggregate_at)
+            out.value.push_back(i);
+        else
+            out.ride.push_back(i);
     }
     return out;
 }
 
 std::string chained_compare(const Predicate& p, const std::vector<std::size_t>& fields) {
     std::string text;
-    for (const std::size_t f : fields) text += fmt::format("if (const int c = {}) return c; ", compared(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f)));
+    for (const std::size_t f : fields)
+        text += fmt::format("if (const int c = {}) return c; ", compared(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f)));
     return text + "return 0;";
 }
 
@@ -96,15 +103,21 @@ std::string hashed(const Type& type, const std::string& value) {
 
 const char* reduce(Aggregate aggregate) {
     switch (aggregate) {
-        case Aggregate::None: return "Set";
-        case Aggregate::First: return "First";
-        case Aggregate::Since: return "Since";
+        case Aggregate::None:
+            return "Set";
+        case Aggregate::First:
+            return "First";
+        case Aggregate::Since:
+            return "Since";
         case Aggregate::Sum:
-        case Aggregate::Count: return "Fold";
+        case Aggregate::Count:
+            return "Fold";
         case Aggregate::SetUnion:
         case Aggregate::Append:
-        case Aggregate::Custom: return "FoldInOrder";
-        default: return "Best";
+        case Aggregate::Custom:
+            return "FoldInOrder";
+        default:
+            return "Best";
     }
 }
 
@@ -120,8 +133,12 @@ void emit_fold(const Predicate& p, Writer& w) {
             w.raw("(void)e;");
             w.line("{} = n;", into);
             break;
-        case Aggregate::Append: w.line("{} = {};", into, lists); break;
-        case Aggregate::SetUnion: w.line("{} = list_to_set(e, kFirstRule, kTypes, {}, {});", into, type_symbol(type.parts[0]), lists); break;
+        case Aggregate::Append:
+            w.line("{} = {};", into, lists);
+            break;
+        case Aggregate::SetUnion:
+            w.line("{} = list_to_set(e, kFirstRule, kTypes, {}, {});", into, type_symbol(type.parts[0]), lists);
+            break;
         default: {
             const std::string both = fmt::format("(e, kFirstRule, {}, rows[i].{})", into, value);
             const std::string sum = type == Type::Float  ? fmt::format("checked_real(e, kFirstRule, {} + rows[i].{})", into, value)
@@ -173,7 +190,9 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     w.line("static constexpr bool kFollowed = {};", followed);
     if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
     if (folds(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
-    const auto signature = [](const std::vector<std::size_t>& f) { return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b"; };
+    const auto signature = [](const std::vector<std::size_t>& f) {
+        return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b";
+    };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
     const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
     w.line("static bool better({}) {{ return {}; }}", signature(ordered ? fields.value : std::vector<std::size_t>{}),
@@ -183,7 +202,8 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     // Since when a group holds is no part of what it says: the row that is there stays.
     if (p.aggregate == Aggregate::Since) rest.clear();
     std::string same = "true", first;
-    for (const std::size_t f : rest) same = (same == "true" ? "" : same + " && ") + equal(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f));
+    for (const std::size_t f : rest)
+        same = (same == "true" ? "" : same + " && ") + equal(p.arguments[f].type, "a." + field_name(f), "b." + field_name(f));
     w.line("static bool same({}) {{ return {}; }}", signature(rest), same);
     w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(p, rest));
     w.line("static bool before(const Row& a, const Row& b) {{ return rest(a, b) < 0; }}");
@@ -271,8 +291,10 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.line("s.loaded[{}] = true;", id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
-        if (plan.program.predicates[id].linear()) w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
-        else w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
+        if (plan.program.predicates[id].linear())
+            w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
+        else
+            w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
     } else {
         w.line("const {0}& r = record<{0}>(s, {1}, s.catom);", record_name(s.column), s.column.index());
         if (s.storage == Storage::PerLink) {
@@ -288,8 +310,10 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
         } else {
             w.open(fmt::format("if ({}) {{", presence(s, "r", name)));
             for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("{0}.single.{2} = r.{1}_{2};", view, name, field_name(i + 1));
-            if (s.ranked) w.line("{}.single.rank = r.{}_rank;", view, name);
-            else if (s.fields.empty()) w.line("{}.single.unit = 0;", view);
+            if (s.ranked)
+                w.line("{}.single.rank = r.{}_rank;", view, name);
+            else if (s.fields.empty())
+                w.line("{}.single.unit = 0;", view);
             w.line("{0}.open(&{0}.single, 1, {1});", view, rule);
             w.close();
             w.open("else {");
@@ -316,8 +340,10 @@ void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
         for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("r.{0}_{1}[row.a1] = row.{1};", name, field_name(i + 1));
         w.close();
     } else {
-        const std::string clear = s.ranked ? fmt::format("r.{}_rank = kAbsent;", name) : fmt::format("r.present_{} &= ~{:#x}u;", s.presence_offset, s.presence_mask);
-        const std::string set = s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name) : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
+        const std::string clear = s.ranked ? fmt::format("r.{}_rank = kAbsent;", name)
+                                           : fmt::format("r.present_{} &= ~{:#x}u;", s.presence_offset, s.presence_mask);
+        const std::string set = s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name)
+                                         : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
         w.open(fmt::format("if (s.{}.count == 0) {{", name));
         w.raw(clear);
         // What is absent is zero, so that equal states have equal bytes.
@@ -354,10 +380,12 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             const bool linear = plan.program.predicates[c.predicates[0]].linear();
             const std::string list = linear ? "s." + name + ".list" : "s." + name;
             if (c.follows_rows && c.exported) {
-                w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->change_rows(s.e, {2}, own_changes(*s.e, s.{1}));", c.predicates[0].index(), name, column.index());
+                w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->change_rows(s.e, {2}, own_changes(*s.e, s.{1}));",
+                       c.predicates[0].index(), name, column.index());
                 continue;
             }
-            w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->assign_rows(s.e, {2}, {3}.rows, {3}.count);", c.predicates[0].index(), name, column.index(), list);
+            w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->assign_rows(s.e, {2}, {3}.rows, {3}.count);", c.predicates[0].index(),
+                   name, column.index(), list);
             continue;
         }
         std::string any;
@@ -366,8 +394,10 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         w.line("{0} r = record<{0}>(s, {1}, s.catom);", record_name(column), column.index());
         w.raw("bool changed = false;");
         for (const PredicateId id : c.predicates) emit_store(plan, id, w);
-        if (c.exported || has_lists(plan, column)) w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
-        else w.line("if (changed) reinterpret_cast<{}*>(s.e->part->columns[{}])[s.catom] = r;", record_name(column), column.index());
+        if (c.exported || has_lists(plan, column))
+            w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
+        else
+            w.line("if (changed) reinterpret_cast<{}*>(s.e->part->columns[{}])[s.catom] = r;", record_name(column), column.index());
         w.close();
     }
     w.close();

@@ -28,12 +28,18 @@ std::string rule_function(const Program& program, plan::RuleId id) {
 
 std::string cpp_type(const Type& type) {
     switch (type.kind) {
-        case Type::Kind::Int: return "i64";
-        case Type::Kind::Float: return "double";
-        case Type::Kind::Bool: return "bool";
-        case Type::Kind::Node: return "u64";
-        case Type::Kind::Error: break;
-        default: return "ListRef";
+        case Type::Kind::Int:
+            return "i64";
+        case Type::Kind::Float:
+            return "double";
+        case Type::Kind::Bool:
+            return "bool";
+        case Type::Kind::Node:
+            return "u64";
+        case Type::Kind::Error:
+            break;
+        default:
+            return "ListRef";
     }
     MELD_CHECK(false, "a value of type {} reached emission", type_name(type));
 }
@@ -46,10 +52,14 @@ std::string quoted(const std::string& text) {
     std::string out = "\"";
     for (const char c : text) {
         const unsigned char u = static_cast<unsigned char>(c);
-        if (c == '"' || c == '\\') out += std::string("\\") + c;
-        else if (c == '\n') out += "\\n";
-        else if (u < 32 || u > 126 || c == '?') out += fmt::format("\\{:03o}", u);
-        else out += c;
+        if (c == '"' || c == '\\')
+            out += std::string("\\") + c;
+        else if (c == '\n')
+            out += "\\n";
+        else if (u < 32 || u > 126 || c == '?')
+            out += fmt::format("\\{:03o}", u);
+        else
+            out += c;
     }
     return out + "\"";
 }

@@ -54,14 +54,14 @@ class Writer {
 };
 
 // Names of emitted things. All are lower-case with a number, so no Meld name can meet a C++ keyword or another one.
-std::string clean(const std::string& name);                                  // letters, digits and _ only
-std::string predicate_name(const check::Program& program, PredicateId id);   // dist_7
-std::string record_name(plan::ColumnId id);                                  // record_2
-std::string rule_function(const check::Program& program, plan::RuleId id);   // dist_at_line_12_r3
-std::string cpp_type(const check::Type& type);                                      // i64 double bool u64
-std::string field_name(std::size_t argument);                                // a1: the first after the catom
-std::string hex(std::uint64_t bits);                                         // 0x20ull
-std::string quoted(const std::string& text);                                 // a C++ string literal
+std::string clean(const std::string& name);                                 // letters, digits and _ only
+std::string predicate_name(const check::Program& program, PredicateId id);  // dist_7
+std::string record_name(plan::ColumnId id);                                 // record_2
+std::string rule_function(const check::Program& program, plan::RuleId id);  // dist_at_line_12_r3
+std::string cpp_type(const check::Type& type);                              // i64 double bool u64
+std::string field_name(std::size_t argument);                               // a1: the first after the catom
+std::string hex(std::uint64_t bits);                                        // 0x20ull
+std::string quoted(const std::string& text);                                // a C++ string literal
 
 // What is known at a point of a rule: which variables have a C++ value, which are places.
 struct Scope {
@@ -70,15 +70,15 @@ struct Scope {
     std::size_t rule_index;
     std::set<plan::VariableId> values = {};
     std::set<plan::VariableId> places = {};
-    int next = 0;                                   // For fresh names.
-    std::vector<std::string> ranks = {};            // Expressions of the ranks that count for the head.
-    std::string caller = {};                        // In a function: the C++ name of the rule that called it.
+    int next = 0;                         // For fresh names.
+    std::vector<std::string> ranks = {};  // Expressions of the ranks that count for the head.
+    std::string caller = {};              // In a function: the C++ name of the rule that called it.
 
-    std::string value(plan::VariableId v) const;    // D_4, or the id of a place.
-    std::string at(plan::VariableId v) const;       // The catom index of a place.
+    std::string value(plan::VariableId v) const;  // D_4, or the id of a place.
+    std::string at(plan::VariableId v) const;     // The catom index of a place.
     std::string port(plan::VariableId v) const;
-    std::string local(plan::VariableId v) const;    // The C++ name of a variable.
-    std::string site() const;                       // The rule that a trap names.
+    std::string local(plan::VariableId v) const;  // The C++ name of a variable.
+    std::string site() const;                     // The rule that a trap names.
 };
 
 // The constant that holds the number of a type in kTypes: kType_list_int.

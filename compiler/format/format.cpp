@@ -98,7 +98,7 @@ class Writer {
         std::vector<std::pair<std::size_t, std::size_t>> heads = {};  // Entry and columns.
         std::size_t widest = 0;
         std::size_t narrowest = 0;
-        std::size_t rest = 0;                                         // The most columns behind a head.
+        std::size_t rest = 0;  // The most columns behind a head.
 
         // A line that is too long already stays alone, so that it gets no longer.
         bool takes(const Layout::View& view) const {
@@ -123,8 +123,8 @@ class Writer {
 
     void add_comment(const Entry& entry) {
         const Piece& comment = entry.comments.front();
-        const bool goes_on = !entry.blank_before && comment.column > 0 && !lines_.empty() && lines_.back().comment && lines_.back().comment->column == comment.column &&
-                             entry.comments.size() == 1;
+        const bool goes_on = !entry.blank_before && comment.column > 0 && !lines_.empty() && lines_.back().comment &&
+                             lines_.back().comment->column == comment.column && entry.comments.size() == 1;
         Line line{.blank_before = entry.blank_before};
         if (goes_on) {
             line.comment = comment;
@@ -179,7 +179,9 @@ std::string text_of(const std::vector<Line>& lines) {
         if (lines[i].comment) {
             if (i >= aligned_until) {
                 aligned_until = i + 1;
-                const auto alike = [&](const Line& line) { return line.comment && !line.blank_before && line.comment->column == lines[i].comment->column; };
+                const auto alike = [&](const Line& line) {
+                    return line.comment && !line.blank_before && line.comment->column == lines[i].comment->column;
+                };
                 while (aligned_until < lines.size() && alike(lines[aligned_until])) ++aligned_until;
                 column = comment_column(lines, i, aligned_until);
             }
@@ -196,7 +198,8 @@ std::string text_of(const std::vector<Line>& lines) {
 bool same(const Piece& a, const Piece& b) { return a.kind == b.kind && a.token == b.token && a.text == b.text; }
 
 // The new text must have the pieces of the old one, and no mistake.
-std::optional<Error> lost_something(const std::vector<Piece>& before, const source::FileSet& files, std::uint32_t file, const std::string& text) {
+std::optional<Error> lost_something(const std::vector<Piece>& before, const source::FileSet& files, std::uint32_t file,
+                                    const std::string& text) {
     source::FileSet made;
     const std::string& path = files.file(file).path();
     const std::uint32_t index = made.add(path, text);
@@ -206,9 +209,11 @@ std::optional<Error> lost_something(const std::vector<Piece>& before, const sour
     std::string where = "it would not be a program";
     if (after) {
         const auto [old_piece, new_piece] = std::mismatch(before.begin(), before.end(), after->begin(), after->end(), same);
-        where = fmt::format("`{}` would become `{}`", old_piece == before.end() ? "" : old_piece->text, new_piece == after->end() ? "" : new_piece->text);
+        where = fmt::format("`{}` would become `{}`", old_piece == before.end() ? "" : old_piece->text,
+                            new_piece == after->end() ? "" : new_piece->text);
     }
-    return Error{fmt::format("{} was left alone, as formatting would change it: {}", path, where), "This is a bug of meldc; please report it with the file", ExitCode::OurBug};
+    return Error{fmt::format("{} was left alone, as formatting would change it: {}", path, where),
+                 "This is a bug of meldc; please report it with the file", ExitCode::OurBug};
 }
 
 }  // namespace

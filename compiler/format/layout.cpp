@@ -1,5 +1,5 @@
-// Lines behind the first hang below the first thing in their bracket, or below the first part behind the arrow; where that is too far to the
-// right, or nothing stands behind the bracket or arrow, they are indented by a step.
+// Lines behind the first hang below the first thing in their bracket, or below the first part behind the arrow; where that is too
+// far to the right, or nothing stands behind the bracket or arrow, they are indented by a step.
 #include "compiler/format/layout.h"
 
 #include <algorithm>
@@ -18,10 +18,10 @@ constexpr std::size_t kStep = 4;
 constexpr std::size_t kMaxHang = 48;
 
 struct Bracket {
-    std::size_t column = 0;        // Of the opening bracket itself.
-    std::size_t content = 0;       // Where lines inside it start.
-    std::size_t line_indent = 0;   // Of the line it stands in.
-    bool hangs = false;            // Something follows it in its line.
+    std::size_t column = 0;       // Of the opening bracket itself.
+    std::size_t content = 0;      // Where lines inside it start.
+    std::size_t line_indent = 0;  // Of the line it stands in.
+    bool hangs = false;           // Something follows it in its line.
 };
 
 }  // namespace
@@ -34,9 +34,9 @@ struct Layout::Render {
     // What the next line depends on.
     struct State {
         std::vector<Bracket> brackets = {};
-        std::size_t next = 0;         // The piece behind those written.
-        std::size_t indent = 0;       // Of the line.
-        std::size_t column = 0;       // Behind what is written of it.
+        std::size_t next = 0;    // The piece behind those written.
+        std::size_t indent = 0;  // Of the line.
+        std::size_t column = 0;  // Behind what is written of it.
         std::size_t body_column = kStep;
     } state = {};
 
@@ -77,7 +77,9 @@ struct Layout::Render {
         return i < layout.arrow_ ? 0 : state.body_column;
     }
 
-    bool last_in_line(std::size_t i) const { return i + 1 == layout.item_.size() || layout.breaks_[i + 1] || layout.item_[i + 1].kind == Piece::Kind::LineComment; }
+    bool last_in_line(std::size_t i) const {
+        return i + 1 == layout.item_.size() || layout.breaks_[i + 1] || layout.item_[i + 1].kind == Piece::Kind::LineComment;
+    }
 
     void place(std::size_t i) {
         const Piece& piece = layout.item_[i];
@@ -135,15 +137,20 @@ std::optional<int> badness(const std::vector<Piece>& item, const std::vector<Gap
             case TokenKind::Bar:
             case TokenKind::Then:
             case TokenKind::Else:
-            case TokenKind::Otherwise: return 0;
+            case TokenKind::Otherwise:
+                return 0;
             case TokenKind::And:
-            case TokenKind::Or: return 2;
+            case TokenKind::Or:
+                return 2;
             case TokenKind::Plus:
             case TokenKind::Minus:
-            case TokenKind::Append: return 4;
+            case TokenKind::Append:
+                return 4;
             case TokenKind::Star:
-            case TokenKind::Slash: return 5;
-            default: break;
+            case TokenKind::Slash:
+                return 5;
+            default:
+                break;
         }
         if (before.is(TokenKind::Bar)) return 3;
         if (before.is(TokenKind::Comma) || before.is(TokenKind::Semicolon)) return 1;

@@ -84,7 +84,13 @@ class Collector {
 
     void add(Piece::Kind kind, TokenKind token, std::size_t size) {
         const std::string_view written = text_.substr(at_, size);
-        Piece piece{.kind = kind, .token = token, .text = without_blanks_at_line_ends(written), .newlines_before = newlines_, .apart = apart_, .column = column_, .code_end = code_end_};
+        Piece piece{.kind = kind,
+                    .token = token,
+                    .text = without_blanks_at_line_ends(written),
+                    .newlines_before = newlines_,
+                    .apart = apart_,
+                    .column = column_,
+                    .code_end = code_end_};
         // `[ <-` is one token, whose blanks mean nothing.
         if (token == TokenKind::NeighbourOpen) std::erase_if(piece.text, [](char letter) { return letter == ' ' || letter == '\t'; });
         pieces_.push_back(std::move(piece));

@@ -14,9 +14,12 @@ ItemKind kind_of(const std::vector<Piece>& item) {
             case TokenKind::Type:
             case TokenKind::Extern:
             case TokenKind::Import:
-            case TokenKind::Fun: return ItemKind::Declaration;
-            case TokenKind::Hint: return ItemKind::Hint;
-            default: return ItemKind::Rule;
+            case TokenKind::Fun:
+                return ItemKind::Declaration;
+            case TokenKind::Hint:
+                return ItemKind::Hint;
+            default:
+                return ItemKind::Rule;
         }
     }
     return ItemKind::Rule;
@@ -28,8 +31,10 @@ bool ends_operand(TokenKind kind) {
         case TokenKind::RunArgument:
         case TokenKind::RightParen:
         case TokenKind::RightBracket:
-        case TokenKind::EndWord: return true;
-        default: return is_atom(kind);
+        case TokenKind::EndWord:
+            return true;
+        default:
+            return is_atom(kind);
     }
 }
 
@@ -61,7 +66,9 @@ class Spacer {
     bool blank(const Piece& left, const Piece& right, TokenKind before_left) const {
         // The path of `include #file` goes up to the next blank, full stops included.
         if (left.is(TokenKind::IncludePath) && right.is(TokenKind::Period)) return !left.text.ends_with('"') && !left.text.ends_with('>');
-        if (right.is(TokenKind::Comma) || right.is(TokenKind::Period) || right.is(TokenKind::ExistsPeriod) || right.is(TokenKind::Semicolon)) return false;
+        if (right.is(TokenKind::Comma) || right.is(TokenKind::Period) || right.is(TokenKind::ExistsPeriod) ||
+            right.is(TokenKind::Semicolon))
+            return false;
         if (left.comment() || right.comment()) return !opens_tightly(left) && !closes_tightly(right);
         if (opens_tightly(left) || closes_tightly(right)) return false;
         if (kind_ == ItemKind::Hint) return left.is(TokenKind::Hint) || left.is(TokenKind::Comma) || right.apart;
@@ -97,11 +104,13 @@ class Spacer {
 }  // namespace
 
 bool opens_bracket(const Piece& piece) {
-    return piece.is(TokenKind::LeftParen) || piece.is(TokenKind::StructOpen) || piece.is(TokenKind::LeftBracket) || piece.is(TokenKind::NeighbourOpen) ||
-           piece.is(TokenKind::LeftBrace);
+    return piece.is(TokenKind::LeftParen) || piece.is(TokenKind::StructOpen) || piece.is(TokenKind::LeftBracket) ||
+           piece.is(TokenKind::NeighbourOpen) || piece.is(TokenKind::LeftBrace);
 }
 
-bool closes_bracket(const Piece& piece) { return piece.is(TokenKind::RightParen) || piece.is(TokenKind::RightBracket) || piece.is(TokenKind::RightBrace); }
+bool closes_bracket(const Piece& piece) {
+    return piece.is(TokenKind::RightParen) || piece.is(TokenKind::RightBracket) || piece.is(TokenKind::RightBrace);
+}
 
 std::vector<Gap> gaps_of(const std::vector<Piece>& item) { return Spacer(item).run(); }
 

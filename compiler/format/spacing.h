@@ -9,9 +9,9 @@ namespace meld::format {
 
 // What is known of the place before a piece of an item.
 struct Gap {
-    bool blank = false;           // A blank stands there where the line goes on.
-    bool may_break = false;       // The line may end there.
-    int depth = 0;                // How many brackets, conditions and lets are open.
+    bool blank = false;      // A blank stands there where the line goes on.
+    bool may_break = false;  // The line may end there.
+    int depth = 0;           // How many brackets, conditions and lets are open.
 };
 
 // The gaps before each piece of an item.

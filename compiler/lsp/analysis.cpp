@@ -68,7 +68,8 @@ std::optional<std::uint32_t> Analysis::included(const std::string& name) const {
 }
 
 bool Analysis::uses(const std::string& path) const {
-    return std::any_of(tokens_.begin(), tokens_.end(), [&](const auto& entry) { return !is_prelude(entry.first) && files_.file(entry.first).path() == path; });
+    return std::any_of(tokens_.begin(), tokens_.end(),
+                       [&](const auto& entry) { return !is_prelude(entry.first) && files_.file(entry.first).path() == path; });
 }
 
 Place Analysis::place(Span span) const { return {is_prelude(span.file) ? "" : files_.file(span).path(), range_of(files_, span)}; }
@@ -87,7 +88,12 @@ std::vector<Message> Analysis::messages() const {
     std::vector<Message> messages;
     for (const diagnostics::Diagnostic& diagnostic : report_.sorted()) {
         const diagnostics::KindInfo& kind = diagnostics::info(diagnostic.kind);
-        Message message{range_of(files_, shown_at(diagnostic.span)), kind.severity, std::string(kind.code), diagnostic.message, {}, is_without_use(diagnostic.kind)};
+        Message message{range_of(files_, shown_at(diagnostic.span)),
+                        kind.severity,
+                        std::string(kind.code),
+                        diagnostic.message,
+                        {},
+                        is_without_use(diagnostic.kind)};
         if (diagnostic.span.file != root_) message.related.emplace_back(place(diagnostic.span), diagnostic.message);
         for (const diagnostics::Label& label : diagnostic.labels) message.related.emplace_back(place(label.span), label.text);
         if (!diagnostic.help.empty()) message.text += "\nhelp: " + diagnostic.help;

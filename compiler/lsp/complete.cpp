@@ -9,17 +9,21 @@ namespace meld::lsp {
 
 namespace {
 
-constexpr std::string_view kItemWords[] = {"type", "const", "fun", "extern", "include", "use", "import", "export", "module", "node", "priority", "index"};
-constexpr std::string_view kDeclarationWords[] = {"route", "linear",  "action", "sensed", "persistent", "virtual", "bool", "int",   "float",     "string", "node",
-                                                  "list",  "set",     "array",  "vec3",   "min",        "max",     "sum",  "count", "first",     "any",    "set_union",
-                                                  "append", "while"};
-constexpr std::string_view kRuleWords[] = {"not", "forall", "exists", "delta", "proved", "if", "then", "else", "otherwise", "end", "let", "in", "true", "false", "nil", "sum", "count", "min", "max"};
+constexpr std::string_view kItemWords[] = {"type",   "const",  "fun",    "extern", "include",  "use",
+                                           "import", "export", "module", "node",   "priority", "index"};
+constexpr std::string_view kDeclarationWords[] = {"route", "linear", "action", "sensed", "persistent", "virtual",   "bool",   "int",
+                                                  "float", "string", "node",   "list",   "set",        "array",     "vec3",   "min",
+                                                  "max",   "sum",    "count",  "first",  "any",        "set_union", "append", "while"};
+constexpr std::string_view kRuleWords[] = {"not", "forall", "exists", "delta", "proved", "if",  "then",  "else", "otherwise", "end",
+                                           "let", "in",     "true",   "false", "nil",    "sum", "count", "min",  "max"};
 
 bool name_letter(char letter) {
-    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') || letter == '_' || letter == '?' || letter == '\'' || letter == '-';
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') || letter == '_' ||
+           letter == '?' || letter == '\'' || letter == '-';
 }
 
-// Where the name that ends at the offset begins. A hyphen belongs to names that start lower-case; behind a variable or a number it is a minus.
+// Where the name that ends at the offset begins. A hyphen belongs to names that start lower-case; behind a variable or a number
+// it is a minus.
 std::size_t name_begin(std::string_view text, std::size_t offset) {
     std::size_t begin = offset;
     while (begin > 0 && name_letter(text[begin - 1])) --begin;
@@ -137,7 +141,8 @@ Completions complete(const Analysis& analysis, Position position) {
     const std::size_t offset = offset_of(file.text(), position);
     const std::size_t begin = name_begin(file.text(), offset);
     Completions result;
-    result.replaced = range_of(analysis.files(), {analysis.root_index(), static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(offset)});
+    result.replaced =
+        range_of(analysis.files(), {analysis.root_index(), static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(offset)});
     if (in_code(analysis.tokens().at(analysis.root_index()), file.text(), offset)) result.list = Collector(analysis).run(begin, offset);
     return result;
 }

@@ -23,9 +23,12 @@ const check::Predicate* find(const Table<check::Predicate>& table, const Symbol&
 
 // "sensed route linear fact": what the declaration says of the predicate, in words.
 std::string nature(const check::Program& program, const check::Predicate& predicate) {
-    std::string text = predicate.linear() ? "linear: a fact is consumed when it is matched" : "persistent: kept true while its support lasts";
-    if (predicate.kind == check::PredicateKind::Action) text = predicate.repeats ? "action: carried out in every tick while it holds" : "action: carried out once, when it is derived";
-    if (predicate.sensed) text = predicate.linear() ? "sensed: given by the runtime, consumed when it is matched" : "sensed: maintained by the runtime";
+    std::string text =
+        predicate.linear() ? "linear: a fact is consumed when it is matched" : "persistent: kept true while its support lasts";
+    if (predicate.kind == check::PredicateKind::Action)
+        text = predicate.repeats ? "action: carried out in every tick while it holds" : "action: carried out once, when it is derived";
+    if (predicate.sensed)
+        text = predicate.linear() ? "sensed: given by the runtime, consumed when it is matched" : "sensed: maintained by the runtime";
     if (predicate.route) text += "; route: its second argument is the catom it points to";
     if (predicate.aggregate == check::Aggregate::None || predicate.aggregate_at >= predicate.arguments.size()) return text;
     const std::string name = predicate.arguments[predicate.aggregate_at].name;
@@ -58,7 +61,11 @@ std::string component(const Analysis& analysis, const Symbol& symbol) {
         }
         if (!here || c.rules.empty()) continue;
         std::string text = fmt::format("- component {} of {}: ", i + 1, program.components.size());
-        text += !c.recursive ? "not recursive" : c.tree ? "recursive, sums over a tree" : c.local && c.links ? "recursive at the catom and over links" : c.links ? "recursive over links" : "recursive at the catom";
+        text += !c.recursive         ? "not recursive"
+                : c.tree             ? "recursive, sums over a tree"
+                : c.local && c.links ? "recursive at the catom and over links"
+                : c.links            ? "recursive over links"
+                                     : "recursive at the catom";
         if (!others.empty()) text += fmt::format(", together with {}", fmt::join(others, ", "));
         return text + "\n";
     }
@@ -95,7 +102,8 @@ std::string declared(const Analysis& analysis, const Symbol& symbol) {
 std::string predicate(const Analysis& analysis, const Symbol& symbol) {
     std::string text = declared(analysis, symbol);
     if (text.empty()) text = fmt::format("`{}` is not declared.\n\n", symbol.name);
-    if (const check::Predicate* known = find(analysis.program().predicates, symbol)) text += fmt::format("- {}\n", nature(analysis.program(), *known));
+    if (const check::Predicate* known = find(analysis.program().predicates, symbol))
+        text += fmt::format("- {}\n", nature(analysis.program(), *known));
     text += stored(analysis, symbol) + component(analysis, symbol);
     return text + rules(analysis, symbol, Role::Derives, "Derived by") + rules(analysis, symbol, Role::Reads, "Read by");
 }
@@ -110,12 +118,14 @@ std::string variable(const Analysis& analysis, const Occurrence& occurrence) {
     };
     std::string type;
     for (const check::Rule& rule : analysis.program().rules) {
-        const bool here = rule.span.file == occurrence.span.file && rule.span.begin <= occurrence.span.begin && occurrence.span.end <= rule.span.end;
+        const bool here =
+            rule.span.file == occurrence.span.file && rule.span.begin <= occurrence.span.begin && occurrence.span.end <= rule.span.end;
         if (here && type.empty()) type = type_in(rule.variables);
     }
     const FileTokens& tokens = analysis.tokens().at(occurrence.span.file);
     for (const check::Function& function : analysis.program().functions) {
-        if (type.empty() && function.span.file == occurrence.span.file && tokens.item_at(function.span.begin) == occurrence.item) type = type_in(function.variables);
+        if (type.empty() && function.span.file == occurrence.span.file && tokens.item_at(function.span.begin) == occurrence.item)
+            type = type_in(function.variables);
     }
     return code(type.empty() ? occurrence.symbol.name : type + " " + occurrence.symbol.name);
 }
@@ -132,10 +142,18 @@ std::optional<HoverText> hover(const Analysis& analysis, Position position) {
     if (occurrence == nullptr) return std::nullopt;
     HoverText result{"", range_of(analysis.files(), occurrence->span)};
     switch (occurrence->symbol.kind) {
-        case SymbolKind::Predicate: result.markdown = predicate(analysis, occurrence->symbol); break;
-        case SymbolKind::Constant: result.markdown = declared(analysis, occurrence->symbol); break;
-        case SymbolKind::Function: result.markdown = function(analysis, occurrence->symbol); break;
-        case SymbolKind::Variable: result.markdown = variable(analysis, *occurrence); break;
+        case SymbolKind::Predicate:
+            result.markdown = predicate(analysis, occurrence->symbol);
+            break;
+        case SymbolKind::Constant:
+            result.markdown = declared(analysis, occurrence->symbol);
+            break;
+        case SymbolKind::Function:
+            result.markdown = function(analysis, occurrence->symbol);
+            break;
+        case SymbolKind::Variable:
+            result.markdown = variable(analysis, *occurrence);
+            break;
         case SymbolKind::Include: {
             const auto file = analysis.included(occurrence->symbol.name);
             result.markdown = file ? "`" + analysis.files().file(*file).path() + "`" : "This file was not found.";

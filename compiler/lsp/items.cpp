@@ -16,8 +16,10 @@ bool ends_fact(TokenKind kind) {
         case TokenKind::Delay:
         case TokenKind::RightParen:
         case TokenKind::RightBracket:
-        case TokenKind::RightBrace: return true;
-        default: return is_atom(kind);
+        case TokenKind::RightBrace:
+            return true;
+        default:
+            return is_atom(kind);
     }
 }
 
@@ -110,7 +112,8 @@ std::string doc_comment(const source::File& file, const FileTokens& tokens, std:
         const bool ends_block = above.ends_with("*/") && !above.starts_with("//");
         const bool opens_block = above.find("/*") != std::string_view::npos;
         // A comment behind the code of another line is about that line.
-        if (!in_block && !above.starts_with("//") && !above.starts_with(";;") && !above.starts_with("/*") && (opens_block || !ends_block)) break;
+        if (!in_block && !above.starts_with("//") && !above.starts_with(";;") && !above.starts_with("/*") && (opens_block || !ends_block))
+            break;
         in_block = (in_block || ends_block) && !opens_block;
         lines.push_back(bare(above));
     }
@@ -118,7 +121,8 @@ std::string doc_comment(const source::File& file, const FileTokens& tokens, std:
     for (auto line = lines.rbegin(); line != lines.rend(); ++line) text += std::string(text.empty() ? "" : "\n") + std::string(*line);
     const std::uint32_t end = tokens.tokens[wanted.end - 1].span.end;
     const source::Place place = file.place(end);
-    const std::string_view behind = trimmed(file.line(place.line).substr(std::min<std::size_t>(place.column - 1, file.line(place.line).size())));
+    const std::string_view behind =
+        trimmed(file.line(place.line).substr(std::min<std::size_t>(place.column - 1, file.line(place.line).size())));
     if (behind.starts_with("//") || behind.starts_with("/*")) text += (text.empty() ? "" : "\n\n") + std::string(bare(behind));
     return text;
 }

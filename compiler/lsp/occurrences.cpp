@@ -28,9 +28,11 @@ std::optional<Declares> declares(const FileTokens& file, const Item& item) {
         return std::nullopt;
     };
     switch (item.kind) {
-        case TokenKind::Type: return signature(SymbolKind::Predicate);
+        case TokenKind::Type:
+            return signature(SymbolKind::Predicate);
         case TokenKind::Extern:
-        case TokenKind::Fun: return signature(SymbolKind::Function);
+        case TokenKind::Fun:
+            return signature(SymbolKind::Function);
         case TokenKind::Const:
             if (item.begin + 1 < item.end) return Declares{SymbolKind::Constant, item.begin + 1};
             return std::nullopt;
@@ -39,7 +41,8 @@ std::optional<Declares> declares(const FileTokens& file, const Item& item) {
                 if (file.tokens[i].text == "as" && file.tokens[i].kind == TokenKind::Name) return Declares{SymbolKind::Predicate, i + 1};
             }
             return signature(SymbolKind::Predicate);
-        default: return std::nullopt;
+        default:
+            return std::nullopt;
     }
 }
 
@@ -65,19 +68,28 @@ class RuleWalk {
         for (at_ = begin; at_ < item.end; ++at_) {
             const Token& token = tokens_[at_];
             switch (token.kind) {
-                case TokenKind::Variable: variable(token); break;
-                case TokenKind::Name: name(token); break;
-                case TokenKind::Bar: ++stack_.back().section; break;
+                case TokenKind::Variable:
+                    variable(token);
+                    break;
+                case TokenKind::Name:
+                    name(token);
+                    break;
+                case TokenKind::Bar:
+                    ++stack_.back().section;
+                    break;
                 case TokenKind::LeftParen:
                 case TokenKind::StructOpen:
                 case TokenKind::LeftBracket:
-                case TokenKind::LeftBrace: stack_.push_back(opened(token.kind)); break;
+                case TokenKind::LeftBrace:
+                    stack_.push_back(opened(token.kind));
+                    break;
                 case TokenKind::RightParen:
                 case TokenKind::RightBracket:
                 case TokenKind::RightBrace:
                     if (stack_.size() > 1) stack_.pop_back();
                     break;
-                default: break;
+                default:
+                    break;
             }
         }
     }
@@ -98,14 +110,17 @@ class RuleWalk {
     Level opened(TokenKind kind) const {
         const Level& outer = stack_.back();
         const bool body = !in_head();
-        if (kind == TokenKind::LeftBrace) return last() == TokenKind::Colon ? Level{Where::Part, true} : Level{Where::Comprehension, outer.body};
+        if (kind == TokenKind::LeftBrace)
+            return last() == TokenKind::Colon ? Level{Where::Part, true} : Level{Where::Comprehension, outer.body};
         if (kind == TokenKind::StructOpen || outer.where == Where::Value) return {Where::Value};
         if (kind == TokenKind::LeftBracket) {
             if (last() == TokenKind::RightParen) return {Where::Part, true};  // forall p(A)[q(A)]
-            const bool aggregate = ahead(1) == TokenKind::Colon || ahead(2) == TokenKind::ResultArrow || (ahead(1) == TokenKind::Name && ahead(2) == TokenKind::Name);
+            const bool aggregate = ahead(1) == TokenKind::Colon || ahead(2) == TokenKind::ResultArrow ||
+                                   (ahead(1) == TokenKind::Name && ahead(2) == TokenKind::Name);
             return aggregate ? Level{Where::Bracketed, body} : Level{Where::Value};
         }
-        const bool parts = last() == TokenKind::Not || last() == TokenKind::ExistsPeriod || last() == TokenKind::Delta || ahead(1) == TokenKind::If;
+        const bool parts =
+            last() == TokenKind::Not || last() == TokenKind::ExistsPeriod || last() == TokenKind::Delta || ahead(1) == TokenKind::If;
         return parts ? Level{Where::Part, body} : Level{Where::Value};
     }
 
@@ -134,7 +149,8 @@ class RuleWalk {
         add(constant ? SymbolKind::Constant : SymbolKind::Variable, token, 0, Role::Uses);
     }
 
-    static std::size_t nearest_arity(const std::map<std::string, std::set<std::size_t>>& known, const std::string& name, std::size_t arity) {
+    static std::size_t nearest_arity(const std::map<std::string, std::set<std::size_t>>& known, const std::string& name,
+                                     std::size_t arity) {
         const auto found = known.find(name);
         if (found == known.end() || found->second.empty() || found->second.contains(arity)) return arity;
         return *found->second.begin();
@@ -150,17 +166,21 @@ class RuleWalk {
             if (is_function) {
                 add(SymbolKind::Function, token, nearest_arity(declared_.functions, token.text, arity), Role::Uses);
             } else if (token.text != "proved" || predicate) {
-                add(SymbolKind::Predicate, token, nearest_arity(declared_.predicates, token.text, arity), in_head() ? Role::Derives : Role::Reads);
+                add(SymbolKind::Predicate, token, nearest_arity(declared_.predicates, token.text, arity),
+                    in_head() ? Role::Derives : Role::Reads);
             }
             return;
         }
         if (declared_.constants.contains(token.text)) return add(SymbolKind::Constant, token, 0, Role::Uses);
         const TokenKind next = ahead(1);
-        const bool word = next == TokenKind::ResultArrow || next == TokenKind::Name || next == TokenKind::Variable || token.text == "true" || token.text == "false" || token.text == "nil";
+        const bool word = next == TokenKind::ResultArrow || next == TokenKind::Name || next == TokenKind::Variable ||
+                          token.text == "true" || token.text == "false" || token.text == "nil";
         if (word) return;
-        if (predicate && at_ >= 4 && tokens_[at_ - 4].text == "proved") return add(SymbolKind::Predicate, token, nearest_arity(declared_.predicates, token.text, kAnyArity), Role::Reads);
+        if (predicate && at_ >= 4 && tokens_[at_ - 4].text == "proved")
+            return add(SymbolKind::Predicate, token, nearest_arity(declared_.predicates, token.text, kAnyArity), Role::Reads);
         // In original Meld a lower-case name that is no constant is a variable.
-        if (stack_.back().where == Where::Value || is_operator(last()) || is_operator(next)) add(SymbolKind::Variable, token, 0, Role::Uses);
+        if (stack_.back().where == Where::Value || is_operator(last()) || is_operator(next))
+            add(SymbolKind::Variable, token, 0, Role::Uses);
     }
 
     const FileTokens& file_;
@@ -184,7 +204,9 @@ void add_mentioned(const FileTokens& file, std::size_t item, const Declared& dec
         if (!link && it.kind != TokenKind::Export && it.kind != TokenKind::Hint) continue;
         const bool stated = file.tokens[i + 1].kind == TokenKind::Slash && i + 2 < it.end;
         const auto arity = stated ? static_cast<std::size_t>(file.tokens[i + 2].integer) : *known->second.begin();
-        found.push_back({Symbol{.kind = SymbolKind::Predicate, .name = token.text, .arity = known->second.contains(arity) ? arity : *known->second.begin()},
+        found.push_back({Symbol{.kind = SymbolKind::Predicate,
+                                .name = token.text,
+                                .arity = known->second.contains(arity) ? arity : *known->second.begin()},
                          Role::Uses, token.span, item});
     }
 }
@@ -194,16 +216,19 @@ void add_parameters(const FileTokens& file, std::uint32_t index, std::size_t ite
     for (std::size_t i = name + 2; i < std::max(file.partners[name + 1], name + 2); ++i) {
         const Token& token = file.tokens[i];
         if (token.kind != TokenKind::Variable) continue;
-        found.push_back({Symbol{.kind = SymbolKind::Variable, .name = token.text, .file = index, .item = item}, Role::Declaration, token.span, item});
+        found.push_back(
+            {Symbol{.kind = SymbolKind::Variable, .name = token.text, .file = index, .item = item}, Role::Declaration, token.span, item});
     }
 }
 
-void add_declaration(const FileTokens& file, std::uint32_t index, std::size_t item, const Declared& declared, std::vector<Occurrence>& found) {
+void add_declaration(const FileTokens& file, std::uint32_t index, std::size_t item, const Declared& declared,
+                     std::vector<Occurrence>& found) {
     const Item& it = file.items[item];
     const auto what = declares(file, it);
     if (what) {
         const Token& token = file.tokens[what->name];
-        found.push_back({Symbol{.kind = what->kind, .name = token.text, .arity = declared_arity(file, it, *what)}, Role::Declaration, token.span, item});
+        found.push_back({Symbol{.kind = what->kind, .name = token.text, .arity = declared_arity(file, it, *what)}, Role::Declaration,
+                         token.span, item});
     }
     add_mentioned(file, item, declared, found);
     if (it.kind == TokenKind::Fun && what) add_parameters(file, index, item, what->name, found);

@@ -7,10 +7,14 @@ namespace {
 
 Outline::Kind kind_of(const Occurrence& occurrence, const std::string& text) {
     switch (occurrence.symbol.kind) {
-        case SymbolKind::Constant: return Outline::Kind::Constant;
-        case SymbolKind::Function: return Outline::Kind::Function;
-        case SymbolKind::Include: return Outline::Kind::File;
-        default: return text.starts_with("type action") ? Outline::Kind::Action : Outline::Kind::Predicate;
+        case SymbolKind::Constant:
+            return Outline::Kind::Constant;
+        case SymbolKind::Function:
+            return Outline::Kind::Function;
+        case SymbolKind::Include:
+            return Outline::Kind::File;
+        default:
+            return text.starts_with("type action") ? Outline::Kind::Action : Outline::Kind::Predicate;
     }
 }
 
@@ -19,7 +23,8 @@ const Occurrence* name_of(const std::vector<Occurrence>& occurrences, std::size_
     const Occurrence* first = nullptr;
     for (const Occurrence& occurrence : occurrences) {
         if (occurrence.item != item || occurrence.symbol.kind == SymbolKind::Variable) continue;
-        const bool named = occurrence.role == Role::Declaration || occurrence.role == Role::Derives || occurrence.symbol.kind == SymbolKind::Include;
+        const bool named =
+            occurrence.role == Role::Declaration || occurrence.role == Role::Derives || occurrence.symbol.kind == SymbolKind::Include;
         if (named) return &occurrence;
         if (first == nullptr && occurrence.symbol.kind == SymbolKind::Predicate) first = &occurrence;
     }
@@ -38,7 +43,8 @@ std::vector<Outline> outline(const Analysis& analysis) {
         const std::string text = analysis.item_text(root, i);
         const Span whole = file.tokens[file.items[i].begin].span.to(file.tokens[file.items[i].end - 1].span);
         const bool rule = file.items[i].kind == TokenKind::Name;
-        list.push_back({rule ? Outline::Kind::Rule : kind_of(*name, text), name->symbol.name, text, range_of(analysis.files(), whole), range_of(analysis.files(), name->span)});
+        list.push_back({rule ? Outline::Kind::Rule : kind_of(*name, text), name->symbol.name, text, range_of(analysis.files(), whole),
+                        range_of(analysis.files(), name->span)});
     }
     return list;
 }

@@ -26,8 +26,10 @@ std::string wrong_form(const Symbol& symbol, const std::string& written, const s
     const bool capital = !written.empty() && written[0] >= 'A' && written[0] <= 'Z';
     const TokenKind wanted = capital ? TokenKind::Variable : TokenKind::Name;
     if (token && token->kind == wanted && name != "true" && name != "false" && name != "nil") return "";
-    if (symbol.kind == SymbolKind::Variable && wanted == TokenKind::Variable) return fmt::format("`{}` is no variable: those start upper-case", name);
-    return fmt::format("`{}` is no name: those start {} and hold letters, digits, _, -, ? and '", name, capital ? "upper-case" : "lower-case");
+    if (symbol.kind == SymbolKind::Variable && wanted == TokenKind::Variable)
+        return fmt::format("`{}` is no variable: those start upper-case", name);
+    return fmt::format("`{}` is no name: those start {} and hold letters, digits, _, -, ? and '", name,
+                       capital ? "upper-case" : "lower-case");
 }
 
 // Words change their meaning by their neighbours; with the new name every token must be of the kind it was.
@@ -84,7 +86,8 @@ Result<std::vector<Edit>> rename(const std::vector<const Analysis*>& programs, P
             spans[file].push_back(one->span);
         }
         for (const auto& [file, list] : spans) {
-            if (!keeps_kinds(*program, file, list, name)) return fail(fmt::format("`{}` would mean something else at one of the places", name));
+            if (!keeps_kinds(*program, file, list, name))
+                return fail(fmt::format("`{}` would mean something else at one of the places", name));
             for (const Span span : list) edits.insert({program->files().file(file).path(), range_of(program->files(), span)});
         }
     }

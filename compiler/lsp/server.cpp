@@ -60,33 +60,48 @@ constexpr int kUnnecessary = 1;
 
 int severity(diagnostics::Severity severity) {
     switch (severity) {
-        case diagnostics::Severity::Error: return 1;
-        case diagnostics::Severity::Warning: return 2;
-        case diagnostics::Severity::Note: return 3;
+        case diagnostics::Severity::Error:
+            return 1;
+        case diagnostics::Severity::Warning:
+            return 2;
+        case diagnostics::Severity::Note:
+            return 3;
     }
     return 1;
 }
 
 protocol::CompletionItemKind to(Completion::Kind kind) {
     switch (kind) {
-        case Completion::Kind::Predicate: return protocol::CompletionItemKind::Struct;
-        case Completion::Kind::Action: return protocol::CompletionItemKind::Event;
-        case Completion::Kind::Constant: return protocol::CompletionItemKind::Constant;
-        case Completion::Kind::Function: return protocol::CompletionItemKind::Function;
-        case Completion::Kind::Variable: return protocol::CompletionItemKind::Variable;
-        case Completion::Kind::Keyword: return protocol::CompletionItemKind::Keyword;
+        case Completion::Kind::Predicate:
+            return protocol::CompletionItemKind::Struct;
+        case Completion::Kind::Action:
+            return protocol::CompletionItemKind::Event;
+        case Completion::Kind::Constant:
+            return protocol::CompletionItemKind::Constant;
+        case Completion::Kind::Function:
+            return protocol::CompletionItemKind::Function;
+        case Completion::Kind::Variable:
+            return protocol::CompletionItemKind::Variable;
+        case Completion::Kind::Keyword:
+            return protocol::CompletionItemKind::Keyword;
     }
     return protocol::CompletionItemKind::Text;
 }
 
 protocol::SymbolKind to(Outline::Kind kind) {
     switch (kind) {
-        case Outline::Kind::Predicate: return protocol::SymbolKind::Struct;
-        case Outline::Kind::Action: return protocol::SymbolKind::Event;
-        case Outline::Kind::Constant: return protocol::SymbolKind::Constant;
-        case Outline::Kind::Function: return protocol::SymbolKind::Function;
-        case Outline::Kind::Rule: return protocol::SymbolKind::Operator;
-        case Outline::Kind::File: return protocol::SymbolKind::File;
+        case Outline::Kind::Predicate:
+            return protocol::SymbolKind::Struct;
+        case Outline::Kind::Action:
+            return protocol::SymbolKind::Event;
+        case Outline::Kind::Constant:
+            return protocol::SymbolKind::Constant;
+        case Outline::Kind::Function:
+            return protocol::SymbolKind::Function;
+        case Outline::Kind::Rule:
+            return protocol::SymbolKind::Operator;
+        case Outline::Kind::File:
+            return protocol::SymbolKind::File;
     }
     return protocol::SymbolKind::Null;
 }
@@ -104,7 +119,8 @@ std::optional<protocol::Location> location(const Place& place) {
 
 class Server {
   public:
-    explicit Server(protocol::JSONTransport& transport) : handler_(transport), publish_(handler_.outgoingNotification<json::Value>("textDocument/publishDiagnostics")) {
+    explicit Server(protocol::JSONTransport& transport)
+        : handler_(transport), publish_(handler_.outgoingNotification<json::Value>("textDocument/publishDiagnostics")) {
         handler_.method("initialize", this, &Server::initialize);
         handler_.method("shutdown", this, &Server::shutdown);
         handler_.method("textDocument/hover", this, &Server::hover);
@@ -142,7 +158,9 @@ class Server {
             {"capabilities",
              json::Object{
                  {"positionEncoding", "utf-16"},
-                 {"textDocumentSync", json::Object{{"openClose", true}, {"change", static_cast<int>(protocol::TextDocumentSyncKind::Incremental)}, {"save", true}}},
+                 {"textDocumentSync",
+                  json::Object{
+                      {"openClose", true}, {"change", static_cast<int>(protocol::TextDocumentSyncKind::Incremental)}, {"save", true}}},
                  {"hoverProvider", true},
                  {"definitionProvider", true},
                  {"referencesProvider", true},
@@ -284,7 +302,8 @@ class Server {
         std::vector<protocol::Location> list;
         const Occurrence* occurrence = first->at(from(params.position));
         for (const Analysis* program : occurrence != nullptr ? programs(*first) : std::vector<const Analysis*>{}) {
-            if (program != first && (occurrence->symbol.kind == SymbolKind::Variable || !shares(*first, *program, occurrence->symbol))) continue;
+            if (program != first && (occurrence->symbol.kind == SymbolKind::Variable || !shares(*first, *program, occurrence->symbol)))
+                continue;
             for (const auto& [file, one] : program->all(occurrence->symbol)) {
                 if (one->role == Role::Declaration && !params.context.includeDeclaration) continue;
                 const auto where = location(program->place(one->span));
@@ -308,7 +327,8 @@ class Server {
         if (!edits) return reply(failed(edits.error().problem));
         protocol::WorkspaceEdit result;
         for (const Edit& edit : *edits) {
-            if (const auto where = location({edit.path, edit.range})) result.changes[where->uri.uri().str()].push_back({where->range, params.name});
+            if (const auto where = location({edit.path, edit.range}))
+                result.changes[where->uri.uri().str()].push_back({where->range, params.name});
         }
         reply(std::move(result));
     }
@@ -324,7 +344,10 @@ class Server {
             if (!completion.doc.empty()) item.documentation = protocol::MarkupContent{protocol::MarkupKind::Markdown, completion.doc};
             item.textEdit = protocol::TextEdit{to(found.replaced), completion.name};
             // Variables of the rule first, words of the language last.
-            item.sortText = (completion.kind == Completion::Kind::Variable ? "0" : completion.kind == Completion::Kind::Keyword ? "2" : "1") + completion.name;
+            item.sortText = (completion.kind == Completion::Kind::Variable  ? "0"
+                             : completion.kind == Completion::Kind::Keyword ? "2"
+                                                                            : "1") +
+                            completion.name;
             list.items.push_back(std::move(item));
         }
         reply(std::move(list));
@@ -353,7 +376,8 @@ class Server {
         if (!*text) return reply(failed("a program with syntax errors is not formatted"));
         std::vector<protocol::TextEdit> edits;
         const std::string& before = program->root().text();
-        if (**text != before) edits.push_back({to(Range{{}, position_of(program->root(), static_cast<std::uint32_t>(before.size()))}), **text});
+        if (**text != before)
+            edits.push_back({to(Range{{}, position_of(program->root(), static_cast<std::uint32_t>(before.size()))}), **text});
         reply(std::move(edits));
     }
 

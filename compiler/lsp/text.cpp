@@ -24,7 +24,9 @@ Position position_of(const source::File& file, std::uint32_t offset) {
     return position;
 }
 
-Range range_of(const source::FileSet& files, Span span) { return {position_of(files.file(span), span.begin), position_of(files.file(span), span.end)}; }
+Range range_of(const source::FileSet& files, Span span) {
+    return {position_of(files.file(span), span.begin), position_of(files.file(span), span.end)};
+}
 
 std::size_t offset_of(std::string_view text, Position position) {
     std::size_t offset = 0;

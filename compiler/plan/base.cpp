@@ -12,7 +12,8 @@ namespace {
 
 void collect_given(const std::vector<Head>& heads, const Program& program, std::vector<bool>& given) {
     each_head(heads, [&](const Head& h) {
-        if (h.kind == Head::Kind::Fact && program.predicates[h.atom.predicate].kind == PredicateKind::Persistent) given[h.atom.predicate.index()] = true;
+        if (h.kind == Head::Kind::Fact && program.predicates[h.atom.predicate].kind == PredicateKind::Persistent)
+            given[h.atom.predicate.index()] = true;
     });
 }
 
@@ -40,7 +41,8 @@ std::vector<bool> read_elsewhere(const Program& program) {
 }  // namespace
 
 void separate_base(Program& program) {
-    std::vector<bool> given(program.predicates.count(), false), derived(program.predicates.count(), false), by_rules(program.predicates.count(), false);
+    std::vector<bool> given(program.predicates.count(), false), derived(program.predicates.count(), false),
+        by_rules(program.predicates.count(), false);
     for (const Rule& rule : program.rules) {
         if (rule.linear) {
             collect_given(rule.heads, program, given);
@@ -56,7 +58,8 @@ void separate_base(Program& program) {
     const std::vector<bool> elsewhere = read_elsewhere(program);
     for (const PredicateId p : program.predicates.ids()) {
         const PredicateKind kind = program.predicates[p].kind;
-        if ((kind != PredicateKind::Persistent && kind != PredicateKind::Sensed) || program.predicates[p].world != WorldSource::None) continue;
+        if ((kind != PredicateKind::Persistent && kind != PredicateKind::Sensed) || program.predicates[p].world != WorldSource::None)
+            continue;
         // An aggregated predicate that nothing derives is given and then aggregated.
         const bool aggregated = program.predicates[p].aggregate != Aggregate::None && !program.predicates[p].sensed;
         const bool needs = derived[p.index()] ? given[p.index()] : aggregated || elsewhere[p.index()];

@@ -11,7 +11,8 @@ using namespace check;
 namespace {
 
 bool never_fires(const Rule& rule) {
-    return std::any_of(rule.body.begin(), rule.body.end(), [](const Clause& c) { return c.kind == Clause::Kind::Test && c.test.op == Op::Bool && c.test.integer == 0; });
+    return std::any_of(rule.body.begin(), rule.body.end(),
+                       [](const Clause& c) { return c.kind == Clause::Kind::Test && c.test.op == Op::Bool && c.test.integer == 0; });
 }
 
 }  // namespace

@@ -32,10 +32,14 @@ bool any_order(const Predicate& p) {
         case Aggregate::Min:
         case Aggregate::Max:
         case Aggregate::Count:
-        case Aggregate::First: return true;
-        case Aggregate::Custom: return true;
-        case Aggregate::Sum: return p.arguments[p.aggregate_at].type == Type::Int;
-        default: return false;
+        case Aggregate::First:
+            return true;
+        case Aggregate::Custom:
+            return true;
+        case Aggregate::Sum:
+            return p.arguments[p.aggregate_at].type == Type::Int;
+        default:
+            return false;
     }
 }
 
@@ -54,7 +58,10 @@ class Steady {
         return steady;
     }
     bool operator()(const std::vector<Clause>& body) {
-        return std::all_of(body.begin(), body.end(), [&](const Clause& c) { return c.kind != Clause::Kind::Delta && (c.aggregate != Aggregate::Custom || function(c.fold)) && all(c.atom.arguments) && (*this)(c.initial) && (*this)(c.test) && (*this)(c.inner); });
+        return std::all_of(body.begin(), body.end(), [&](const Clause& c) {
+            return c.kind != Clause::Kind::Delta && (c.aggregate != Aggregate::Custom || function(c.fold)) && all(c.atom.arguments) &&
+                   (*this)(c.initial) && (*this)(c.test) && (*this)(c.inner);
+        });
     }
     bool all(const std::vector<Term>& terms) {
         return std::all_of(terms.begin(), terms.end(), [&](const Term& t) { return (*this)(t); });
@@ -77,7 +84,8 @@ constexpr std::uint64_t kWake = 8, kGroups = 32;
 
 class Component {
   public:
-    Component(Plan& plan, ComponentPlan& component) : plan_(plan), component_(component), head_(plan.program.predicates[component.predicates[0]]) {}
+    Component(Plan& plan, ComponentPlan& component)
+        : plan_(plan), component_(component), head_(plan.program.predicates[component.predicates[0]]) {}
 
     void run() {
         if (component_.recursion == Recursion::LocalSets) return rounds();
@@ -109,7 +117,9 @@ class Component {
     bool is_given(PredicateId p) const { return plan_.of(p).base == p; }
 
     bool fits() const {
-        if (component_.predicates.size() != 1 || plan_.of(component_.predicates[0]).storage != Storage::Rows || head_.kind != PredicateKind::Persistent) return false;
+        if (component_.predicates.size() != 1 || plan_.of(component_.predicates[0]).storage != Storage::Rows ||
+            head_.kind != PredicateKind::Persistent)
+            return false;
         if (component_.recursion == Recursion::LocalSets || component_.recursion == Recursion::Mutual) return false;
         if (group_arguments(head_) == 0 || !all_plain(head_) || !any_order(head_)) return false;
         if (head_.fold.valid() && !Steady(plan_.program).function(head_.fold)) return false;
@@ -123,7 +133,9 @@ class Component {
     // Sets that recur at one catom are made in rounds; each but the first starts from the rows that the last one made. What
     // neighbours have of them does not change meanwhile.
     void rounds() {
-        const auto in_component = [&](PredicateId p) { return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end(); };
+        const auto in_component = [&](PredicateId p) {
+            return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
+        };
         for (const PredicateId p : component_.predicates)
             if (plan_.of(p).storage != Storage::Rows) return;
         for (const RulePlan& r : component_.rules) {
@@ -134,7 +146,9 @@ class Component {
         for (const RulePlan& r : component_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];
             for (std::size_t i = 0; i < rule.body.size(); ++i)
-                if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.home && in_component(rule.body[i].atom.predicate)) component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
+                if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.home &&
+                    in_component(rule.body[i].atom.predicate))
+                    component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
         }
     }
 
@@ -181,7 +195,8 @@ class Component {
             whole_ |= rows ? inputs & ~bit(s.predicate, s.at_home) : inputs;
         }
         std::vector<VariableId> needed;
-        for (std::size_t i = 1; i <= group_arguments(head_); ++i) each_variable(rule.heads[0].atom.arguments[i], [&](VariableId v) { needed.push_back(v); });
+        for (std::size_t i = 1; i <= group_arguments(head_); ++i)
+            each_variable(rule.heads[0].atom.arguments[i], [&](VariableId v) { needed.push_back(v); });
         for (std::size_t i = 0; i < rule.body.size(); ++i) {
             const Atom& a = rule.body[i].atom;
             if (rule.body[i].kind != Clause::Kind::Atom || !has_rows(a.predicate)) continue;

@@ -57,15 +57,20 @@ class Existence {
         const auto own = component_.find(rule.heads[0].atom.predicate), other = component_.find(c.atom.predicate);
         return own != component_.end() && other != component_.end() && own->second == other->second;
     }
-    ValueRead read_by(const Rule& rule, const Clause& c) const { return recursive(rule, c) ? value_read(program_, rule, c.atom) : ValueRead{}; }
+    ValueRead read_by(const Rule& rule, const Clause& c) const {
+        return recursive(rule, c) ? value_read(program_, rule, c.atom) : ValueRead{};
+    }
     bool asks(const Rule& rule) const {
-        return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Exists; });
+        return std::any_of(rule.body.begin(), rule.body.end(),
+                           [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Exists; });
     }
 
     // m(B, max(X, Y)) :- m(A, X), q(B, Y).
     void split(RuleId id) {
         const Rule& rule = program_.rules[id];
-        if (rule.linear || std::none_of(rule.body.begin(), rule.body.end(), [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Used; })) return;
+        if (rule.linear || std::none_of(rule.body.begin(), rule.body.end(),
+                                        [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Used; }))
+            return;
         const Predicate& p = program_.predicates[rule.heads[0].atom.predicate];
         if (p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max) return;
         const Term made = rule.heads[0].atom.arguments[p.aggregate_at];
@@ -90,7 +95,8 @@ class Existence {
                 Rule& rule = program_.rules[todo[at]];
                 rule.body[i].atom.predicate = groups;
                 rule.body[i].atom.arguments.resize(program_.predicates[groups].arguments.size());
-                for (auto t = read.tests.rbegin(); t != read.tests.rend(); ++t) rule.body.erase(rule.body.begin() + static_cast<std::ptrdiff_t>(*t));
+                for (auto t = read.tests.rbegin(); t != read.tests.rend(); ++t)
+                    rule.body.erase(rule.body.begin() + static_cast<std::ptrdiff_t>(*t));
                 i = static_cast<std::size_t>(-1);
             }
         }
@@ -148,7 +154,8 @@ class Existence {
     static void drop_unread(Rule& rule) {
         const auto unread = [&](const Clause& c) {
             if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) return false;
-            return std::any_of(c.test.operands.begin(), c.test.operands.end(), [&](const Term& side) { return side.is_variable() && uses(rule, side.variable) == 1; });
+            return std::any_of(c.test.operands.begin(), c.test.operands.end(),
+                               [&](const Term& side) { return side.is_variable() && uses(rule, side.variable) == 1; });
         };
         for (auto found = rule.body.begin(); found != rule.body.end();) {
             found = std::find_if(rule.body.begin(), rule.body.end(), unread);

@@ -26,7 +26,8 @@ class Explainer {
             if (s.column.valid()) {
                 const Column& c = plan_.columns[s.column];
                 out_ += c.rows ? fmt::format(" {} bytes a catom and {} a fact", c.stride, c.row_bytes)
-                               : fmt::format(" in a record of {} bytes{}", c.stride, c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
+                               : fmt::format(" in a record of {} bytes{}", c.stride,
+                                             c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
                 if (s.exported) out_ += ", read by neighbours";
                 if (s.ranked) out_ += ", with its rank";
             } else if (s.storage == Storage::World) {
@@ -38,7 +39,8 @@ class Explainer {
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
         for (const ComponentPlan& c : plan_.components)
-            for (const RulePlan& r : c.rules) explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
+            for (const RulePlan& r : c.rules)
+                explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
         for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
         for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
         return out_;
@@ -57,7 +59,8 @@ class Explainer {
         for (const check::Clause& c : rule.body)
             if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
                 for (const std::size_t side : {0u, 1u})
-                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home) return print(program_, rule, c.test.operands[1 - side]);
+                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home)
+                        return print(program_, rule, c.test.operands[1 - side]);
         return rule.variables[rule.home].name;
     }
     void explain_view(const RulePlan& r, const std::string& how) {
@@ -89,13 +92,19 @@ class Explainer {
         out_ += "\n";
     }
     // The steps of a body, of a negation or of a head, and of what is inside of them. One read alone has no order.
-    void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule, std::string indent = "\n      ", const std::string& inside = "") {
-        if (order_of_steps(steps, rule, inside.empty() ? indent : indent + "  ", inside.empty() ? "" : indent + inside) && !inside.empty()) indent += "  ";
+    void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule, std::string indent = "\n      ",
+                          const std::string& inside = "") {
+        if (order_of_steps(steps, rule, inside.empty() ? indent : indent + "  ", inside.empty() ? "" : indent + inside) && !inside.empty())
+            indent += "  ";
         std::string last;
         for (const Step& s : steps) {
             if (!s.inner.empty()) {
-                const std::string what = s.kind == Step::Kind::Absent ? "the negation" : s.aggregate == Aggregate::Custom ? "the fold" : "the " + aggregate_name(s.aggregate);
-                order_of_reading(s.inner, rule, indent, fmt::format("inside {} over {}, asked {}", what, read_in(s.inner), last.empty() ? "before anything is read" : "after " + last));
+                const std::string what = s.kind == Step::Kind::Absent       ? "the negation"
+                                         : s.aggregate == Aggregate::Custom ? "the fold"
+                                                                            : "the " + aggregate_name(s.aggregate);
+                order_of_reading(s.inner, rule, indent,
+                                 fmt::format("inside {} over {}, asked {}", what, read_in(s.inner),
+                                             last.empty() ? "before anything is read" : "after " + last));
             }
             if (std::string text = access(s, rule); !text.empty()) last = std::move(text);
         }
@@ -104,7 +113,8 @@ class Explainer {
     void order_in_heads(const std::vector<HeadPlan>& heads, const check::Rule& rule) {
         for (const HeadPlan& h : heads) {
             const char* what = h.kind == Head::Kind::Aggregate ? "aggregate" : "comprehension";
-            if (!h.steps.empty()) order_of_reading(h.steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(h.steps)));
+            if (!h.steps.empty())
+                order_of_reading(h.steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(h.steps)));
             order_in_heads(h.heads, rule);
             order_in_heads(h.others, rule);
         }
@@ -116,9 +126,12 @@ class Explainer {
             if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
         };
         for (const Step& s : steps) {
-            if (s.kind == Step::Kind::Match) add(program_.predicates[s.predicate].name);
-            else if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate) add("neighbor");
-            else if (s.kind == Step::Kind::Each) add("a list");
+            if (s.kind == Step::Kind::Match)
+                add(program_.predicates[s.predicate].name);
+            else if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate)
+                add("neighbor");
+            else if (s.kind == Step::Kind::Each)
+                add("a list");
         }
         return listed(names);
     }
@@ -172,25 +185,40 @@ class Explainer {
     }
     static std::string reason(const Step& s) {
         switch (s.choice.reason) {
-            case Reason::Written: return "as written";
-            case Reason::Test: return "all of it is known, a test";
-            case Reason::Exists: return "gives no variable a value";
-            case Reason::One: return "one fact at most";
-            case Reason::Rows: return s.choice.known == 0 ? "none of its arguments is known" : fmt::format("{} of {} arguments {} known", s.choice.known, s.arguments.size(), s.choice.known == 1 ? "is" : "are");
-            case Reason::Elements: return "what it goes through is known";
-            case Reason::Named: return "which one is known";
-            case Reason::Links: return fmt::format("up to {}, and nothing cheaper can be read", kMaxPorts);
+            case Reason::Written:
+                return "as written";
+            case Reason::Test:
+                return "all of it is known, a test";
+            case Reason::Exists:
+                return "gives no variable a value";
+            case Reason::One:
+                return "one fact at most";
+            case Reason::Rows:
+                return s.choice.known == 0 ? "none of its arguments is known"
+                                           : fmt::format("{} of {} arguments {} known", s.choice.known, s.arguments.size(),
+                                                         s.choice.known == 1 ? "is" : "are");
+            case Reason::Elements:
+                return "what it goes through is known";
+            case Reason::Named:
+                return "which one is known";
+            case Reason::Links:
+                return fmt::format("up to {}, and nothing cheaper can be read", kMaxPorts);
         }
         return "";
     }
     // What a step reads; empty for one that only tests or computes.
     std::string access(const Step& s, const check::Rule& rule) const {
         switch (s.kind) {
-            case Step::Kind::Neighbours: return "each neighbour";
-            case Step::Kind::Locate: return "the neighbour " + rule.variables[s.place].name;
-            case Step::Kind::Match: break;
-            case Step::Kind::Each: return "each element of " + print(program_, rule, s.term);
-            default: return "";
+            case Step::Kind::Neighbours:
+                return "each neighbour";
+            case Step::Kind::Locate:
+                return "the neighbour " + rule.variables[s.place].name;
+            case Step::Kind::Match:
+                break;
+            case Step::Kind::Each:
+                return "each element of " + print(program_, rule, s.term);
+            default:
+                return "";
         }
         const Predicate& p = program_.predicates[s.predicate];
         const std::string at = s.at_home ? "" : " there";
@@ -218,7 +246,8 @@ class Explainer {
     void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
         for (const HeadPlan& h : heads) {
             if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
-                out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
+                out +=
+                    fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
             sent(h.heads, rule, out);
             sent(h.others, rule, out);
         }

@@ -18,20 +18,34 @@ bool is_literal(const Term& t) { return t.op == Op::Int || t.op == Op::Bool; }
 std::optional<std::int64_t> value_of(Op op, std::int64_t a, std::int64_t b) {
     std::int64_t r = 0;
     switch (op) {
-        case Op::Add: return __builtin_add_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Subtract: return __builtin_sub_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Multiply: return __builtin_mul_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Divide: return b == 0 || b == -1 ? std::nullopt : std::optional(a / b);
-        case Op::Modulo: return b == 0 || b == -1 ? std::nullopt : std::optional(a % b);
-        case Op::Min: return std::min(a, b);
-        case Op::Max: return std::max(a, b);
-        case Op::Equal: return a == b;
-        case Op::NotEqual: return a != b;
-        case Op::Less: return a < b;
-        case Op::LessEqual: return a <= b;
-        case Op::Greater: return a > b;
-        case Op::GreaterEqual: return a >= b;
-        default: return std::nullopt;
+        case Op::Add:
+            return __builtin_add_overflow(a, b, &r) ? std::nullopt : std::optional(r);
+        case Op::Subtract:
+            return __builtin_sub_overflow(a, b, &r) ? std::nullopt : std::optional(r);
+        case Op::Multiply:
+            return __builtin_mul_overflow(a, b, &r) ? std::nullopt : std::optional(r);
+        case Op::Divide:
+            return b == 0 || b == -1 ? std::nullopt : std::optional(a / b);
+        case Op::Modulo:
+            return b == 0 || b == -1 ? std::nullopt : std::optional(a % b);
+        case Op::Min:
+            return std::min(a, b);
+        case Op::Max:
+            return std::max(a, b);
+        case Op::Equal:
+            return a == b;
+        case Op::NotEqual:
+            return a != b;
+        case Op::Less:
+            return a < b;
+        case Op::LessEqual:
+            return a <= b;
+        case Op::Greater:
+            return a > b;
+        case Op::GreaterEqual:
+            return a >= b;
+        default:
+            return std::nullopt;
     }
 }
 
@@ -53,7 +67,8 @@ void fold(Term& t) {
     }
     if (!is_literal(first)) return;
     switch (t.op) {
-        case Op::Not: return become(t, first.integer == 0);
+        case Op::Not:
+            return become(t, first.integer == 0);
         case Op::Negate:
             if (first.integer != INT64_MIN) become(t, -first.integer);
             return;
@@ -67,11 +82,14 @@ void fold(Term& t) {
         }
         case Op::If: {
             Term chosen = std::move(t.operands[first.integer != 0 ? 1 : 2]);
-            if (chosen.type == t.type) t = std::move(chosen);
-            else t.operands[first.integer != 0 ? 1 : 2] = std::move(chosen);
+            if (chosen.type == t.type)
+                t = std::move(chosen);
+            else
+                t.operands[first.integer != 0 ? 1 : 2] = std::move(chosen);
             return;
         }
-        default: break;
+        default:
+            break;
     }
     if (t.operands.size() != 2 || !is_literal(t.operands[1]) || t.operands[1].op != first.op) return;
     if (const auto value = value_of(t.op, first.integer, t.operands[1].integer)) become(t, *value);
@@ -87,7 +105,8 @@ class Folder {
             for (Head& h : rule_.heads) fold_head(h);
             again = propagate();
         }
-        std::erase_if(rule_.body, [](const Clause& c) { return c.kind == Clause::Kind::Test && c.test.op == Op::Bool && c.test.integer != 0; });
+        std::erase_if(rule_.body,
+                      [](const Clause& c) { return c.kind == Clause::Kind::Test && c.test.op == Op::Bool && c.test.integer != 0; });
     }
 
   private:
@@ -145,7 +164,8 @@ class Folder {
     }
 
     static void replace(Term& t, VariableId v, const Term& value) {
-        if (t.is_variable() && t.variable == v) t = value;
+        if (t.is_variable() && t.variable == v)
+            t = value;
         else
             for (Term& operand : t.operands) replace(operand, v, value);
     }

@@ -21,21 +21,28 @@ bool is_plain(const Term& t) {
     switch (t.op) {
         case Op::Int:
         case Op::Bool:
-        case Op::Node: return true;
-        case Op::Float: return std::isfinite(t.real);
-        case Op::ToFloat: return t.operands[0].op == Op::Int;
-        default: return false;
+        case Op::Node:
+            return true;
+        case Op::Float:
+            return std::isfinite(t.real);
+        case Op::ToFloat:
+            return t.operands[0].op == Op::Int;
+        default:
+            return false;
     }
 }
 
 // The catom that a rule names, where it says one fact about it and nothing else.
 std::optional<std::int64_t> catom_of(const Rule& rule) {
-    if (rule.heads.size() != 1 || rule.body.size() != 1 || rule.select != Select::None || rule.arrives || (rule.linear && !rule.birth)) return {};
+    if (rule.heads.size() != 1 || rule.body.size() != 1 || rule.select != Select::None || rule.arrives || (rule.linear && !rule.birth))
+        return {};
     const Head& head = rule.heads[0];
     const Clause& c = rule.body[0];
-    if (head.kind != Head::Kind::Fact || head.delay.op != Op::Anonymous || c.kind != Clause::Kind::Test || c.test.op != Op::Equal) return {};
+    if (head.kind != Head::Kind::Fact || head.delay.op != Op::Anonymous || c.kind != Clause::Kind::Test || c.test.op != Op::Equal)
+        return {};
     const std::vector<Term>& arguments = head.atom.arguments;
-    const bool here = arguments[0].is_variable() && arguments[0].variable == rule.home && c.test.operands[0].is_variable() && c.test.operands[0].variable == rule.home;
+    const bool here = arguments[0].is_variable() && arguments[0].variable == rule.home && c.test.operands[0].is_variable() &&
+                      c.test.operands[0].variable == rule.home;
     if (!here || c.test.operands[1].op != Op::Node || !std::all_of(arguments.begin() + 1, arguments.end(), is_plain)) return {};
     return c.test.operands[1].integer;
 }
@@ -53,8 +60,11 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     table.kind = PredicateKind::Sensed;
     table.auxiliary = true;
     table.world = WorldSource::Facts;
-    for (const Rule* r : rules) table.facts.push_back({*catom_of(*r), {r->heads[0].atom.arguments.begin() + 1, r->heads[0].atom.arguments.end()}});
-    std::stable_sort(table.facts.begin(), table.facts.end(), [](const Fact& a, const Fact& b) { return static_cast<std::uint64_t>(a.catom) < static_cast<std::uint64_t>(b.catom); });
+    for (const Rule* r : rules)
+        table.facts.push_back({*catom_of(*r), {r->heads[0].atom.arguments.begin() + 1, r->heads[0].atom.arguments.end()}});
+    std::stable_sort(table.facts.begin(), table.facts.end(), [](const Fact& a, const Fact& b) {
+        return static_cast<std::uint64_t>(a.catom) < static_cast<std::uint64_t>(b.catom);
+    });
     const PredicateId from = program.predicates.add(std::move(table));
 
     MadeRule made(program, from, first.name);
@@ -66,7 +76,10 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     made.rule.text = fmt::format("{} and {} more facts up to line {}", first.text, rules.size() - 1, rules.back()->line);
     if (first.linear) {
         made.rule.linear = made.rule.birth = true;
-        made.rule.heads = {{.kind = Head::Kind::Comprehension, .body = std::move(made.rule.body), .heads = std::move(made.rule.heads), .span = first.span}};
+        made.rule.heads = {{.kind = Head::Kind::Comprehension,
+                            .body = std::move(made.rule.body),
+                            .heads = std::move(made.rule.heads),
+                            .span = first.span}};
         made.rule.body.clear();
     }
     return std::move(made.rule);
@@ -78,7 +91,8 @@ void gather_facts(Program& program) {
     Table<Rule> kept;
     std::vector<const Rule*> run;
     const auto end_run = [&] {
-        if (run.size() >= kMany) kept.add(gathered(program, run));
+        if (run.size() >= kMany)
+            kept.add(gathered(program, run));
         else
             for (const Rule* r : run) kept.add(*r);
         run.clear();
@@ -86,8 +100,10 @@ void gather_facts(Program& program) {
     for (const Rule& rule : program.rules) {
         const bool fact = catom_of(rule).has_value();
         if (!run.empty() && !(fact && alike(*run[0], rule))) end_run();
-        if (fact) run.push_back(&rule);
-        else kept.add(rule);
+        if (fact)
+            run.push_back(&rule);
+        else
+            kept.add(rule);
     }
     end_run();
     program.rules = std::move(kept);

@@ -16,13 +16,13 @@ namespace {
 constexpr std::uint32_t kFirstBit = 6;
 constexpr std::uint32_t kBits = 32 - kFirstBit;  // A dirty word is kept in 32 bits a catom.
 
-struct Facts {              // What the rules say about a predicate.
+struct Facts {  // What the rules say about a predicate.
     bool used = false;
     bool exported = false;
-    bool derived = false;   // By a view.
+    bool derived = false;  // By a view.
     bool ranked = false;
     bool recursive = false;
-    bool per_link = true;   // Every derivation names a direct neighbour as the second argument.
+    bool per_link = true;  // Every derivation names a direct neighbour as the second argument.
     std::size_t component = 0;
 };
 
@@ -43,7 +43,8 @@ class Layout {
     Facts& of(PredicateId p) { return facts_[p.index()]; }
 
     void study_rules() {
-        for (const PredicateId p : program_.predicates.ids()) of(p).used = !program_.predicates[p].prelude && !program_.predicates[p].auxiliary;
+        for (const PredicateId p : program_.predicates.ids())
+            of(p).used = !program_.predicates[p].prelude && !program_.predicates[p].auxiliary;
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) {
                 of(a.predicate).used = true;
@@ -65,7 +66,9 @@ class Layout {
         if (head.arguments.size() < 2 || !head.arguments[1].is_variable()) return false;
         const VariableId v = head.arguments[1].variable;
         for (const Clause& c : rule.body) {
-            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable()) continue;
+            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route || c.atom.arguments.size() < 2 ||
+                !c.atom.arguments[1].is_variable())
+                continue;
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
             // A stored route at the home may point to a catom that has left; a neighbour fact, or one told by the other, may not.
             const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.home;
@@ -77,7 +80,8 @@ class Layout {
     void study_components() {
         for (std::size_t i = 0; i < program_.components.size(); ++i) {
             const Component& c = program_.components[i];
-            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(), [&](PredicateId p) { return program_.predicates[p].aggregate != Aggregate::None; });
+            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(),
+                                                [&](PredicateId p) { return program_.predicates[p].aggregate != Aggregate::None; });
             for (const PredicateId p : c.predicates) {
                 of(p).component = i;
                 of(p).recursive = c.recursive;
@@ -103,15 +107,22 @@ class Layout {
         const std::size_t arity = p.arguments.size() - 1;
         // How long something has held is of a neighbour, not of a port.
         const bool keyed_by_link = p.aggregate == Aggregate::None ? arity == 1 : p.aggregate_at == 2 && p.aggregate != Aggregate::Since;
-        if (p.linear()) s.storage = Storage::Rows;
-        else if (arity == 0) s.storage = Storage::Flag;
-        else if (p.aggregate != Aggregate::None && p.aggregate_at == 1) s.storage = Storage::Single;
-        else if (f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported && !f.recursive && p.kind == PredicateKind::Persistent)
+        if (p.linear())
+            s.storage = Storage::Rows;
+        else if (arity == 0)
+            s.storage = Storage::Flag;
+        else if (p.aggregate != Aggregate::None && p.aggregate_at == 1)
+            s.storage = Storage::Single;
+        else if (f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported && !f.recursive &&
+                 p.kind == PredicateKind::Persistent)
             s.storage = Storage::PerLink;
-        else s.storage = Storage::Rows;
+        else
+            s.storage = Storage::Rows;
         for (std::size_t i = 1; i < p.arguments.size(); ++i) s.fields.push_back({p.arguments[i].type, bytes_of(p.arguments[i]), 0});
-        if (p.given.valid()) s.base = p.given;
-        else if (p.kind != PredicateKind::Action && !f.derived) s.base = id;
+        if (p.given.valid())
+            s.base = p.given;
+        else if (p.kind != PredicateKind::Action && !f.derived)
+            s.base = id;
     }
 
     static std::uint32_t bytes_of(const Argument& a) {
@@ -152,7 +163,7 @@ class Layout {
 
     struct Item {
         std::uint32_t bytes;
-        std::uint32_t count;      // PerLink: one for each port.
+        std::uint32_t count;  // PerLink: one for each port.
         std::uint32_t* offset;
     };
     // Largest first, in order of declaration among equals: no padding but at the end.
@@ -174,7 +185,8 @@ class Layout {
             for (const PredicateId id : predicates) {
                 Stored& s = plan_.stored[id.index()];
                 const bool per_link = s.storage == Storage::PerLink;
-                for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i) items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
+                for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
+                    items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
             }
             items.insert(items.end(), others.begin(), others.end());
             return place(items);

@@ -48,7 +48,8 @@ class Localizer {
 
     std::vector<Clause> links_of(const std::vector<Clause>& body) const {
         std::vector<Clause> links;
-        std::copy_if(body.begin(), body.end(), std::back_inserter(links), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_link(program_, c.atom); });
+        std::copy_if(body.begin(), body.end(), std::back_inserter(links),
+                     [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_link(program_, c.atom); });
         return links;
     }
 
@@ -72,11 +73,13 @@ class Localizer {
     }
 
     bool any_far(const Rule& rule, const std::vector<Clause>& body, const Variables& near) const {
-        return std::any_of(body.begin(), body.end(), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
+        return std::any_of(body.begin(), body.end(),
+                           [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
     }
 
     // links: those of the bodies around this one. They lead to the catoms of a negation or a comprehension too.
-    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around, std::vector<Clause> links, Matches matches) {
+    void localize_body(Rule& rule, std::vector<Clause>& body, Variables near, std::vector<const std::vector<Clause>*> around,
+                       std::vector<Clause> links, Matches matches) {
         if (matches == Matches::Counted) name_anonymous(rule, body);
         // Only positive links reach; those inside a negation serve that negation alone.
         for (const Clause& c : body)
@@ -86,7 +89,8 @@ class Localizer {
         around.push_back(&body);
         links.insert(links.end(), own.begin(), own.end());
         for (Clause& c : body)
-            if (!c.inner.empty()) localize_body(rule, c.inner, near, around, links, c.kind == Clause::Kind::Aggregate ? Matches::Counted : Matches::Any);
+            if (!c.inner.empty())
+                localize_body(rule, c.inner, near, around, links, c.kind == Clause::Kind::Aggregate ? Matches::Counted : Matches::Any);
     }
     // Each fact is a match of its own, also where `_` stands.
     static void name_anonymous(Rule& rule, std::vector<Clause>& body) {
@@ -114,7 +118,8 @@ class Localizer {
     }
 
     // The catoms beyond `via`, without passing the home or another neighbour.
-    Variables beyond(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& links, VariableId via, const Variables& near) const {
+    Variables beyond(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& links, VariableId via,
+                     const Variables& near) const {
         Variables seen{via};
         const auto follow = [&](const Clause& c) {
             if (c.kind != Clause::Kind::Atom || !is_link(program_, c.atom)) return false;
@@ -132,8 +137,10 @@ class Localizer {
         return seen;
     }
 
-    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around, const std::vector<Clause>& links, Matches matches) {
-        const auto far = std::find_if(body.begin(), body.end(), [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
+    void move_one(Rule& rule, std::vector<Clause>& body, const Variables& near, const std::vector<const std::vector<Clause>*>& around,
+                  const std::vector<Clause>& links, Matches matches) {
+        const auto far = std::find_if(body.begin(), body.end(),
+                                      [&](const Clause& c) { return c.kind == Clause::Kind::Atom && is_far(rule, c.atom, near); });
         const VariableId at = far->atom.arguments[0].variable;
         VariableId via;
         for (const VariableId n : near)
@@ -173,8 +180,10 @@ class Localizer {
     static Variables bound_by(const std::vector<Clause>& clauses) {
         Variables bound;
         for (const Clause& c : clauses) {
-            if (c.kind == Clause::Kind::Aggregate) bound.insert(c.variable);
-            else if (c.kind != Clause::Kind::Not) each_variable(c, [&](VariableId v) { bound.insert(v); });
+            if (c.kind == Clause::Kind::Aggregate)
+                bound.insert(c.variable);
+            else if (c.kind != Clause::Kind::Not)
+                each_variable(c, [&](VariableId v) { bound.insert(v); });
         }
         return bound;
     }
@@ -207,13 +216,16 @@ class Localizer {
             }
     }
 
-    // A negation or an aggregate about catoms beyond the neighbour in between moves with them, where all it shares with the rest of the rule
-    // is known there. Otherwise it stays, and the facts it looks at come to it.
-    static void move_inner(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept, const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
+    // A negation or an aggregate about catoms beyond the neighbour in between moves with them, where all it shares with the rest
+    // of the rule is known there. Otherwise it stays, and the facts it looks at come to it.
+    static void move_inner(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept,
+                           const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
         const Variables known = bound_by(moved);
         for (std::size_t i = 0; i < kept.size();) {
             bool beyond_via = false;
-            each_atom(kept[i].inner, [&](const Atom& a, bool) { beyond_via = beyond_via || (region.contains(a.arguments[0].variable) && !near.contains(a.arguments[0].variable)); });
+            each_atom(kept[i].inner, [&](const Atom& a, bool) {
+                beyond_via = beyond_via || (region.contains(a.arguments[0].variable) && !near.contains(a.arguments[0].variable));
+            });
             const VariableId result = kept[i].kind == Clause::Kind::Aggregate ? kept[i].variable : VariableId();
             Variables elsewhere = bound_by(kept);
             used_around(rule, around, elsewhere);
@@ -247,14 +259,17 @@ class Localizer {
             // What is drawn is drawn where the rule runs, and once.
             all = all && !is_random(program_, kept[i].test);
             if (all) moved.push_back(kept[i]);
-            if (all && !guards) kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
-            else ++i;
+            if (all && !guards)
+                kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+            else
+                ++i;
         }
     }
     // The variables of operations that have no value for some operands.
     static void partial_operands(const Term& term, Variables& out) {
         each_subterm(term, [&](const Term& t) {
-            if (t.op == Op::Divide || t.op == Op::Modulo || t.op == Op::Power || t.op == Op::Truncate || t.op == Op::Sqrt || t.op == Op::Library || t.op == Op::Call)
+            if (t.op == Op::Divide || t.op == Op::Modulo || t.op == Op::Power || t.op == Op::Truncate || t.op == Op::Sqrt ||
+                t.op == Op::Library || t.op == Op::Call)
                 each_variable(t, [&](VariableId v) { out.insert(v); });
         });
     }

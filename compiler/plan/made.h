@@ -47,7 +47,8 @@ struct MadeRule {
         check::Head h{.kind = check::Head::Kind::Fact, .span = rule.span};
         h.atom.predicate = predicate;
         h.atom.span = rule.span;
-        for (std::size_t i = 0; i < program.predicates[predicate].arguments.size(); ++i) h.atom.arguments.push_back(body.atom.arguments[first + i]);
+        for (std::size_t i = 0; i < program.predicates[predicate].arguments.size(); ++i)
+            h.atom.arguments.push_back(body.atom.arguments[first + i]);
         rule.heads.push_back(std::move(h));
     }
     void add_to(check::Program& program) {

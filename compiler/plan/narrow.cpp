@@ -38,7 +38,8 @@ Range sum(const Range& a, const Range& b) {
     Range r;
     if (a.is_empty() || b.is_empty()) return Range::empty();
     if (a.least == INT64_MIN || b.least == INT64_MIN || __builtin_add_overflow(a.least, b.least, &r.least)) r.least = INT64_MIN;
-    if (a.greatest == INT64_MAX || b.greatest == INT64_MAX || __builtin_add_overflow(a.greatest, b.greatest, &r.greatest)) r.greatest = INT64_MAX;
+    if (a.greatest == INT64_MAX || b.greatest == INT64_MAX || __builtin_add_overflow(a.greatest, b.greatest, &r.greatest))
+        r.greatest = INT64_MAX;
     return r;
 }
 Range negative(const Range& a) {
@@ -57,24 +58,32 @@ Range product(const Range& a, const Range& b) {
 Range remainder(const Range& a, const Term& by) {
     if (a.is_empty() || by.op != Op::Int || by.integer == 0 || by.integer == INT64_MIN) return a.is_empty() ? a : Range{};
     const std::int64_t most = std::abs(by.integer) - 1;
-    return both({a.least < 0 ? -most : 0, a.greatest > 0 ? most : 0}, {std::min<std::int64_t>(a.least, 0), std::max<std::int64_t>(a.greatest, 0)});
+    return both({a.least < 0 ? -most : 0, a.greatest > 0 ? most : 0},
+                {std::min<std::int64_t>(a.least, 0), std::max<std::int64_t>(a.greatest, 0)});
 }
 
 Range range_of(const Term& t, const Known& known) {
     const auto operand = [&](std::size_t i) { return range_of(t.operands[i], known); };
     if (t.type != Type::Int) return {};
     switch (t.op) {
-        case Op::Int: return {t.integer, t.integer};
+        case Op::Int:
+            return {t.integer, t.integer};
         case Op::Variable: {
             const auto found = known.find(t.variable);
             return found == known.end() ? Range{} : found->second;
         }
-        case Op::Add: return sum(operand(0), operand(1));
-        case Op::Subtract: return sum(operand(0), negative(operand(1)));
-        case Op::Negate: return negative(operand(0));
-        case Op::Multiply: return product(operand(0), operand(1));
-        case Op::Modulo: return remainder(operand(0), t.operands[1]);
-        case Op::If: return either(operand(1), operand(2));
+        case Op::Add:
+            return sum(operand(0), operand(1));
+        case Op::Subtract:
+            return sum(operand(0), negative(operand(1)));
+        case Op::Negate:
+            return negative(operand(0));
+        case Op::Multiply:
+            return product(operand(0), operand(1));
+        case Op::Modulo:
+            return remainder(operand(0), t.operands[1]);
+        case Op::If:
+            return either(operand(1), operand(2));
         case Op::Min: {
             const Range a = operand(0), b = operand(1);
             return {std::min(a.least, b.least), std::min(a.greatest, b.greatest)};
@@ -83,7 +92,8 @@ Range range_of(const Term& t, const Known& known) {
             const Range a = operand(0), b = operand(1);
             return {std::max(a.least, b.least), std::max(a.greatest, b.greatest)};
         }
-        default: return {};
+        default:
+            return {};
     }
 }
 
@@ -91,12 +101,18 @@ Range range_of(const Term& t, const Known& known) {
 Range where(Op op, const Range& other) {
     if (other.is_empty()) return other;
     switch (op) {
-        case Op::Equal: return other;
-        case Op::Less: return {INT64_MIN, other.greatest == INT64_MIN ? INT64_MIN : other.greatest - (other.greatest != INT64_MAX)};
-        case Op::LessEqual: return {INT64_MIN, other.greatest};
-        case Op::Greater: return {other.least == INT64_MAX ? INT64_MAX : other.least + (other.least != INT64_MIN), INT64_MAX};
-        case Op::GreaterEqual: return {other.least, INT64_MAX};
-        default: return {};
+        case Op::Equal:
+            return other;
+        case Op::Less:
+            return {INT64_MIN, other.greatest == INT64_MIN ? INT64_MIN : other.greatest - (other.greatest != INT64_MAX)};
+        case Op::LessEqual:
+            return {INT64_MIN, other.greatest};
+        case Op::Greater:
+            return {other.least == INT64_MAX ? INT64_MAX : other.least + (other.least != INT64_MIN), INT64_MAX};
+        case Op::GreaterEqual:
+            return {other.least, INT64_MAX};
+        default:
+            return {};
     }
 }
 
@@ -105,7 +121,8 @@ class Narrower {
     explicit Narrower(Program& program) : program_(program), ranges_(program.predicates.count()) {
         for (const PredicateId p : program.predicates.ids()) {
             const Predicate& predicate = program.predicates[p];
-            const bool ours = predicate.kind == PredicateKind::Persistent && predicate.world == WorldSource::None && !predicate.sensed && is_derived(p);
+            const bool ours =
+                predicate.kind == PredicateKind::Persistent && predicate.world == WorldSource::None && !predicate.sensed && is_derived(p);
             of(p).assign(predicate.arguments.size(), ours ? Range::empty() : Range{});
             if (!ours) sense(predicate, of(p));
         }
@@ -143,7 +160,8 @@ class Narrower {
     std::vector<Range>& of(PredicateId p) { return ranges_[p.index()]; }
 
     bool is_derived(PredicateId p) const {
-        return std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& r) { return !r.linear && r.heads[0].atom.predicate == p; });
+        return std::any_of(program_.rules.begin(), program_.rules.end(),
+                           [&](const Rule& r) { return !r.linear && r.heads[0].atom.predicate == p; });
     }
 
     static void sense(const Predicate& p, std::vector<Range>& ranges) {
@@ -157,11 +175,18 @@ class Narrower {
         }
         constexpr Range port{0, kMaxPorts - 1};
         switch (p.world) {
-            case WorldSource::NeighborPort: ranges[2] = port; break;
+            case WorldSource::NeighborPort:
+                ranges[2] = port;
+                break;
             case WorldSource::Vacant:
-            case WorldSource::TargetPort: ranges[1] = port; break;
-            case WorldSource::NeighborCount: ranges[1] = {0, kMaxPorts}; break;
-            default: break;
+            case WorldSource::TargetPort:
+                ranges[1] = port;
+                break;
+            case WorldSource::NeighborCount:
+                ranges[1] = {0, kMaxPorts};
+                break;
+            default:
+                break;
         }
     }
 
@@ -178,13 +203,15 @@ class Narrower {
             if (seen.insert(head.predicate).second) std::fill(made.begin(), made.end(), Range::empty());
             Known known;
             if (!understand(rule, known)) continue;
-            for (std::size_t i = 1; i < head.arguments.size(); ++i) made[i] = either(made[i], unchecked(p, i) ? Range{} : range_of(head.arguments[i], known));
+            for (std::size_t i = 1; i < head.arguments.size(); ++i)
+                made[i] = either(made[i], unchecked(p, i) ? Range{} : range_of(head.arguments[i], known));
         }
         return next;
     }
     // What is folded, counted, timed or chosen by the program is not looked into.
     static bool unchecked(const Predicate& p, std::size_t argument) {
-        return p.aggregate != Aggregate::None && p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max && argument >= p.aggregate_at;
+        return p.aggregate != Aggregate::None && p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max &&
+               argument >= p.aggregate_at;
     }
 
     // The ranges of a rule's variables; false: the body cannot hold yet.
@@ -204,7 +231,9 @@ class Narrower {
                         if (type == Type::Int && r.is_empty()) return false;
                         if (type == Type::Int && c.atom.arguments[i].is_variable()) meet(c.atom.arguments[i].variable, r);
                     }
-                if (c.kind != Clause::Kind::Test || c.test.operands.size() != 2 || c.test.operands[0].type != Type::Int || c.test.operands[1].type != Type::Int) continue;
+                if (c.kind != Clause::Kind::Test || c.test.operands.size() != 2 || c.test.operands[0].type != Type::Int ||
+                    c.test.operands[1].type != Type::Int)
+                    continue;
                 for (const bool left : {true, false}) {
                     const Term &one = c.test.operands[left ? 0 : 1], &other = c.test.operands[left ? 1 : 0];
                     if (one.is_variable()) meet(one.variable, where(left ? c.test.op : turned(c.test.op), range_of(other, known)));

@@ -97,12 +97,15 @@ class Orderer {
                 // A variable of another negation or aggregate alone is another one there.
                 Variables others = outside;
                 for (const Clause& other : body) {
-                    if (other.kind == Clause::Kind::Aggregate) others.insert(other.variable);
-                    else if (other.kind != Clause::Kind::Not) each_variable(other, [&](VariableId v) { others.insert(v); });
+                    if (other.kind == Clause::Kind::Aggregate)
+                        others.insert(other.variable);
+                    else if (other.kind != Clause::Kind::Not)
+                        each_variable(other, [&](VariableId v) { others.insert(v); });
                 }
                 bool ready = true;
                 const bool folds = c.kind == Clause::Kind::Aggregate;
-                each_variable(c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v) || (folds && v == c.variable)); });
+                each_variable(
+                    c, [&](VariableId v) { ready = ready && (known(v, state) || !others.contains(v) || (folds && v == c.variable)); });
                 if (!ready) continue;
                 Step s{.kind = folds ? Step::Kind::Fold : Step::Kind::Absent};
                 State inner = state;
@@ -162,13 +165,14 @@ class Orderer {
         } else if (made.op == Op::List) {
             Term length{.op = Op::Library, .type = Type::Int, .span = value.span, .text = "llength", .operands = {value}};
             Term count{.op = Op::Int, .type = Type::Int, .span = value.span, .integer = static_cast<std::int64_t>(made.operands.size())};
-            steps.push_back(test({.op = Op::Equal, .type = Type::Bool, .span = value.span, .operands = {std::move(length), std::move(count)}}));
+            steps.push_back(
+                test({.op = Op::Equal, .type = Type::Bool, .span = value.span, .operands = {std::move(length), std::move(count)}}));
         }
         for (std::size_t i = 0; i < made.operands.size(); ++i) {
             const Term& part = made.operands[i];
-            Term is = made.op == Op::Cons    ? part_of(value, i == 0 ? Op::ListHead : Op::ListTail, i == 0 ? element : value.type)
+            Term is = made.op == Op::Cons ? part_of(value, i == 0 ? Op::ListHead : Op::ListTail, i == 0 ? element : value.type)
                       : made.op == Op::List || value.type == Type::Vec3 ? part_of(value, Op::Item, element, i)
-                                              : part_of(value, Op::Item, value.type.parts[i], i);
+                                                                        : part_of(value, Op::Item, value.type.parts[i], i);
             if (!part.is_variable() || known(part.variable, state)) {
                 steps.push_back(test({.op = Op::Equal, .type = Type::Bool, .span = part.span, .operands = {std::move(is), part}}));
                 continue;
@@ -194,8 +198,10 @@ class Orderer {
         const bool home = at == rule_.home;
         int unknown = 0, unknown_group = 0;
         for (std::size_t i = 1; i < a.arguments.size(); ++i) {
-            if (a.arguments[i].is_variable()) unknown += known(a.arguments[i].variable, s) ? 0 : 1;
-            else if (a.arguments[i].op != Op::Anonymous && !known(a.arguments[i], s)) return kNotYet;
+            if (a.arguments[i].is_variable())
+                unknown += known(a.arguments[i].variable, s) ? 0 : 1;
+            else if (a.arguments[i].op != Op::Anonymous && !known(a.arguments[i], s))
+                return kNotYet;
             const bool open = a.arguments[i].op == Op::Anonymous || (a.arguments[i].is_variable() && !known(a.arguments[i].variable, s));
             unknown_group += open && i <= group_arguments(program_.predicates[a.predicate]) ? 1 : 0;
         }
@@ -213,7 +219,8 @@ class Orderer {
         if (s.places.contains(at)) return one ? 15 + unknown : (key ? 25 : 50 + unknown);
         if (s.values.contains(at)) return 35 + unknown;
         // Nothing is known of this catom: it must be a neighbour that points here; all neighbours are asked.
-        const bool points_home = program_.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable() && a.arguments[1].variable == rule_.home;
+        const bool points_home = program_.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable() &&
+                                 a.arguments[1].variable == rule_.home;
         return points_home ? 70 : kNotYet;
     }
 
@@ -221,7 +228,9 @@ class Orderer {
         if (!reads(c) || (c.kind != Clause::Kind::Atom && !known(c.test, s))) return kNotYet;
         return c.kind == Clause::Kind::Element ? 42 : cost(c.atom, s);
     }
-    static bool reads(const Clause& c) { return c.kind != Clause::Kind::Test && c.kind != Clause::Kind::Not && c.kind != Clause::Kind::Aggregate; }
+    static bool reads(const Clause& c) {
+        return c.kind != Clause::Kind::Test && c.kind != Clause::Kind::Not && c.kind != Clause::Kind::Aggregate;
+    }
 
     std::size_t pick(const std::vector<Clause>& body, const State& s, bool textual) const {
         std::size_t best = body.size();
@@ -241,12 +250,15 @@ class Orderer {
     // Why the clause `next` is read now, in words of what was known before it.
     Choice choice(const std::vector<Clause>& body, std::size_t next, const State& s, bool textual) const {
         Choice out;
-        if (body[next].kind == Clause::Kind::Element) out.reason = Reason::Elements;
-        else explain(body[next].atom, s, out);
+        if (body[next].kind == Clause::Kind::Element)
+            out.reason = Reason::Elements;
+        else
+            explain(body[next].atom, s, out);
         if (textual) out.reason = Reason::Written;
         for (std::size_t i = 0; i < next; ++i) {
             if (!reads(body[i])) continue;
-            (cost(body[i], s) < kNotYet ? out.dearer : out.waiting).push_back(body[i].kind == Clause::Kind::Element ? PredicateId() : body[i].atom.predicate);
+            (cost(body[i], s) < kNotYet ? out.dearer : out.waiting)
+                .push_back(body[i].kind == Clause::Kind::Element ? PredicateId() : body[i].atom.predicate);
         }
         return out;
     }
@@ -400,15 +412,22 @@ class Inputs {
                 case WorldSource::Neighbor:
                 case WorldSource::NeighborPort:
                 case WorldSource::NeighborCount:
-                case WorldSource::Vacant: bits |= links; break;
+                case WorldSource::Vacant:
+                    bits |= links;
+                    break;
                 case WorldSource::Cell:
                 case WorldSource::Position:
                 case WorldSource::PositionVector:
                 case WorldSource::Target:
-                case WorldSource::TargetPort: bits |= place; break;
-                case WorldSource::Tick: bits |= tick; break;
+                case WorldSource::TargetPort:
+                    bits |= place;
+                    break;
+                case WorldSource::Tick:
+                    bits |= tick;
+                    break;
                 case WorldSource::Id:
-                case WorldSource::Facts: break;
+                case WorldSource::Facts:
+                    break;
             }
         }
         return bits;
@@ -430,7 +449,8 @@ class Inputs {
         std::uint64_t bits = 0;
         for (const Step& s : steps) {
             bits |= of_linear(s.inner);
-            if (s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear()) bits |= plan_.columns[plan_.of(s.predicate).column].own_dirty;
+            if (s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear())
+                bits |= plan_.columns[plan_.of(s.predicate).column].own_dirty;
         }
         return bits;
     }
@@ -491,7 +511,8 @@ RulePlan plan_rule(const Plan& plan, RuleId id, bool ranked, const std::vector<P
 
 }  // namespace
 
-std::vector<Step> order_changed(const Plan& plan, const Rule& rule, const std::vector<Clause>& body, std::size_t first, const std::vector<VariableId>& needed) {
+std::vector<Step> order_changed(const Plan& plan, const Rule& rule, const std::vector<Clause>& body, std::size_t first,
+                                const std::vector<VariableId>& needed) {
     const std::vector<PredicateId> no_ranks;
     return Orderer(plan, rule, false, no_ranks).order_changed(body, first, {needed.begin(), needed.end()});
 }
@@ -511,7 +532,8 @@ RulePlan order_fresh(const Plan& plan, RuleId id, std::vector<Clause> body, std:
     return out;
 }
 
-RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component, const std::vector<Clause>& body, const std::vector<VariableId>& given) {
+RulePlan order_group(const Plan& plan, RuleId id, const ComponentPlan& component, const std::vector<Clause>& body,
+                     const std::vector<VariableId>& given) {
     const Rule& rule = plan.program.rules[id];
     const Orderer orderer(plan, rule, plan.of(component.predicates[0]).ranked, component.predicates);
     Orderer::State state = orderer.start();
@@ -548,8 +570,11 @@ void order_rules(Plan& plan) {
         out.predicates = c.predicates;
         out.links = c.links;
         const bool ranked = is_ranked(plan, c);
-        out.recursion = !c.recursive ? Recursion::None : c.tree && !c.local ? Recursion::Tree : !ranked ? Recursion::LocalSets
-                        : c.local || c.predicates.size() > 1 ? Recursion::Mutual : Recursion::Ranked;
+        out.recursion = !c.recursive                         ? Recursion::None
+                        : c.tree && !c.local                 ? Recursion::Tree
+                        : !ranked                            ? Recursion::LocalSets
+                        : c.local || c.predicates.size() > 1 ? Recursion::Mutual
+                                                             : Recursion::Ranked;
         for (const RuleId id : c.rules) {
             out.rules.push_back(plan_rule(plan, id, ranked, c.predicates));
             out.inputs |= out.rules.back().inputs;
@@ -564,7 +589,8 @@ void order_rules(Plan& plan) {
     for (const bool arrivals : {true, false})
         for (const RuleId id : plan.program.rules.ids()) {
             const Rule& rule = plan.program.rules[id];
-            if (rule.linear && rule.arrives == arrivals) (rule.birth ? plan.births : plan.linear_rules).push_back(plan_rule(plan, id, false, {}));
+            if (rule.linear && rule.arrives == arrivals)
+                (rule.birth ? plan.births : plan.linear_rules).push_back(plan_rule(plan, id, false, {}));
         }
     const std::uint64_t tick = 16;
     for (const ComponentPlan& c : plan.components) plan.reads_tick = plan.reads_tick || (c.inputs & tick);

@@ -63,8 +63,10 @@ Plan make_plan(check::Program program, const PlanOptions& options) {
         if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {
             if (p.on_program != nullptr) p.on_program(plan.program);
             if (p.on_plan != nullptr) p.on_plan(plan);
-            if (p.on_program != nullptr) verify(plan.program);
-            else verify(plan);
+            if (p.on_program != nullptr)
+                verify(plan.program);
+            else
+                verify(plan);
         }
         if (p.name == options.after) break;
     }

@@ -24,7 +24,7 @@ std::string storage_name(Storage storage);
 struct Column;
 using ColumnId = Id<Column>;
 
-struct Field {               // One argument after the catom.
+struct Field {  // One argument after the catom.
     check::Type type = check::Type::Int;
     std::uint32_t bytes = 8;
     std::uint32_t offset = 0;  // In the record or row; PerLink: of port 0.
@@ -35,14 +35,14 @@ struct Stored {
     bool used = false;  // Some rule mentions it, or it is the program's own. An action that only linear rules ask for is not stored.
     ColumnId column;
     std::vector<Field> fields;
-    bool exported = false;     // Read at neighbours.
-    bool ranked = false;       // Carries the rank of its fact.
+    bool exported = false;  // Read at neighbours.
+    bool ranked = false;    // Carries the rank of its fact.
     std::uint32_t rank_offset = 0;
-    bool waits = false;        // Its candidates carry the ports of the neighbours they come from.
+    bool waits = false;  // Its candidates carry the ports of the neighbours they come from.
     std::uint32_t from_offset = 0;
     std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a word; PerLink: the mask of ports.
     std::uint32_t presence_mask = 0;
-    PredicateId base;          // Where facts given from outside go: itself, an auxiliary, or none.
+    PredicateId base;  // Where facts given from outside go: itself, an auxiliary, or none.
 };
 
 struct Column {
@@ -50,11 +50,11 @@ struct Column {
     bool rows = false;
     bool exported = false;
     std::vector<PredicateId> predicates;
-    std::uint32_t stride = 0;     // Bytes a catom.
+    std::uint32_t stride = 0;  // Bytes a catom.
     std::uint32_t row_bytes = 0;
     std::uint64_t own_dirty = 0;
     std::uint64_t reader_dirty = 0;
-    bool follows_rows = false;    // Readers are told which rows have changed.
+    bool follows_rows = false;  // Readers are told which rows have changed.
 };
 
 // ---- steps of a rule, outermost first; each later step runs for every way to satisfy the earlier ones
@@ -63,18 +63,18 @@ enum class ArgumentUse { Skip, Bind, Compare };
 
 // Why a step reads at this point and not earlier or later. For --explain-rules alone.
 enum class Reason {
-    Written,     // Where the rule has it: linear rules mean this order.
-    Test,        // All arguments are known.
-    Exists,      // Gives no variable a value.
-    One,         // One fact at most.
-    Rows,        // Several facts, more the fewer arguments are known.
-    Elements,    // Those of a list or set that is known.
-    Named,       // A neighbour whose number is known.
-    Links,       // Each neighbour.
+    Written,   // Where the rule has it: linear rules mean this order.
+    Test,      // All arguments are known.
+    Exists,    // Gives no variable a value.
+    One,       // One fact at most.
+    Rows,      // Several facts, more the fewer arguments are known.
+    Elements,  // Those of a list or set that is known.
+    Named,     // A neighbour whose number is known.
+    Links,     // Each neighbour.
 };
 struct Choice {
     Reason reason = Reason::Written;
-    std::size_t known = 0;            // Rows: how many arguments after the catom are known.
+    std::size_t known = 0;  // Rows: how many arguments after the catom are known.
     // Those that the rule has before it: not valid stands for the elements of a list or set.
     std::vector<PredicateId> dearer = {};
     std::vector<PredicateId> waiting = {};  // They need what is not known yet.
@@ -92,26 +92,26 @@ struct Step {
         Fold,        // S = sum X over { steps }
         Delta,       // if delta X of p(A, X) > e     the fact has been matched; compares with what held before the tick
     } kind = Kind::Match;
-    VariableId place = {};            // Neighbours, Locate: the catom found; Match: where.
-    bool at_home = true;              // Match: at the rule's home.
-    PredicateId predicate = {};       // Match
-    std::vector<Term> arguments = {}; // Match, after the catom.
+    VariableId place = {};             // Neighbours, Locate: the catom found; Match: where.
+    bool at_home = true;               // Match: at the rule's home.
+    PredicateId predicate = {};        // Match
+    std::vector<Term> arguments = {};  // Match, after the catom.
     std::vector<ArgumentUse> uses = {};
-    VariableId port = {};             // Neighbours: bound to the port, if valid.
-    Term port_compare = {};           // Neighbours: the port must equal this (where not Anonymous).
-    bool port_from_other_side = false;  // The port is the one at which B sees the home.
-    bool read_only = false;           // Match of a linear fact that is left in place.
-    bool ranks = false;               // Match: its rank counts for the head's.
-    bool changed = false;             // Match: only rows that have changed, as they were and as they are.
-    Term term = {};                   // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
-    VariableId variable = {};         // Set, Each, Fold, Delta
-    VariableId position = {};         // Each: which element it is, if valid.
-    std::vector<Step> inner = {};     // Absent, Fold
+    VariableId port = {};                                 // Neighbours: bound to the port, if valid.
+    Term port_compare = {};                               // Neighbours: the port must equal this (where not Anonymous).
+    bool port_from_other_side = false;                    // The port is the one at which B sees the home.
+    bool read_only = false;                               // Match of a linear fact that is left in place.
+    bool ranks = false;                                   // Match: its rank counts for the head's.
+    bool changed = false;                                 // Match: only rows that have changed, as they were and as they are.
+    Term term = {};                                       // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
+    VariableId variable = {};                             // Set, Each, Fold, Delta
+    VariableId position = {};                             // Each: which element it is, if valid.
+    std::vector<Step> inner = {};                         // Absent, Fold
     check::Aggregate aggregate = check::Aggregate::None;  // Fold
-    check::FunctionId fold = {};      // Fold, Custom
-    Term initial = {};                // Fold, Custom: what it starts from, if not the first match
-    check::Op compare = check::Op::Greater;  // Delta
-    Choice choice = {};               // Neighbours, Locate, Match, Each
+    check::FunctionId fold = {};                          // Fold, Custom
+    Term initial = {};                                    // Fold, Custom: what it starts from, if not the first match
+    check::Op compare = check::Op::Greater;               // Delta
+    Choice choice = {};                                   // Neighbours, Locate, Match, Each
 };
 
 struct HeadPlan {
@@ -120,20 +120,20 @@ struct HeadPlan {
     VariableId place;
     std::vector<Term> arguments = {};
     std::vector<VariableId> contributors = {};  // As of the rule.
-    std::vector<Step> steps = {};     // Comprehension, Aggregate
+    std::vector<Step> steps = {};               // Comprehension, Aggregate
     std::vector<HeadPlan> heads = {};
-    std::vector<HeadPlan> others = {};     // Aggregate: after all matches; If: else
-    std::vector<check::Fold> folds = {};   // Aggregate
-    Term term = {};                   // If: the condition; Set: the value
-    VariableId variable = {};         // Set
+    std::vector<HeadPlan> others = {};    // Aggregate: after all matches; If: else
+    std::vector<check::Fold> folds = {};  // Aggregate
+    Term term = {};                       // If: the condition; Set: the value
+    VariableId variable = {};             // Set
 };
 
 struct RulePlan {
     RuleId rule;
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
-    std::uint64_t inputs = 0;         // Dirty bits after which the rule is looked at again.
-    std::uint64_t absent = 0;         // Of a linear rule: the bits of linear facts that must not be there, or are counted.
+    std::uint64_t inputs = 0;  // Dirty bits after which the rule is looked at again.
+    std::uint64_t absent = 0;  // Of a linear rule: the bits of linear facts that must not be there, or are counted.
     // Of a delta (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
     std::uint64_t unchanged = 0;         // Of no use where one of these inputs has changed too.
@@ -147,7 +147,7 @@ struct RulePlan {
 // one input can affect, `groups` are the rules once more, for one group that is known.
 // Where recursion stays at one catom, `touches` derive what follows from rows that the last round has made.
 struct Deltas {
-    std::uint64_t inputs = 0;         // Where anything else has changed, all is settled; 0: always.
+    std::uint64_t inputs = 0;  // Where anything else has changed, all is settled; 0: always.
     std::vector<RulePlan> touches;
     std::vector<RulePlan> groups;
 };
@@ -162,17 +162,17 @@ struct ComponentPlan {
     Recursion recursion = Recursion::None;
     bool links = false;
     std::uint64_t inputs = 0;
-    std::uint64_t outputs = 0;        // own_dirty of its columns.
+    std::uint64_t outputs = 0;  // own_dirty of its columns.
     Deltas deltas = {};
 };
 
 struct Plan {
-    check::Program program;           // With the auxiliaries of localization.
-    std::vector<Stored> stored;       // By PredicateId.
+    check::Program program;      // With the auxiliaries of localization.
+    std::vector<Stored> stored;  // By PredicateId.
     Table<Column> columns;
     std::vector<ComponentPlan> components;
     std::vector<RulePlan> linear_rules;  // In order of priority.
-    std::vector<RulePlan> births;     // Linear axioms.
+    std::vector<RulePlan> births;        // Linear axioms.
     bool reads_tick = false;
 
     const Stored& of(PredicateId p) const { return stored[p.index()]; }
@@ -234,7 +234,9 @@ void verify(const check::Program& program);
 void verify(const Plan& plan);
 
 // How many arguments after the catom make the group: all that stand before an aggregated one.
-inline std::size_t group_arguments(const check::Predicate& p) { return (p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at) - 1; }
+inline std::size_t group_arguments(const check::Predicate& p) {
+    return (p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at) - 1;
+}
 
 // The rule with all variables that its plan mentions.
 check::Rule rule_of(const Plan& plan, const RulePlan& rule);

@@ -9,23 +9,34 @@ using namespace check;
 
 std::string storage_name(Storage storage) {
     switch (storage) {
-        case Storage::Unused: return "unused";
-        case Storage::Flag: return "flag";
-        case Storage::Single: return "single";
-        case Storage::PerLink: return "per link";
-        case Storage::Rows: return "rows";
-        case Storage::World: return "world";
+        case Storage::Unused:
+            return "unused";
+        case Storage::Flag:
+            return "flag";
+        case Storage::Single:
+            return "single";
+        case Storage::PerLink:
+            return "per link";
+        case Storage::Rows:
+            return "rows";
+        case Storage::World:
+            return "world";
     }
     return "";
 }
 
 std::string recursion_name(Recursion r) {
     switch (r) {
-        case Recursion::None: return "not recursive";
-        case Recursion::LocalSets: return "recursive at the catom, from scratch";
-        case Recursion::Ranked: return "recursive over links, ranks and quarantine";
-        case Recursion::Mutual: return "mutually recursive, ranks and quarantine";
-        case Recursion::Tree: return "sums over a tree";
+        case Recursion::None:
+            return "not recursive";
+        case Recursion::LocalSets:
+            return "recursive at the catom, from scratch";
+        case Recursion::Ranked:
+            return "recursive over links, ranks and quarantine";
+        case Recursion::Mutual:
+            return "mutually recursive, ranks and quarantine";
+        case Recursion::Tree:
+            return "sums over a tree";
     }
     return "";
 }
@@ -39,8 +50,8 @@ class Printer {
     std::string plan() {
         for (const ColumnId id : plan_.columns.ids()) {
             const Column& c = plan_.columns[id];
-            out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride, c.rows ? fmt::format(", {} a row", c.row_bytes) : "",
-                                c.exported ? ", exported" : "");
+            out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride,
+                                c.rows ? fmt::format(", {} a row", c.row_bytes) : "", c.exported ? ", exported" : "");
         }
         for (const ComponentPlan& c : plan_.components) {
             std::string names;
@@ -62,7 +73,11 @@ class Printer {
         rule_ = &program_.rules[r.rule];
         out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->home].name, rule_->text);
         if (rule_->select != Select::None)
-            indented(2, fmt::format("choose {} {}", rule_->select == Select::Random ? "any" : rule_->select == Select::Ascending ? "the least" : "the greatest", name(rule_->selected)));
+            indented(2, fmt::format("choose {} {}",
+                                    rule_->select == Select::Random      ? "any"
+                                    : rule_->select == Select::Ascending ? "the least"
+                                                                         : "the greatest",
+                                    name(rule_->selected)));
         steps(r.steps, 2);
         heads(r.heads, 2 + r.steps.size());
     }
@@ -98,7 +113,8 @@ class Printer {
             steps(r.steps, 2);
             const HeadPlan& h = r.heads[0];
             std::string group;
-            for (std::size_t i = 0; i < group_arguments(program_.predicates[h.predicate]); ++i) group += ", " + print(program_, *rule_, h.arguments[i]);
+            for (std::size_t i = 0; i < group_arguments(program_.predicates[h.predicate]); ++i)
+                group += ", " + print(program_, *rule_, h.arguments[i]);
             indented(2 + r.steps.size(), fmt::format("-> group of {}({}{})", program_.predicates[h.predicate].name, name(h.place), group));
         }
         for (const RulePlan& r : c.deltas.groups) {
@@ -125,7 +141,9 @@ class Printer {
             case Step::Kind::Neighbours:
             case Step::Kind::Locate: {
                 std::string text = fmt::format("{} neighbour {}", s.kind == Step::Kind::Neighbours ? "for each" : "find",
-                                               s.place.valid() ? name(s.place) : s.term.op == Op::Anonymous ? "_" : print(program_, *rule_, s.term));
+                                               s.place.valid()              ? name(s.place)
+                                               : s.term.op == Op::Anonymous ? "_"
+                                                                            : print(program_, *rule_, s.term));
                 if (s.port.valid()) text += " at port " + name(s.port);
                 if (s.port_compare.op != Op::Anonymous) text += " at port " + print(program_, *rule_, s.port_compare);
                 return text;
@@ -136,27 +154,38 @@ class Printer {
                     text += ", " + std::string(s.uses[i] == ArgumentUse::Compare ? "=" : "") + print(program_, *rule_, s.arguments[i]);
                 return text + ")" + (s.ranks ? "  rank" : "");
             }
-            case Step::Kind::Test: return "if " + print(program_, *rule_, s.term);
-            case Step::Kind::Set: return name(s.variable) + " = " + print(program_, *rule_, s.term);
-            case Step::Kind::Absent: return "unless\n" + inside(s, depth);
-            case Step::Kind::Each: return fmt::format("for each {} in {}", name(s.variable), print(program_, *rule_, s.term));
+            case Step::Kind::Test:
+                return "if " + print(program_, *rule_, s.term);
+            case Step::Kind::Set:
+                return name(s.variable) + " = " + print(program_, *rule_, s.term);
+            case Step::Kind::Absent:
+                return "unless\n" + inside(s, depth);
+            case Step::Kind::Each:
+                return fmt::format("for each {} in {}", name(s.variable), print(program_, *rule_, s.term));
             case Step::Kind::Fold: {
                 const std::string how = s.aggregate == Aggregate::Custom ? program_.functions[s.fold].name : aggregate_name(s.aggregate);
                 const std::string value = s.term.op == Op::Anonymous ? "" : " " + print(program_, *rule_, s.term);
                 return fmt::format("{} = {}{} over\n", name(s.variable), how, value) + inside(s, depth);
             }
-            case Step::Kind::Delta: return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), print(program_, *rule_, s.term));
+            case Step::Kind::Delta:
+                return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), print(program_, *rule_, s.term));
         }
         return "";
     }
     static const char* sign(Op op) {
         switch (op) {
-            case Op::Equal: return "=";
-            case Op::NotEqual: return "<>";
-            case Op::Less: return "<";
-            case Op::LessEqual: return "<=";
-            case Op::GreaterEqual: return ">=";
-            default: return ">";
+            case Op::Equal:
+                return "=";
+            case Op::NotEqual:
+                return "<>";
+            case Op::Less:
+                return "<";
+            case Op::LessEqual:
+                return "<=";
+            case Op::GreaterEqual:
+                return ">=";
+            default:
+                return ">";
         }
     }
     std::string inside(const Step& s, std::size_t depth) {
@@ -182,7 +211,9 @@ class Printer {
                     indented(depth, "-> for all");
                     steps(h.steps, depth + 1);
                     heads(h.heads, depth + 1 + h.steps.size());
-                    for (const Fold& f : h.folds) indented(depth, fmt::format("   {} = {}{}", name(f.result), aggregate_name(f.aggregate), f.each.valid() ? " " + name(f.each) : ""));
+                    for (const Fold& f : h.folds)
+                        indented(depth, fmt::format("   {} = {}{}", name(f.result), aggregate_name(f.aggregate),
+                                                    f.each.valid() ? " " + name(f.each) : ""));
                     heads(h.others, depth);
                     break;
                 case Head::Kind::If:

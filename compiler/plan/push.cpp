@@ -25,8 +25,8 @@ struct Push {
     RuleId rule;
     std::size_t clause = 0;
     VariableId value;
-    std::vector<VariableId> kept;      // The atom's other variables that the rest of the rule needs.
-    std::vector<std::size_t> tests;    // Clauses that go along.
+    std::vector<VariableId> kept;    // The atom's other variables that the rest of the rule needs.
+    std::vector<std::size_t> tests;  // Clauses that go along.
 };
 
 // Tests that have an outcome for all values.
@@ -47,8 +47,10 @@ bool is_total(const Term& t) {
         case Op::Less:
         case Op::LessEqual:
         case Op::Greater:
-        case Op::GreaterEqual: break;
-        default: return false;
+        case Op::GreaterEqual:
+            break;
+        default:
+            return false;
     }
     return std::all_of(t.operands.begin(), t.operands.end(), is_total);
 }
@@ -95,7 +97,8 @@ class Pusher {
         const Predicate& p = program_.predicates[atom.predicate];
         const Atom& head = rule.heads[0].atom;
         const Predicate& h = program_.predicates[head.predicate];
-        if (atom.arguments[0].variable == rule.home || p.kind != PredicateKind::Persistent || p.world != WorldSource::None || p.route) return false;
+        if (atom.arguments[0].variable == rule.home || p.kind != PredicateKind::Persistent || p.world != WorldSource::None || p.route)
+            return false;
         if ((h.aggregate != Aggregate::Min && h.aggregate != Aggregate::Max) || h.complete_link.valid()) return false;
         const Term& best = head.arguments[h.aggregate_at];
         if (!best.is_variable() || best.type != h.arguments[h.aggregate_at].type) return false;
@@ -115,8 +118,10 @@ class Pusher {
                 moves = moves && own.contains(v) && v != atom.arguments[0].variable;
                 any = true;
             });
-            if (moves && any) push.tests.push_back(i);
-            else each_variable(c, [&](VariableId v) { elsewhere.insert(v); });
+            if (moves && any)
+                push.tests.push_back(i);
+            else
+                each_variable(c, [&](VariableId v) { elsewhere.insert(v); });
         }
         if (elsewhere.contains(push.value)) return false;
         for (const VariableId v : own)
@@ -146,7 +151,8 @@ class Pusher {
         for (std::size_t i = 1; i <= group_arguments(p); ++i) {
             const Term& t = atom.arguments[i];
             if (t.op == Op::Anonymous) return true;
-            if (t.is_variable() && t.variable != push.value && std::find(push.kept.begin(), push.kept.end(), t.variable) == push.kept.end()) return true;
+            if (t.is_variable() && t.variable != push.value && std::find(push.kept.begin(), push.kept.end(), t.variable) == push.kept.end())
+                return true;
         }
         return false;
     }
@@ -169,7 +175,9 @@ class Pusher {
         return false;
     }
 
-    static Term variable(const Rule& rule, VariableId v) { return {.op = Op::Variable, .type = rule.variables[v].type, .span = rule.span, .variable = v}; }
+    static Term variable(const Rule& rule, VariableId v) {
+        return {.op = Op::Variable, .type = rule.variables[v].type, .span = rule.span, .variable = v};
+    }
 
     void apply(const Push& push) {
         Rule rule = program_.rules[push.rule];
@@ -204,7 +212,8 @@ class Pusher {
         made.text = print(program_, made);
 
         rule.body[push.clause].atom = best;
-        for (auto t = push.tests.rbegin(); t != push.tests.rend(); ++t) rule.body.erase(rule.body.begin() + static_cast<std::ptrdiff_t>(*t));
+        for (auto t = push.tests.rbegin(); t != push.tests.rend(); ++t)
+            rule.body.erase(rule.body.begin() + static_cast<std::ptrdiff_t>(*t));
         program_.rules[push.rule] = std::move(rule);
         program_.rules.add(std::move(made));
     }

@@ -18,7 +18,9 @@ namespace {
 using Names = std::map<VariableId, VariableId>;
 
 bool same(const Term& a, const Term& b, const Names& names) {
-    if (a.op != b.op || a.type != b.type || a.integer != b.integer || a.text != b.text || a.constant != b.constant || a.function != b.function) return false;
+    if (a.op != b.op || a.type != b.type || a.integer != b.integer || a.text != b.text || a.constant != b.constant ||
+        a.function != b.function)
+        return false;
     if (a.real != b.real || a.operands.size() != b.operands.size()) return false;
     if (a.op == Op::Let) return false;
     if (a.is_variable()) {
@@ -42,7 +44,9 @@ bool bind(VariableId a, VariableId b, Names& names) {
 bool same_arguments(const Step& a, const Step& b, Names& names) {
     if (a.uses != b.uses || a.arguments.size() != b.arguments.size()) return false;
     for (std::size_t i = 0; i < a.arguments.size(); ++i) {
-        if (a.uses[i] == ArgumentUse::Bind ? !bind(a.arguments[i].variable, b.arguments[i].variable, names) : !same(a.arguments[i], b.arguments[i], names)) return false;
+        if (a.uses[i] == ArgumentUse::Bind ? !bind(a.arguments[i].variable, b.arguments[i].variable, names)
+                                           : !same(a.arguments[i], b.arguments[i], names))
+            return false;
     }
     return true;
 }
@@ -53,14 +57,17 @@ bool same(const Step& a, const Step& b, Names& names) {
     switch (a.kind) {
         case Step::Kind::Neighbours:
         case Step::Kind::Locate:
-            return a.port_from_other_side == b.port_from_other_side && same(a.term, b.term, names) && same(a.port_compare, b.port_compare, names) && bind(a.place, b.place, names) &&
-                   bind(a.port, b.port, names);
+            return a.port_from_other_side == b.port_from_other_side && same(a.term, b.term, names) &&
+                   same(a.port_compare, b.port_compare, names) && bind(a.place, b.place, names) && bind(a.port, b.port, names);
         case Step::Kind::Match:
-            return a.predicate == b.predicate && a.at_home == b.at_home && a.read_only == b.read_only && a.ranks == b.ranks && a.changed == b.changed && bind(a.place, b.place, names) &&
-                   same_arguments(a, b, names);
-        case Step::Kind::Test: return same(a.term, b.term, names);
-        case Step::Kind::Set: return same(a.term, b.term, names) && bind(a.variable, b.variable, names);
-        default: return false;
+            return a.predicate == b.predicate && a.at_home == b.at_home && a.read_only == b.read_only && a.ranks == b.ranks &&
+                   a.changed == b.changed && bind(a.place, b.place, names) && same_arguments(a, b, names);
+        case Step::Kind::Test:
+            return same(a.term, b.term, names);
+        case Step::Kind::Set:
+            return same(a.term, b.term, names) && bind(a.variable, b.variable, names);
+        default:
+            return false;
     }
 }
 

@@ -20,7 +20,8 @@ class Tree {
         for (const RuleId id : whole_.rules) {
             const Rule& rule = program_.rules[id];
             each_atom(rule.body, [&](const Atom& a, bool) {
-                if (a.arguments[0].variable == rule.home && inside(a.predicate)) reads_[number(rule.heads[0].atom.predicate)].push_back(number(a.predicate));
+                if (a.arguments[0].variable == rule.home && inside(a.predicate))
+                    reads_[number(rule.heads[0].atom.predicate)].push_back(number(a.predicate));
             });
         }
         // What reaches each other is one part; a part comes when all it reads has come.
@@ -64,7 +65,8 @@ class Tree {
             c.predicates.push_back(whole_.predicates[q]);
         }
         for (const RuleId id : whole_.rules)
-            if (std::find(c.predicates.begin(), c.predicates.end(), program_.rules[id].heads[0].atom.predicate) != c.predicates.end()) c.rules.push_back(id);
+            if (std::find(c.predicates.begin(), c.predicates.end(), program_.rules[id].heads[0].atom.predicate) != c.predicates.end())
+                c.rules.push_back(id);
         return c;
     }
 

@@ -11,7 +11,8 @@ void verify_atom(const check::Program& program, const check::Rule& rule, const c
     MELD_CHECK(a.arguments.size() == p.arguments.size(), "rule {}, {}", rule.name, p.signature());
     MELD_CHECK(a.arguments[0].is_variable(), "rule {} has {} at no catom", rule.name, p.name);
     for (const check::Term& t : a.arguments)
-        check::each_variable(t, [&](VariableId v) { MELD_CHECK(v.valid() && v.index() < rule.variables.count(), "rule {}, {}", rule.name, p.name); });
+        check::each_variable(
+            t, [&](VariableId v) { MELD_CHECK(v.valid() && v.index() < rule.variables.count(), "rule {}, {}", rule.name, p.name); });
 }
 
 void verify_steps(const Plan& plan, const check::Rule& rule, const std::vector<Step>& steps) {
@@ -22,8 +23,10 @@ void verify_steps(const Plan& plan, const check::Rule& rule, const std::vector<S
         MELD_CHECK(s.uses.size() == s.arguments.size() && s.arguments.size() + 1 == p.arguments.size(), "rule {}, {}", rule.name, p.name);
         MELD_CHECK(plan.of(s.predicate).storage != Storage::Unused, "rule {} reads {}, which is stored nowhere", rule.name, p.name);
         MELD_CHECK(s.at_home || p.world == check::WorldSource::None, "rule {} reads {} at a neighbour", rule.name, p.name);
-        MELD_CHECK(s.at_home || plan.of(s.predicate).exported, "rule {} reads {} at a neighbour, and it is not exported", rule.name, p.name);
-        MELD_CHECK(!s.changed || plan.of(s.predicate).storage == Storage::Rows, "rule {} follows the rows of {}, which has none", rule.name, p.name);
+        MELD_CHECK(s.at_home || plan.of(s.predicate).exported, "rule {} reads {} at a neighbour, and it is not exported", rule.name,
+                   p.name);
+        MELD_CHECK(!s.changed || plan.of(s.predicate).storage == Storage::Rows, "rule {} follows the rows of {}, which has none", rule.name,
+                   p.name);
     }
 }
 

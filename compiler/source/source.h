@@ -18,9 +18,7 @@ struct Span {
     std::uint32_t end = 0;
 
     // The smallest span that holds both; they must be of one file.
-    Span to(Span other) const {
-        return {file, begin < other.begin ? begin : other.begin, end > other.end ? end : other.end};
-    }
+    Span to(Span other) const { return {file, begin < other.begin ? begin : other.begin, end > other.end ? end : other.end}; }
 };
 
 // A place as people count: line and column from 1, column in bytes.

@@ -25,8 +25,10 @@ bool ends_operand(TokenKind kind) {
         case TokenKind::RightParen:
         case TokenKind::RightBracket:
         case TokenKind::RightBrace:
-        case TokenKind::EndWord: return true;
-        default: return is_atom(kind);
+        case TokenKind::EndWord:
+            return true;
+        default:
+            return is_atom(kind);
     }
 }
 
@@ -82,7 +84,8 @@ class Classifier {
         const TokenKind follower = next();
         if (keyword == TokenKind::Node) return follower == TokenKind::Name && next(2) != TokenKind::LeftParen;
         if (keyword == TokenKind::Type && follower == TokenKind::LeftParen) return tuple_alias();
-        const bool fact_or_head = follower == TokenKind::LeftParen || follower == TokenKind::ViewArrow || follower == TokenKind::LinearArrow;
+        const bool fact_or_head =
+            follower == TokenKind::LeftParen || follower == TokenKind::ViewArrow || follower == TokenKind::LinearArrow;
         return !fact_or_head;
     }
 
@@ -116,7 +119,8 @@ class Classifier {
         }
         if (word == "if") return starts_condition() ? TokenKind::If : TokenKind::Name;
         if (word == "let") return next() == TokenKind::Variable && next(2) == TokenKind::Equal ? TokenKind::Let : TokenKind::Name;
-        if (word == "not") return next() == TokenKind::Name || next() == TokenKind::LeftParen || is_sigil(next()) ? TokenKind::Not : TokenKind::Name;
+        if (word == "not")
+            return next() == TokenKind::Name || next() == TokenKind::LeftParen || is_sigil(next()) ? TokenKind::Not : TokenKind::Name;
         if (word == "forall") return next() == TokenKind::Name || is_sigil(next()) ? TokenKind::Forall : TokenKind::Name;
         if (word == "delta" && next() == TokenKind::LeftParen && next(3) == TokenKind::Semicolon) return TokenKind::Delta;
         if (word == "exists" && (next() == TokenKind::Variable || next() == TokenKind::Anonymous)) {
@@ -153,8 +157,10 @@ class Classifier {
             case TokenKind::RightBracket:
             case TokenKind::RightBrace:
             case TokenKind::Delay:
-            case TokenKind::End: return true;
-            default: return false;
+            case TokenKind::End:
+                return true;
+            default:
+                return false;
         }
     }
 
@@ -168,7 +174,8 @@ class Classifier {
         }
         if (follower == TokenKind::Name) return !in_let_or_if(follower, token(1).text) && !token(1).first_on_line;
         if (follower == TokenKind::Variable) return !token(1).first_on_line || next(2) == TokenKind::Colon;
-        return follower == TokenKind::Colon || follower == TokenKind::Int || follower == TokenKind::Float || follower == TokenKind::Anonymous;
+        return follower == TokenKind::Colon || follower == TokenKind::Int || follower == TokenKind::Float ||
+               follower == TokenKind::Anonymous;
     }
 
     // A full stop or an include ends an item; a declaration keyword starts one that has no keywords inside.
@@ -186,9 +193,13 @@ class Classifier {
             case TokenKind::Import:
             case TokenKind::Export:
             case TokenKind::Module:
-            case TokenKind::Hint: in_declaration_ = true; break;
+            case TokenKind::Hint:
+                in_declaration_ = true;
+                break;
             case TokenKind::Const:
-            case TokenKind::Fun: in_declaration_ = false; break;
+            case TokenKind::Fun:
+                in_declaration_ = false;
+                break;
             case TokenKind::String:
                 // include "x" and use "x" end here, with or without a full stop.
                 if (last() == TokenKind::Include || last() == TokenKind::Use) {
@@ -196,7 +207,8 @@ class Classifier {
                     return;
                 }
                 break;
-            default: break;
+            default:
+                break;
         }
         item_start_ = false;
     }
@@ -214,10 +226,14 @@ class Classifier {
 
 bool closes(TokenKind open, TokenKind close) {
     switch (close) {
-        case TokenKind::RightParen: return open == TokenKind::LeftParen || open == TokenKind::StructOpen;
-        case TokenKind::RightBracket: return open == TokenKind::LeftBracket || open == TokenKind::NeighbourOpen;
-        case TokenKind::RightBrace: return open == TokenKind::LeftBrace;
-        default: return false;
+        case TokenKind::RightParen:
+            return open == TokenKind::LeftParen || open == TokenKind::StructOpen;
+        case TokenKind::RightBracket:
+            return open == TokenKind::LeftBracket || open == TokenKind::NeighbourOpen;
+        case TokenKind::RightBrace:
+            return open == TokenKind::LeftBrace;
+        default:
+            return false;
     }
 }
 
@@ -230,7 +246,9 @@ std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
             case TokenKind::StructOpen:
             case TokenKind::LeftBracket:
             case TokenKind::NeighbourOpen:
-            case TokenKind::LeftBrace: open.push_back(i); break;
+            case TokenKind::LeftBrace:
+                open.push_back(i);
+                break;
             case TokenKind::RightParen:
             case TokenKind::RightBracket:
             case TokenKind::RightBrace:
@@ -241,8 +259,11 @@ std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
                 }
                 break;
             // No bracket reaches over a full stop, except that of `exists X. (` inside a comprehension, which nobody asks for.
-            case TokenKind::Period: open.clear(); break;
-            default: break;
+            case TokenKind::Period:
+                open.clear();
+                break;
+            default:
+                break;
         }
     }
     return partners;
@@ -280,8 +301,9 @@ class TrailingHyphens {
   private:
     // name-( without blanks
     bool ends_with_hyphen(std::size_t i) const {
-        return i + 2 < tokens_.size() && tokens_[i].kind == TokenKind::Name && tokens_[i + 1].kind == TokenKind::Minus && tokens_[i + 2].kind == TokenKind::LeftParen &&
-               tokens_[i].span.end == tokens_[i + 1].span.begin && tokens_[i + 1].span.end == tokens_[i + 2].span.begin;
+        return i + 2 < tokens_.size() && tokens_[i].kind == TokenKind::Name && tokens_[i + 1].kind == TokenKind::Minus &&
+               tokens_[i + 2].kind == TokenKind::LeftParen && tokens_[i].span.end == tokens_[i + 1].span.begin &&
+               tokens_[i + 1].span.end == tokens_[i + 2].span.begin;
     }
 
     std::vector<Token>& tokens_;

@@ -73,11 +73,13 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
         ++at;
     };
     neighbour();
-    const bool named = at < words.size() && (words[at].form == Form::Variable || (words[at].form == Form::Name && !is_type_word(words[at].text)));
+    const bool named =
+        at < words.size() && (words[at].form == Form::Variable || (words[at].form == Form::Name && !is_type_word(words[at].text)));
     if (named) argument.name = name_of(words[at++]);
     neighbour();
     if (at < words.size()) {
-        report_.add(Kind::SyntaxError, words[at].span, "`,` or `)` is expected behind an argument").help = "an argument is a type and a name: int D, list node Path, min float Best";
+        report_.add(Kind::SyntaxError, words[at].span, "`,` or `)` is expected behind an argument").help =
+            "an argument is a type and a name: int D, list node Path, min float Best";
     }
     return argument;
 }
@@ -116,7 +118,8 @@ Type DeclarationReader::type(const DeclarationWords& words, std::size_t& at) {
 Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at) {
     if (at == words.size()) {
         const Span last = words.back().span;
-        report_.add(Kind::SyntaxError, last, fmt::format("a type is expected after `{}`", words.back().text)).help = fmt::format("{} int", words.back().text);
+        report_.add(Kind::SyntaxError, last, fmt::format("a type is expected after `{}`", words.back().text)).help =
+            fmt::format("{} int", words.back().text);
         return {"int", {}, last};
     }
     const DeclarationWord& word = words[at++];
@@ -176,7 +179,8 @@ void Builder::type_item(DeclarationWords words, Span span) {
     if (!declares) {
         // type list int vector.
         if (words.size() < 2 || words.back().form != Form::Name) {
-            wrong(words.back().span, words.size() < 2 ? "this declares nothing" : "a name is expected here", "type p(node, int). declares a predicate, type list int vector. a type name");
+            wrong(words.back().span, words.size() < 2 ? "this declares nothing" : "a name is expected here",
+                  "type p(node, int). declares a predicate, type list int vector. a type name");
             return;
         }
         Name name = name_of(words.back());
@@ -225,7 +229,8 @@ void Builder::extern_item(DeclarationWords words, Span span) {
 void Builder::import_item(DeclarationWords words, Span span) {
     DeclarationReader reader(report_);
     const char* const form = "import p as q from file.  import linear p(node, int) from \"file.meld\".";
-    const bool has_source = words.size() >= 3 && is_name(words[words.size() - 2], "from") && (words.back().form == Form::Name || words.back().form == Form::Text);
+    const bool has_source = words.size() >= 3 && is_name(words[words.size() - 2], "from") &&
+                            (words.back().form == Form::Name || words.back().form == Form::Text);
     if (!has_source) return wrong(span, "an import says from where", form);
     Import result;
     result.span = span;
@@ -238,7 +243,8 @@ void Builder::import_item(DeclarationWords words, Span span) {
         words.resize(words.size() - 2);
     }
     const Signature parts = signature(words);
-    const bool all_names = std::all_of(parts.before.begin(), parts.before.end(), [](const DeclarationWord& word) { return word.form == Form::Name; });
+    const bool all_names =
+        std::all_of(parts.before.begin(), parts.before.end(), [](const DeclarationWord& word) { return word.form == Form::Name; });
     if (parts.before.empty() || !all_names || !parts.after.empty() || (parts.group == nullptr && parts.before.size() > 1)) {
         return wrong(span_of(words), "an import names one predicate", form);
     }

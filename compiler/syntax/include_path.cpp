@@ -59,14 +59,16 @@ std::optional<std::uint32_t> Includes::module_of(std::uint32_t file) const {
 
 bool Includes::enter(source::Span where, diagnostics::Reporter& report) {
     if (depth_ >= kMaxDepth) {
-        report.add(Kind::IncludeFailed, where, fmt::format("includes are nested more than {} files deep", kMaxDepth)).help = "include the files side by side";
+        report.add(Kind::IncludeFailed, where, fmt::format("includes are nested more than {} files deep", kMaxDepth)).help =
+            "include the files side by side";
         return false;
     }
     ++depth_;
     return true;
 }
 
-std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where, diagnostics::Reporter& report) {
+std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
+                                            diagnostics::Reporter& report) {
     const auto failed = [&](std::string message, std::string help) {
         report.add(Kind::IncludeFailed, where, std::move(message)).help = std::move(help);
         return std::nullopt;

@@ -28,7 +28,8 @@ class Includes {
     Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file);
 
     // Finds the file among those of the set, then on disk. Nothing if there is none, which is reported at `where`.
-    std::optional<std::uint32_t> find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where, diagnostics::Reporter& report);
+    std::optional<std::uint32_t> find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
+                                      diagnostics::Reporter& report);
 
     // Whether this file is still to be read into this unit; from now on it is read.
     bool first_time(std::uint32_t file, std::uint32_t unit) { return read_.emplace(file, unit).second; }

@@ -27,8 +27,10 @@ bool is_separator(TokenKind kind) {
         case TokenKind::Semicolon:
         case TokenKind::ViewArrow:
         case TokenKind::LinearArrow:
-        case TokenKind::ResultArrow: return true;
-        default: return false;
+        case TokenKind::ResultArrow:
+            return true;
+        default:
+            return false;
     }
 }
 
@@ -38,12 +40,16 @@ bool is_opening(TokenKind kind) {
         case TokenKind::StructOpen:
         case TokenKind::LeftBracket:
         case TokenKind::NeighbourOpen:
-        case TokenKind::LeftBrace: return true;
-        default: return false;
+        case TokenKind::LeftBrace:
+            return true;
+        default:
+            return false;
     }
 }
 
-bool is_closing(TokenKind kind) { return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace; }
+bool is_closing(TokenKind kind) {
+    return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
+}
 
 // A token that makes its expression one level deeper.
 bool is_operator(const Token& token) {
@@ -66,9 +72,12 @@ bool is_operator(const Token& token) {
         case TokenKind::Caret:
         case TokenKind::Append:
         case TokenKind::If:
-        case TokenKind::Let: return true;
-        case TokenKind::Name: return token.text == "list" || token.text == "set" || token.text == "array";
-        default: return false;
+        case TokenKind::Let:
+            return true;
+        case TokenKind::Name:
+            return token.text == "list" || token.text == "set" || token.text == "array";
+        default:
+            return false;
     }
 }
 

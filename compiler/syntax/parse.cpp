@@ -38,14 +38,21 @@ std::uint32_t new_unit(std::uint32_t file, Unit unit, Includes& includes, Tree& 
 class FileParser {
   public:
     FileParser(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, Includes* includes)
-        : files_(files), file_(file), report_(report), includes_(includes), tokens_(scan(files.file(file), file, report)), build_(files.file(file), file), parser_(tokens_, build_) {
+        : files_(files),
+          file_(file),
+          report_(report),
+          includes_(includes),
+          tokens_(scan(files.file(file), file, report)),
+          build_(files.file(file), file),
+          parser_(tokens_, build_) {
         classify_words(tokens_);
     }
 
     // The name in `module name.`, if the file has such a line.
     std::optional<Name> module_name() const {
         for (std::size_t i = 0; i + 2 < tokens_.size(); ++i)
-            if (tokens_[i].kind == TokenKind::Module && tokens_[i + 1].kind == TokenKind::Name && tokens_[i + 2].kind == TokenKind::Period) return Builder::to_name(tokens_[i + 1]);
+            if (tokens_[i].kind == TokenKind::Module && tokens_[i + 1].kind == TokenKind::Name && tokens_[i + 2].kind == TokenKind::Period)
+                return Builder::to_name(tokens_[i + 1]);
         return std::nullopt;
     }
 
@@ -78,7 +85,8 @@ class FileParser {
         return index;
     }
 
-    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out. Without `includes_` it is passed over.
+    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out. Without `includes_` it is
+    // passed over.
     bool read_include(Tree& tree) {
         const TokenKind kind = tokens_[at_].kind;
         const bool with_text = (kind == TokenKind::Include || kind == TokenKind::Use) && tokens_[at_ + 1].kind == TokenKind::String;
@@ -87,9 +95,12 @@ class FileParser {
         at_ = path + 1;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
         if (includes_ == nullptr) return true;
-        const auto included = includes_->find(kind == TokenKind::Use ? Lookup::Use : Lookup::Include, file_, tokens_[path].text, tokens_[path].span, report_);
-        if (included) read_file(*included, tokens_[path].span, tree);
-        else tree.lost_file = true;
+        const auto included =
+            includes_->find(kind == TokenKind::Use ? Lookup::Use : Lookup::Include, file_, tokens_[path].text, tokens_[path].span, report_);
+        if (included)
+            read_file(*included, tokens_[path].span, tree);
+        else
+            tree.lost_file = true;
         return true;
     }
 
@@ -161,13 +172,15 @@ class FileParser {
         bool fits = false;
         for (const TokenKind kind : expected) fits = fits || kind == TokenKind::Period;
         const Token& token = tokens_[stop];
-        return fits && (token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(stop) <= column(at_)));
+        return fits &&
+               (token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(stop) <= column(at_)));
     }
 
     // A declaration is a row of words, so the grammar takes a forgotten full stop for more words: type p(node) q(A) :- ...
     std::optional<std::size_t> swallowed_item() const {
         const TokenKind kind = tokens_[at_].kind;
-        if (kind != TokenKind::Type && kind != TokenKind::Extern && kind != TokenKind::Import && kind != TokenKind::Hint) return std::nullopt;
+        if (kind != TokenKind::Type && kind != TokenKind::Extern && kind != TokenKind::Import && kind != TokenKind::Hint)
+            return std::nullopt;
         int depth = 0;
         for (std::size_t i = at_ + 1; tokens_[i].kind != TokenKind::Period && tokens_[i].kind != TokenKind::End; ++i) {
             const Token& token = tokens_[i];
@@ -235,7 +248,9 @@ Unit unit_named_after(std::uint32_t file, const std::string& path, const Tree& t
     for (char& c : name)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_') c = '-';
     if (name.empty() || !std::islower(static_cast<unsigned char>(name[0]))) name.insert(0, "file-");
-    const auto taken = [&](const std::string& text) { return std::any_of(tree.units.begin(), tree.units.end(), [&](const Unit& unit) { return unit.name == text; }); };
+    const auto taken = [&](const std::string& text) {
+        return std::any_of(tree.units.begin(), tree.units.end(), [&](const Unit& unit) { return unit.name == text; });
+    };
     std::string text = name;
     for (int number = 2; taken(text); ++number) text = fmt::format("{}-{}", name, number);
     return {text, {file, 0, 0}};
@@ -256,7 +271,8 @@ void read_imports(source::FileSet& files, diagnostics::Reporter& report, Include
             } else {
                 FileParser parser(files, *file, report, &includes);
                 const auto name = parser.module_name();
-                unit = new_unit(*file, name ? Unit{name->text, name->span} : unit_named_after(*file, files.file(*file).path(), tree), includes, tree);
+                unit = new_unit(*file, name ? Unit{name->text, name->span} : unit_named_after(*file, files.file(*file).path(), tree),
+                                includes, tree);
                 includes.first_time(*file, unit);
                 parser.run(unit, tree);
             }

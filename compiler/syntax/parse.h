@@ -23,9 +23,9 @@ struct ParseOptions {
 // Brackets and operators nested deeper than this are refused, so that a tree can be walked by recursion everywhere.
 constexpr int kMaxNesting = 1000;
 
-// Parses the file and what it includes and uses: each module once, another file once in each of those that include it. Reports every mistake and goes on after the next full stop, so
-// the tree holds all items that could be read. An included file is taken from the FileSet if its path is there, else read
-// from disk. Cost: linear in the text.
+// Parses the file and what it includes and uses: each module once, another file once in each of those that include it. Reports
+// every mistake and goes on after the next full stop, so the tree holds all items that could be read. An included file is taken
+// from the FileSet if its path is there, else read from disk. Cost: linear in the text.
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options = {});
 
 // One line per token: place, kind, text. For `meldc --emit=tokens`.

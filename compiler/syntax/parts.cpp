@@ -34,7 +34,9 @@ const Call* bare_name(const ExprPtr& expr) {
 }
 
 // proved(..., p)
-bool is_proved(const Call& call) { return call.parentheses && call.name == "proved" && call.arguments.size() == 2 && bare_name(call.arguments[1]) != nullptr; }
+bool is_proved(const Call& call) {
+    return call.parentheses && call.name == "proved" && call.arguments.size() == 2 && bare_name(call.arguments[1]) != nullptr;
+}
 
 // X = e in a head gives X its value for the heads behind it.
 std::optional<HeadLet> head_let(Expr& expr) {
@@ -49,7 +51,8 @@ std::optional<HeadLet> head_let(Expr& expr) {
 bool are_variables(const std::vector<Part>& parts) {
     return std::all_of(parts.begin(), parts.end(), [](const Part& part) {
         const auto* value = std::get_if<ExprPtr>(&part.node);
-        return value != nullptr && (std::holds_alternative<Variable>((*value)->node) || std::holds_alternative<Anonymous>((*value)->node) || bare_name(*value) != nullptr);
+        return value != nullptr && (std::holds_alternative<Variable>((*value)->node) || std::holds_alternative<Anonymous>((*value)->node) ||
+                                    bare_name(*value) != nullptr);
     });
 }
 
@@ -96,13 +99,20 @@ ExprPtr Builder::literal(const Token& token) {
     const bool minimum = token.kind == TokenKind::Int && token.integer == std::numeric_limits<std::int64_t>::min();
     if (minimum) lone_minimums_.insert(token.span.begin);
     switch (token.kind) {
-        case TokenKind::Int: return expr(IntLiteral{token.integer}, token.span);
-        case TokenKind::Float: return expr(FloatLiteral{token.real}, token.span);
-        case TokenKind::String: return expr(StringLiteral{token.text}, token.span);
-        case TokenKind::Catom: return expr(CatomLiteral{token.integer}, token.span);
-        case TokenKind::RunArgument: return expr(RunArgument{static_cast<int>(token.integer)}, token.span);
-        case TokenKind::World: return expr(WorldSize{}, token.span);
-        default: return expr(Anonymous{}, token.span);
+        case TokenKind::Int:
+            return expr(IntLiteral{token.integer}, token.span);
+        case TokenKind::Float:
+            return expr(FloatLiteral{token.real}, token.span);
+        case TokenKind::String:
+            return expr(StringLiteral{token.text}, token.span);
+        case TokenKind::Catom:
+            return expr(CatomLiteral{token.integer}, token.span);
+        case TokenKind::RunArgument:
+            return expr(RunArgument{static_cast<int>(token.integer)}, token.span);
+        case TokenKind::World:
+            return expr(WorldSize{}, token.span);
+        default:
+            return expr(Anonymous{}, token.span);
     }
 }
 
@@ -149,9 +159,7 @@ ExprPtr Builder::paren_or_tuple(std::vector<ExprPtr> fields, Span span) const {
 }
 
 Delay Builder::delay(const Token& token) const {
-    const Delay::Unit unit = token.text == "s"    ? Delay::Unit::Seconds
-                             : token.text == "ms" ? Delay::Unit::Milliseconds
-                                                  : Delay::Unit::Ticks;
+    const Delay::Unit unit = token.text == "s" ? Delay::Unit::Seconds : token.text == "ms" ? Delay::Unit::Milliseconds : Delay::Unit::Ticks;
     return {token.real, unit, token.span};
 }
 
@@ -205,7 +213,8 @@ Clause Builder::clause(Part part) {
             },
             [&](Comprehension&) { return only_in_heads("a comprehension", "to count or sum what matches, write S = sum X : { p(A, X) }"); },
             [&](Bracketed&) {
-                return only_in_heads("a selection or rule aggregate", "[desc => X | body] is the whole left side of -o; [sum => S | X | body | head] stands in its head");
+                return only_in_heads("a selection or rule aggregate",
+                                     "[desc => X | body] is the whole left side of -o; [sum => S | X | body | head] stands in its head");
             },
             [&](Exists&) { return only_in_heads("`exists`", "a variable that occurs in a body alone exists already"); },
             [&](HeadIf&) { return only_in_heads("`if` with heads", "write one rule for each case"); },
@@ -217,7 +226,8 @@ Clause Builder::clause(Part part) {
 // `~ X in L` asks that X is no element.
 Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
     auto* negated = std::get_if<Unary>(&value->node);
-    if (negated == nullptr || negated->op != UnaryOp::Not || file_.text()[value->span.begin] != '~') return Part{Element{std::move(value), std::move(list)}, {}, span};
+    if (negated == nullptr || negated->op != UnaryOp::Not || file_.text()[value->span.begin] != '~')
+        return Part{Element{std::move(value), std::move(list)}, {}, span};
     Not none;
     none.clauses.push_back(Clause{Element{std::move(negated->operand), std::move(list)}, span});
     return Part{std::move(none), {}, span};
@@ -248,36 +258,38 @@ HeadItem Builder::head(Part part) {
     };
     const bool is_fact = std::holds_alternative<Atom>(part.node) || std::holds_alternative<ExprPtr>(part.node);
     if (part.delay && !is_fact) wrong(part.delay->span, "only a fact can be delayed");
-    std::visit(Overload{
-                   [&](ExprPtr& value) {
-                       auto* call = std::get_if<Call>(&value->node);
-                       if (std::optional<HeadLet> let = head_let(*value)) {
-                           item.node = std::move(*let);
-                           return;
-                       }
-                       const auto* one = std::get_if<IntLiteral>(&value->node);
-                       if (one != nullptr && one->value == 1) return;
-                       if (call == nullptr) {
-                           return wrong(value->span, "a head is made of facts, and this is none",
-                                        "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
-                                        "a condition belongs on the body's side of the arrow");
-                       }
-                       const auto name_end = value->span.begin + static_cast<std::uint32_t>(call->name.size());
-                       Name name{call->name, {value->span.file, value->span.begin, name_end}};
-                       item.node = HeadFact{{Sigil::None, std::move(name), std::move(call->arguments), value->span}, std::move(part.delay)};
-                   },
-                   [&](Atom& atom) { item.node = HeadFact{std::move(atom), std::move(part.delay)}; },
-                   [&](Comprehension& node) { item.node = std::move(node); },
-                   [&](Exists& node) { item.node = std::move(node); },
-                   [&](HeadIf& node) { item.node = std::move(node); },
-                   [&](Bracketed& node) { bracketed_head(std::move(node), item); },
-                   [&](Not&) { only_in_bodies("`not`", "a head says what holds; what does not is left out"); },
-                   [&](Forall&) { only_in_bodies("`forall`", "to derive for all matches, write { X | body | head }"); },
-                   [&](Element&) { only_in_bodies("`in`", "put it on the other side of the arrow, or write { X | X in List | head }"); },
-                   [&](Delta&) { only_in_bodies("`delta`", ""); },
-                   [&](BodyAggregate&) { only_in_bodies("an aggregate over `{ ... }`", "in a head write [sum => S | X | body | head]"); },
-               },
-               part.node);
+    std::visit(
+        Overload{
+            [&](ExprPtr& value) {
+                auto* call = std::get_if<Call>(&value->node);
+                if (std::optional<HeadLet> let = head_let(*value)) {
+                    item.node = std::move(*let);
+                    return;
+                }
+                const auto* one = std::get_if<IntLiteral>(&value->node);
+                if (one != nullptr && one->value == 1) return;
+                if (call == nullptr) {
+                    return wrong(
+                        value->span, "a head is made of facts, and this is none",
+                        "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
+                        "a condition belongs on the body's side of the arrow");
+                }
+                const auto name_end = value->span.begin + static_cast<std::uint32_t>(call->name.size());
+                Name name{call->name, {value->span.file, value->span.begin, name_end}};
+                item.node = HeadFact{{Sigil::None, std::move(name), std::move(call->arguments), value->span}, std::move(part.delay)};
+            },
+            [&](Atom& atom) { item.node = HeadFact{std::move(atom), std::move(part.delay)}; },
+            [&](Comprehension& node) { item.node = std::move(node); },
+            [&](Exists& node) { item.node = std::move(node); },
+            [&](HeadIf& node) { item.node = std::move(node); },
+            [&](Bracketed& node) { bracketed_head(std::move(node), item); },
+            [&](Not&) { only_in_bodies("`not`", "a head says what holds; what does not is left out"); },
+            [&](Forall&) { only_in_bodies("`forall`", "to derive for all matches, write { X | body | head }"); },
+            [&](Element&) { only_in_bodies("`in`", "put it on the other side of the arrow, or write { X | X in List | head }"); },
+            [&](Delta&) { only_in_bodies("`delta`", ""); },
+            [&](BodyAggregate&) { only_in_bodies("an aggregate over `{ ... }`", "in a head write [sum => S | X | body | head]"); },
+        },
+        part.node);
     return item;
 }
 
@@ -302,7 +314,8 @@ Comprehension Builder::comprehension(std::vector<std::vector<Part>> sections, Sp
     const std::size_t given = sections.size();
     add_variables(sections, 3);
     if (sections.size() != 3) {
-        wrong(span, fmt::format("a comprehension has three parts, this has {}", given), "{ X, Y | body | head }, with nothing before the first `|` if it has no variables");
+        wrong(span, fmt::format("a comprehension has three parts, this has {}", given),
+              "{ X, Y | body | head }, with nothing before the first `|` if it has no variables");
         return {};
     }
     return {variables(std::move(sections[0])), clauses(std::move(sections[1])), heads(std::move(sections[2]))};
@@ -336,7 +349,8 @@ std::optional<Selector> Builder::selector(const Bracketed& bracketed, Span span)
     if (single && first.op == "desc") return Selector{Selector::Order::Descending, first.result};
     if (single && first.op == "random") return Selector{Selector::Order::Random, first.result};
     if (single && first.op == "min") return Selector{Selector::Order::Minimum, first.result};
-    wrong(span, fmt::format("`{}` selects nothing", first.op), "before a body stands one of [asc => X | body], [desc => X | body], [random => X | body], [min => X | body]");
+    wrong(span, fmt::format("`{}` selects nothing", first.op),
+          "before a body stands one of [asc => X | body], [desc => X | body], [random => X | body], [min => X | body]");
     return std::nullopt;
 }
 

@@ -1,7 +1,6 @@
 // The tree as Meld text. Parsing what is printed gives the same tree; brackets stand only where the grammar needs them.
 #include <fmt/format.h>
 
-
 #include "compiler/syntax/parse.h"
 #include "compiler/syntax/printer.h"
 
@@ -47,7 +46,9 @@ struct ClausePrinter {
         const bool one_atom = negation.clauses.size() == 1 && std::holds_alternative<Atom>(negation.clauses[0].node);
         return one_atom ? "not " + print_clauses(negation.clauses) : "not (" + print_clauses(negation.clauses) + ")";
     }
-    std::string operator()(const Forall& forall) const { return fmt::format("forall {}[{}]", print_atom(forall.atom), print_clauses(forall.clauses)); }
+    std::string operator()(const Forall& forall) const {
+        return fmt::format("forall {}[{}]", print_atom(forall.atom), print_clauses(forall.clauses));
+    }
     std::string operator()(const Element& element) const { return print(*element.element) + " in " + print(*element.list); }
     std::string operator()(const Delta& delta) const {
         return fmt::format("delta({}; {}) {} {}", delta.variable.text, print_atom(delta.atom), spelling(delta.op), print(*delta.bound));
@@ -80,16 +81,19 @@ std::string print_result(const HeadAggregate& aggregate) {
 struct HeadPrinter {
     std::string operator()(const HeadFact& fact) const { return print_atom(fact.atom) + (fact.delay ? print_delay(*fact.delay) : ""); }
     std::string operator()(const Comprehension& node) const {
-        return fmt::format("{{{}|{}|{}}}", section(names(node.variables)), section(print_clauses(node.body)), section(print_heads(node.head)));
+        return fmt::format("{{{}|{}|{}}}", section(names(node.variables)), section(print_clauses(node.body)),
+                           section(print_heads(node.head)));
     }
     std::string operator()(const RuleAggregate& node) const {
         // Without a head for each match there are three sections, unless the last would be empty as well.
         const bool has_each = !node.each.empty();
         const std::string each = has_each ? section(print_heads(node.each)) + "|" : "";
-        return fmt::format("[{} |{}|{}|{}{}]", joined(node.aggregates, print_result), section(names(node.variables)), section(print_clauses(node.body)),
-                           each, last_section(print_heads(node.result)));
+        return fmt::format("[{} |{}|{}|{}{}]", joined(node.aggregates, print_result), section(names(node.variables)),
+                           section(print_clauses(node.body)), each, last_section(print_heads(node.result)));
     }
-    std::string operator()(const Exists& node) const { return fmt::format("exists {}. ({})", names(node.variables), print_heads(node.head)); }
+    std::string operator()(const Exists& node) const {
+        return fmt::format("exists {}. ({})", names(node.variables), print_heads(node.head));
+    }
     std::string operator()(const HeadIf& node) const {
         const std::string otherwise = node.else_head.empty() ? "" : " otherwise " + print_heads(node.else_head);
         return fmt::format("(if {} then {}{} end)", print(*node.condition), print_heads(node.then_head), otherwise);
@@ -110,7 +114,8 @@ std::string print_type(const Type& type) {
 std::string print_argument(const Argument& argument) {
     std::string result = argument.aggregate.empty() ? "" : argument.aggregate + " ";
     result += print_type(argument.type);
-    if (argument.neighbour_complete) result += fmt::format(" [{} {}]", argument.neighbour_outgoing ? "->" : "<-", argument.neighbour_link.text);
+    if (argument.neighbour_complete)
+        result += fmt::format(" [{} {}]", argument.neighbour_outgoing ? "->" : "<-", argument.neighbour_link.text);
     if (argument.name) result += " " + argument.name->text;
     return result;
 }
@@ -122,11 +127,14 @@ std::string print_signature(const Declaration& declaration) {
 }
 
 struct ItemPrinter {
-    std::string operator()(const Declaration& node) const { return fmt::format("type {}{}.", print_signature(node), node.repeats ? " while" : ""); }
+    std::string operator()(const Declaration& node) const {
+        return fmt::format("type {}{}.", print_signature(node), node.repeats ? " while" : "");
+    }
     std::string operator()(const Constant& node) const { return fmt::format("const {} = {}.", node.name.text, print(*node.value)); }
     std::string operator()(const Function& node) const {
         const auto parameter = [](const Parameter& one) { return print_type(one.type) + " " + one.name.text; };
-        return fmt::format("fun {}({}) : {} = {}.", node.name.text, joined(node.parameters, parameter), print_type(node.result), print(*node.body));
+        return fmt::format("fun {}({}) : {} = {}.", node.name.text, joined(node.parameters, parameter), print_type(node.result),
+                           print(*node.body));
     }
     std::string operator()(const Extern& node) const {
         if (!node.result) return fmt::format("extern type {}.", node.name.text);
@@ -147,10 +155,14 @@ struct ItemPrinter {
 
 std::string print_selector(const Selector& selector) {
     switch (selector.order) {
-        case Selector::Order::Ascending: return "asc => " + selector.variable.text;
-        case Selector::Order::Descending: return "desc => " + selector.variable.text;
-        case Selector::Order::Random: return "random => " + selector.variable.text;
-        case Selector::Order::Minimum: return "min => " + selector.variable.text;
+        case Selector::Order::Ascending:
+            return "asc => " + selector.variable.text;
+        case Selector::Order::Descending:
+            return "desc => " + selector.variable.text;
+        case Selector::Order::Random:
+            return "random => " + selector.variable.text;
+        case Selector::Order::Minimum:
+            return "min => " + selector.variable.text;
     }
     return "";
 }
@@ -164,9 +176,12 @@ std::string print(const Rule& rule) {
     std::string body = print_clauses(rule.body);
     if (rule.selector) body = fmt::format("[{} |{}]", print_selector(*rule.selector), last_section(body));
     switch (rule.arrow) {
-        case Arrow::Axiom: return print_heads(rule.head) + ".";
-        case Arrow::View: return fmt::format("{} :- {}.", print_heads(rule.head), body);
-        case Arrow::Linear: return fmt::format("{} -o {}.", body, print_heads(rule.head));
+        case Arrow::Axiom:
+            return print_heads(rule.head) + ".";
+        case Arrow::View:
+            return fmt::format("{} :- {}.", print_heads(rule.head), body);
+        case Arrow::Linear:
+            return fmt::format("{} -o {}.", body, print_heads(rule.head));
     }
     return "";
 }

@@ -30,21 +30,36 @@ constexpr BinaryForm comparison(std::string_view spelling) { return {spelling, L
 
 BinaryForm form(BinaryOp op) {
     switch (op) {
-        case BinaryOp::Add: return left_associative("+", Level::Add, Level::Multiply);
-        case BinaryOp::Subtract: return left_associative("-", Level::Add, Level::Multiply);
-        case BinaryOp::Multiply: return left_associative("*", Level::Multiply, Level::Negate);
-        case BinaryOp::Divide: return left_associative("/", Level::Multiply, Level::Negate);
-        case BinaryOp::Modulo: return left_associative("%", Level::Multiply, Level::Negate);
-        case BinaryOp::Power: return right_associative("^", Level::Power, Level::Primary);
-        case BinaryOp::Append: return right_associative("++", Level::Append, Level::Add);
-        case BinaryOp::Equal: return comparison("=");
-        case BinaryOp::NotEqual: return comparison("<>");
-        case BinaryOp::Less: return comparison("<");
-        case BinaryOp::LessEqual: return comparison("<=");
-        case BinaryOp::Greater: return comparison(">");
-        case BinaryOp::GreaterEqual: return comparison(">=");
-        case BinaryOp::And: return left_associative("&&", Level::And, Level::Not);
-        case BinaryOp::Or: return left_associative("||", Level::Or, Level::And);
+        case BinaryOp::Add:
+            return left_associative("+", Level::Add, Level::Multiply);
+        case BinaryOp::Subtract:
+            return left_associative("-", Level::Add, Level::Multiply);
+        case BinaryOp::Multiply:
+            return left_associative("*", Level::Multiply, Level::Negate);
+        case BinaryOp::Divide:
+            return left_associative("/", Level::Multiply, Level::Negate);
+        case BinaryOp::Modulo:
+            return left_associative("%", Level::Multiply, Level::Negate);
+        case BinaryOp::Power:
+            return right_associative("^", Level::Power, Level::Primary);
+        case BinaryOp::Append:
+            return right_associative("++", Level::Append, Level::Add);
+        case BinaryOp::Equal:
+            return comparison("=");
+        case BinaryOp::NotEqual:
+            return comparison("<>");
+        case BinaryOp::Less:
+            return comparison("<");
+        case BinaryOp::LessEqual:
+            return comparison("<=");
+        case BinaryOp::Greater:
+            return comparison(">");
+        case BinaryOp::GreaterEqual:
+            return comparison(">=");
+        case BinaryOp::And:
+            return left_associative("&&", Level::And, Level::Not);
+        case BinaryOp::Or:
+            return left_associative("||", Level::Or, Level::And);
     }
     return {};
 }
@@ -97,13 +112,15 @@ struct ExprPrinter {
         if (node.op == UnaryOp::Not) return {"~" + at_least(*node.operand, Level::Not), Level::Not};
         // -3 would be read as one literal.
         const Printed operand = print_leveled(*node.operand);
-        const bool literal = std::holds_alternative<IntLiteral>(node.operand->node) || std::holds_alternative<FloatLiteral>(node.operand->node);
+        const bool literal =
+            std::holds_alternative<IntLiteral>(node.operand->node) || std::holds_alternative<FloatLiteral>(node.operand->node);
         if (literal && operand.level == Level::Primary) return {"-(" + operand.text + ")", Level::Negate};
         return {operand.level < Level::Negate ? "-(" + operand.text + ")" : "-" + operand.text, Level::Negate};
     }
     Printed operator()(const Binary& node) const {
         const BinaryForm binary = form(node.op);
-        return {fmt::format("{} {} {}", at_least(*node.left, binary.left), binary.spelling, at_least(*node.right, binary.right)), binary.level};
+        return {fmt::format("{} {} {}", at_least(*node.left, binary.left), binary.spelling, at_least(*node.right, binary.right)),
+                binary.level};
     }
     Printed operator()(const Conditional& node) const {
         return {fmt::format("if {} then {} else {} end", print(*node.condition), print(*node.then_value), print(*node.else_value))};

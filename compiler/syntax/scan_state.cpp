@@ -127,7 +127,9 @@ void ScanState::include_path(std::string_view written) {
 void ScanState::unexpected_character(std::string_view help) {
     damaged_ = true;
     if (++unexpected_count_ > kMaxUnexpected) return;
-    auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), fmt::format("{} nothing in Meld", end_ - begin_ == 1 || help.empty() ? "this character starts" : "this means"));
+    auto& diagnostic =
+        wrong(Kind::UnexpectedCharacter, span(),
+              fmt::format("{} nothing in Meld", end_ - begin_ == 1 || help.empty() ? "this character starts" : "this means"));
     diagnostic.help = help;
     if (unexpected_count_ == kMaxUnexpected) diagnostic.help = "more of these are not shown; is this file a Meld program?";
 }
@@ -166,11 +168,19 @@ void ScanState::text_byte(const char* hex_digits) {
 
 void ScanState::text_escape(char letter) {
     switch (letter) {
-        case 'n': text_ += '\n'; return;
-        case 't': text_ += '\t'; return;
-        case 'r': text_ += '\r'; return;
+        case 'n':
+            text_ += '\n';
+            return;
+        case 't':
+            text_ += '\t';
+            return;
+        case 'r':
+            text_ += '\r';
+            return;
         case '"':
-        case '\\': text_ += letter; return;
+        case '\\':
+            text_ += letter;
+            return;
         default:
             wrong(Kind::UnexpectedCharacter, span(), "this escape means nothing in a text").help =
                 R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";

@@ -13,7 +13,8 @@ namespace meld::syntax {
 
 class ScanState {
   public:
-    ScanState(std::uint32_t file, std::uint32_t begin, diagnostics::Reporter& report) : file_(file), begin_(begin), end_(begin), report_(report) {}
+    ScanState(std::uint32_t file, std::uint32_t begin, diagnostics::Reporter& report)
+        : file_(file), begin_(begin), end_(begin), report_(report) {}
 
     // Called before every rule: the next `size` bytes are what the rule matched.
     void advance(std::size_t size) {

@@ -20,9 +20,7 @@ constexpr std::size_t kMaxExpected = 5;
 
 bool has(const std::vector<TokenKind>& kinds, TokenKind kind) { return std::find(kinds.begin(), kinds.end(), kind) != kinds.end(); }
 
-bool is_declaration(TokenKind kind) {
-    return kind == TokenKind::Type || kind == TokenKind::Extern || kind == TokenKind::Import;
-}
+bool is_declaration(TokenKind kind) { return kind == TokenKind::Type || kind == TokenKind::Extern || kind == TokenKind::Import; }
 
 std::string quoted(std::string text) {
     if (text.size() > kMaxQuoted) {
@@ -42,8 +40,10 @@ std::string found(const Token& token) {
         case TokenKind::Catom:
         case TokenKind::Hint:
             return quoted(token.text);
-        case TokenKind::AtName: return quoted(token.text);
-        default: return std::string(description(token.kind));
+        case TokenKind::AtName:
+            return quoted(token.text);
+        default:
+            return std::string(description(token.kind));
     }
 }
 
@@ -69,15 +69,16 @@ std::string expected_words(const std::vector<TokenKind>& expected, TokenKind ite
     } else if (has(expected, TokenKind::Let)) {
         put("an expression");
     } else if (types && !goes_on) {
-        put(is_declaration(item) && !has(expected, TokenKind::RightParen) && !has(expected, TokenKind::NeighbourOpen) ? "a name" : "a type");
+        put(is_declaration(item) && !has(expected, TokenKind::RightParen) && !has(expected, TokenKind::NeighbourOpen) ? "a name"
+                                                                                                                      : "a type");
     } else if (!types && !goes_on && has(expected, TokenKind::Name)) {
         put("a name");
     }
     if (!has(expected, TokenKind::Let) && !types && has(expected, TokenKind::Variable)) put("a variable");
-    for (const TokenKind kind : {TokenKind::Comma, TokenKind::RightParen, TokenKind::RightBracket, TokenKind::RightBrace, TokenKind::Bar,
-                                 TokenKind::Semicolon, TokenKind::ResultArrow, TokenKind::ExistsPeriod, TokenKind::Colon, TokenKind::Then,
-                                 TokenKind::Else, TokenKind::Otherwise, TokenKind::EndWord, TokenKind::ViewArrow, TokenKind::LinearArrow,
-                                 TokenKind::Period}) {
+    for (const TokenKind kind :
+         {TokenKind::Comma, TokenKind::RightParen, TokenKind::RightBracket, TokenKind::RightBrace, TokenKind::Bar, TokenKind::Semicolon,
+          TokenKind::ResultArrow, TokenKind::ExistsPeriod, TokenKind::Colon, TokenKind::Then, TokenKind::Else, TokenKind::Otherwise,
+          TokenKind::EndWord, TokenKind::ViewArrow, TokenKind::LinearArrow, TokenKind::Period}) {
         if (has(expected, kind)) put(description(kind));
     }
     // What many places allow is named only where nothing else is: the `in` of a let, the equals sign of a constant.
@@ -98,13 +99,16 @@ std::optional<std::size_t> open_bracket(const Stop& stop) {
             case TokenKind::StructOpen:
             case TokenKind::LeftBracket:
             case TokenKind::NeighbourOpen:
-            case TokenKind::LeftBrace: open.push_back(i); break;
+            case TokenKind::LeftBrace:
+                open.push_back(i);
+                break;
             case TokenKind::RightParen:
             case TokenKind::RightBracket:
             case TokenKind::RightBrace:
                 if (!open.empty()) open.pop_back();
                 break;
-            default: break;
+            default:
+                break;
         }
     }
     if (open.empty()) return std::nullopt;
@@ -118,7 +122,9 @@ std::optional<std::size_t> earlier_arrow(const Stop& stop) {
     return std::nullopt;
 }
 
-bool is_closing(TokenKind kind) { return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace; }
+bool is_closing(TokenKind kind) {
+    return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
+}
 bool is_arrow(TokenKind kind) { return kind == TokenKind::ViewArrow || kind == TokenKind::LinearArrow; }
 
 bool starts_operand(TokenKind kind) {
@@ -128,19 +134,23 @@ bool starts_operand(TokenKind kind) {
         case TokenKind::Dollar:
         case TokenKind::LeftBrace:
         case TokenKind::Not:
-        case TokenKind::Forall: return true;
-        default: return is_atom(kind);
+        case TokenKind::Forall:
+            return true;
+        default:
+            return is_atom(kind);
     }
 }
 
 // Two words in a row at the start of an item: a directive of another implementation, or a misspelt one.
 void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
-    const std::vector<std::string> known = {"type", "const", "fun", "extern", "node", "include", "use", "import", "export", "module", "priority", "index", "compact", "data", "allocator"};
+    const std::vector<std::string> known = {"type",   "const",  "fun",      "extern", "node",    "include", "use",      "import",
+                                            "export", "module", "priority", "index",  "compact", "data",    "allocator"};
     const std::string near = diagnostics::nearest_name(word.text, known);
     report.add(Kind::SyntaxError, word.span, fmt::format("`{}` starts no declaration that Meld knows", word.text)).help =
-        near.empty() ? "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
-                       "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out"
-                     : fmt::format("did you mean `{}`?", near);
+        near.empty()
+            ? "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
+              "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out"
+            : fmt::format("did you mean `{}`?", near);
 }
 
 // Mistakes that are recognised by what was found; false if it is none of them.
@@ -164,10 +174,12 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
         unknown_declaration(first, report);
         return true;
     }
-    const bool call_of_variable = token.kind == TokenKind::LeftParen && stop.at > stop.begin && stop.tokens[stop.at - 1].kind == TokenKind::Variable;
+    const bool call_of_variable =
+        token.kind == TokenKind::LeftParen && stop.at > stop.begin && stop.tokens[stop.at - 1].kind == TokenKind::Variable;
     if (call_of_variable) {
         const Token& name = stop.tokens[stop.at - 1];
-        auto& diagnostic = report.add(Kind::SyntaxError, name.span, fmt::format("{} is a variable, and a variable has no arguments", quoted(name.text)));
+        auto& diagnostic =
+            report.add(Kind::SyntaxError, name.span, fmt::format("{} is a variable, and a variable has no arguments", quoted(name.text)));
         diagnostic.help = "names of predicates and functions start with a lower-case letter";
         return true;
     }
@@ -199,7 +211,8 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
     if (report_known_mistake(stop, report)) return;
     const Token& token = stop.tokens[stop.at];
     const std::string expected = expected_words(stop.expected, stop.tokens[stop.begin].kind);
-    const std::string message = expected.empty() ? fmt::format("{} cannot stand here", found(token)) : fmt::format("expected {}, found {}", expected, found(token));
+    const std::string message =
+        expected.empty() ? fmt::format("{} cannot stand here", found(token)) : fmt::format("expected {}, found {}", expected, found(token));
     auto& diagnostic = report.add(Kind::SyntaxError, token.span, message);
     const std::optional<std::size_t> open = open_bracket(stop);
     const bool wrong_closing = is_closing(token.kind) && open && !closes(stop.tokens[*open].kind, token.kind);
@@ -219,7 +232,8 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
 }
 
 void report_missing_period(const std::vector<Token>& tokens, std::size_t begin, std::size_t at, diagnostics::Reporter& report) {
-    const bool declaration = is_declaration(tokens[begin].kind) || tokens[begin].kind == TokenKind::Const || tokens[begin].kind == TokenKind::Fun;
+    const bool declaration =
+        is_declaration(tokens[begin].kind) || tokens[begin].kind == TokenKind::Const || tokens[begin].kind == TokenKind::Fun;
     Span end = tokens[at - 1].span;
     end.begin = end.end;
     auto& diagnostic = report.add(Kind::MissingPeriod, end, fmt::format("this {} has no full stop", declaration ? "declaration" : "rule"));

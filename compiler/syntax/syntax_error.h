@@ -9,7 +9,8 @@
 namespace meld::syntax {
 
 // The help where an unknown word stands behind `@`.
-inline constexpr const char* kBehindAt = "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
+inline constexpr const char* kBehindAt =
+    "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
 
 // Where the grammar stopped: the item starts at `begin`, the token at `at` fits nowhere, and one of `expected` would have.
 struct Stop {

@@ -35,8 +35,10 @@ bool starts_declaration(TokenKind kind) {
         case TokenKind::Hint:
         case TokenKind::Include:
         case TokenKind::IncludePath:
-        case TokenKind::Use: return true;
-        default: return false;
+        case TokenKind::Use:
+            return true;
+        default:
+            return false;
     }
 }
 
@@ -48,8 +50,10 @@ bool is_atom(TokenKind kind) {
         case TokenKind::Int:
         case TokenKind::Float:
         case TokenKind::String:
-        case TokenKind::Catom: return true;
-        default: return false;
+        case TokenKind::Catom:
+            return true;
+        default:
+            return false;
     }
 }
 
@@ -92,8 +96,9 @@ std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diag
         return state.take_tokens();
     }
     const auto bad = static_cast<std::uint32_t>(good);
-    report.add(diagnostics::Kind::InvalidText, {file_index, bad, bad + 1},
-               text[good] == '\0' ? "a program holds no NUL byte" : "this byte is no UTF-8 text")
+    report
+        .add(diagnostics::Kind::InvalidText, {file_index, bad, bad + 1},
+             text[good] == '\0' ? "a program holds no NUL byte" : "this byte is no UTF-8 text")
         .help = "save the file as UTF-8 text; nothing of it was read";
     return state.take_tokens();
 }

@@ -28,18 +28,18 @@ enum CatomState : u8 {
 };
 
 struct Geometry {
-    i32 ports = 0;                        // Directions in which a catom can have a neighbour.
-    i32 opposite[kMaxPorts] = {};         // The port that looks back.
-    const u16* step = nullptr;            // [port * 512 + cell]: neighbouring brick (0..26) << 9 | cell there.
-    const i32* cell_catom = nullptr;      // [site]: the catom there, or -1.
+    i32 ports = 0;                          // Directions in which a catom can have a neighbour.
+    i32 opposite[kMaxPorts] = {};           // The port that looks back.
+    const u16* step = nullptr;              // [port * 512 + cell]: neighbouring brick (0..26) << 9 | cell there.
+    const i32* cell_catom = nullptr;        // [site]: the catom there, or -1.
     const u32* brick_neighbours = nullptr;  // [slot * 27 + n]: slot; slot 0 is a brick that is always empty.
-    const u64* brick_target = nullptr;    // [slot * 8 + cell / 64]: a bit per cell, set where the cell is in the target shape.
-    const i32* brick_origin = nullptr;    // [slot * 3]: coordinates of the brick's first cell.
-    i32 cell_bits[3] = {3, 3, 3};         // How a cell's number splits: x in the lowest bits, then y, then z.
-    const u32* catom_site = nullptr;      // [catom]
-    const u64* catom_id = nullptr;        // [catom]: the global id, the same on every part.
-    const u8* catom_state = nullptr;      // [catom]: CatomState
-    u32 catoms = 0;                       // Indices in use, owned, ghost and free.
+    const u64* brick_target = nullptr;      // [slot * 8 + cell / 64]: a bit per cell, set where the cell is in the target shape.
+    const i32* brick_origin = nullptr;      // [slot * 3]: coordinates of the brick's first cell.
+    i32 cell_bits[3] = {3, 3, 3};           // How a cell's number splits: x in the lowest bits, then y, then z.
+    const u32* catom_site = nullptr;        // [catom]
+    const u64* catom_id = nullptr;          // [catom]: the global id, the same on every part.
+    const u8* catom_state = nullptr;        // [catom]: CatomState
+    u32 catoms = 0;                         // Indices in use, owned, ghost and free.
     // [site + port]: the port that looks back, where it depends on the link and not on the port alone; else null.
     const u8* link_back = nullptr;
 };
@@ -55,11 +55,11 @@ inline u32 site_towards(const Geometry& g, u32 site, i32 port) {
 inline i32 catom_towards(const Geometry& g, u32 site, i32 port) { return g.cell_catom[site_towards(g, site, port)]; }
 
 // The port at which the catom towards a port sees this site.
-inline i32 port_back(const Geometry& g, u32 site, i32 port) { return g.link_back != nullptr ? g.link_back[site + static_cast<u32>(port)] : g.opposite[port]; }
-
-inline bool in_target(const Geometry& g, u32 site) {
-    return (g.brick_target[site >> 6] >> (site & 63)) & 1;
+inline i32 port_back(const Geometry& g, u32 site, i32 port) {
+    return g.link_back != nullptr ? g.link_back[site + static_cast<u32>(port)] : g.opposite[port];
 }
+
+inline bool in_target(const Geometry& g, u32 site) { return (g.brick_target[site >> 6] >> (site & 63)) & 1; }
 
 // Coordinate 0, 1 or 2 of the cell of a site.
 inline i32 cell_coordinate(const Geometry& g, u32 site, i32 axis) {

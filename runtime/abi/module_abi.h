@@ -50,20 +50,20 @@ enum class PredicateKind : u8 { Persistent, Linear, Action, Sensed };
 // What an evaluation of a catom may be asked to look at again: the low bits of a catom's dirty word. The bits above
 // belong to the module: one for each own column, one for each column imported from neighbours.
 enum DirtyBit : u64 {
-    kDirtyBorn = 1,    // First evaluation.
-    kDirtyLinks = 2,   // A neighbour came or went.
-    kDirtyPlace = 4,   // The catom stands on another cell, or the target changed.
-    kDirtyWake = 8,    // A quarantine has ended.
-    kDirtyTick = 16,   // Asked to be evaluated in this tick.
+    kDirtyBorn = 1,   // First evaluation.
+    kDirtyLinks = 2,  // A neighbour came or went.
+    kDirtyPlace = 4,  // The catom stands on another cell, or the target changed.
+    kDirtyWake = 8,   // A quarantine has ended.
+    kDirtyTick = 16,  // Asked to be evaluated in this tick.
     kDirtyBirths = 31,
-    kDirtyGroups = 32, // A quarantine of groups that are told by row has ended.
+    kDirtyGroups = 32,  // A quarantine of groups that are told by row has ended.
     kFirstModuleBit = 64,
 };
 
 struct FieldInfo {
     const char* name;
     ValueType type;
-    u8 bytes;        // Bool: 1; Int: 1, 2, 4 or 8, as many as its values are known to need; all others 8.
+    u8 bytes;    // Bool: 1; Int: 1, 2, 4 or 8, as many as its values are known to need; all others 8.
     u32 offset;  // In the record (Single), in the row (Rows), of port 0 in the record (PerLink).
     u16 deep;    // Index into ModuleInfo::types.
 };
@@ -72,16 +72,16 @@ struct PredicateInfo {
     const char* name;
     PredicateKind kind;
     Storage storage;
-    bool auxiliary;       // Made by the compiler, or of the prelude and not used: not shown to users.
-    bool repeats;         // An action carried out in every tick in which it holds.
-    u16 arity;            // Without the catom.
+    bool auxiliary;  // Made by the compiler, or of the prelude and not used: not shown to users.
+    bool repeats;    // An action carried out in every tick in which it holds.
+    u16 arity;       // Without the catom.
     const FieldInfo* fields;
     u16 column;           // kNone16 where Storage::World.
     u16 base;             // The predicate that stores facts given from outside (itself or an auxiliary), or kNone16.
     u32 rank_offset;      // In the record or row, or kNone32.
     u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
     u32 presence_mask;
-    bool read = true;     // By some rule.
+    bool read = true;  // By some rule.
 };
 
 struct ColumnInfo {
@@ -135,7 +135,7 @@ struct RuleInfo {
     const char* file;  // Where it stands; empty: made by the compiler.
     u32 head_count;    // The predicates that it derives or makes, as the program says.
     const u16* heads;
-    u64 at;            // The catom that it is for, of facts of the text the greatest one; or kEverywhere.
+    u64 at;  // The catom that it is for, of facts of the text the greatest one; or kEverywhere.
 };
 inline constexpr u64 kEverywhere = ~u64{0};
 
@@ -147,13 +147,13 @@ struct Part {
     // does not tell its changes by row.
     const RowChanges* const* const* changes = nullptr;
     const Value* parameters = nullptr;
-    i64 now = 0;             // The tick.
+    i64 now = 0;  // The tick.
     u64 seed = 0;
-    i64 world_catoms = 0;    // How many catoms the ensemble had when it was made: @world.
+    i64 world_catoms = 0;  // How many catoms the ensemble had when it was made: @world.
     double tick_seconds = 1e-3;
-    u32 latency = 1;         // The bound on link latency in ticks.
-    u32 greatest_rank = 0;   // Of all facts that ever lived, anywhere, as of the last tick.
-    bool tombstones = false; // Whether this part may remember a loss.
+    u32 latency = 1;          // The bound on link latency in ticks.
+    u32 greatest_rank = 0;    // Of all facts that ever lived, anywhere, as of the last tick.
+    bool tombstones = false;  // Whether this part may remember a loss.
     u64 max_derivations = 0;
     u64 max_facts = 0;
     u64 max_list = kNone32;  // The most elements of a list, or bytes of a string.
@@ -174,7 +174,7 @@ enum class Trap : u32 {
     TooManyFacts,
     BadIndex,
     TooDeep,
-    TooLong,  // A list; of how many items, and how many are the most (Part::max_list).
+    TooLong,        // A list; of how many items, and how many are the most (Part::max_list).
     TooMuchMemory,  // Scratch memory of one catom's evaluation, in bytes.
     TextTooLong,    // A string; of how many bytes, and how many are the most.
     NotAnInt,       // A text that should say one.
@@ -184,7 +184,7 @@ enum class Trap : u32 {
 };
 
 // How much of a text a trap carries.
-inline constexpr u32 kMostTrapText_bytes = 32;
+inline constexpr u32 kMaxTrapText_bytes = 32;
 
 struct Host;
 
@@ -193,21 +193,21 @@ struct Eval {
     const Part* part = nullptr;
     const Host* host = nullptr;
     u32 catom = 0;
-    u64 dirty = 0;            // Of the catom under evaluation.
-    u8* arena = nullptr;      // Scratch memory, taken up to arena_end; each catom starts again at arena_start.
+    u64 dirty = 0;        // Of the catom under evaluation.
+    u8* arena = nullptr;  // Scratch memory, taken up to arena_end; each catom starts again at arena_start.
     u8* arena_start = nullptr;
     u8* arena_end = nullptr;
-    u64 derivations = 0;      // Counted over the run.
-    u64 dropped = 0;          // Linear facts for a neighbour that is no longer there.
+    u64 derivations = 0;  // Counted over the run.
+    u64 dropped = 0;      // Linear facts for a neighbour that is no longer there.
     u32 greatest_rank = 0;
-    Trap trap = Trap::None;   // The first failure; evaluation of the catom is abandoned at its next check.
+    Trap trap = Trap::None;  // The first failure; evaluation of the catom is abandoned at its next check.
     u32 trap_rule = 0;
     Value trap_left = {}, trap_right = {};
-    bool trap_real = false;   // The operands are floats.
-    char trap_text[kMostTrapText_bytes] = {};  // The start of the text at fault, whose bytes trap_left counts.
-    u32 draws = 0;            // Random numbers drawn for this catom in this tick.
-    u32 depth = 0;            // Calls of functions that are open.
-    u32 rule = kNone32;       // The one at work, for failures that only the runtime notices; kNone32: none.
+    bool trap_real = false;                   // The operands are floats.
+    char trap_text[kMaxTrapText_bytes] = {};  // The start of the text at fault, whose bytes trap_left counts.
+    u32 draws = 0;                            // Random numbers drawn for this catom in this tick.
+    u32 depth = 0;                            // Calls of functions that are open.
+    u32 rule = kNone32;                       // The one at work, for failures that only the runtime notices; kNone32: none.
 };
 
 // What the runtime does for a module. All calls concern the catom under evaluation.
@@ -255,7 +255,7 @@ struct ModuleInfo {
     ParameterInfo const* parameters;
     u32 rule_count;
     const RuleInfo* rules;
-    bool reads_tick;      // Some rule reads `tick`: every catom is evaluated in every tick.
+    bool reads_tick;  // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
 };

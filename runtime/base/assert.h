@@ -13,9 +13,9 @@ namespace meld {
 }  // namespace meld
 
 // MELD_CHECK is always on. The other three say what a function expects, holds and ensures; they are on in debug builds.
-#define MELD_CHECK_AS(kind, condition, ...)                                                             \
-    do {                                                                                                \
-        if (!(condition)) [[unlikely]]                                                                  \
+#define MELD_CHECK_AS(kind, condition, ...)                                                              \
+    do {                                                                                                 \
+        if (!(condition)) [[unlikely]]                                                                   \
             ::meld::assertion_failed(kind, #condition, __FILE__, __LINE__, fmt::format("" __VA_ARGS__)); \
     } while (false)
 #define MELD_CHECK(condition, ...) MELD_CHECK_AS("check", condition, __VA_ARGS__)

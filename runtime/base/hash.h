@@ -3,9 +3,9 @@
 
 #include <xxhash.h>
 
+#include <fmt/format.h>
 #include <cstddef>
 #include <cstdint>
-#include <fmt/format.h>
 #include <span>
 #include <string>
 #include <string_view>
@@ -77,7 +77,9 @@ class Digest {
 
   private:
     static constexpr std::uint64_t low_of(std::uint64_t member) { return mix64(member + 0x9e3779b97f4a7c15u); }
-    static constexpr std::uint64_t high_of(std::uint64_t member) { return mix64(mix64(member ^ 0xa0761d6478bd642fu) + 0xe7037ed1a0b428dbu); }
+    static constexpr std::uint64_t high_of(std::uint64_t member) {
+        return mix64(mix64(member ^ 0xa0761d6478bd642fu) + 0xe7037ed1a0b428dbu);
+    }
 
     std::uint64_t low_ = 0;
     std::uint64_t high_ = 0;

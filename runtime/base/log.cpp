@@ -17,11 +17,15 @@ std::function<void(std::string_view)> chosen_output;  // Guarded by output_mutex
 
 std::string_view prefix_of(Level level) {
     switch (level) {
-        case Level::Debug: return "debug: ";
-        case Level::Warning: return "warning: ";
-        case Level::Error: return "error: ";
+        case Level::Debug:
+            return "debug: ";
+        case Level::Warning:
+            return "warning: ";
+        case Level::Error:
+            return "error: ";
         case Level::Info:
-        case Level::Off: break;
+        case Level::Off:
+            break;
     }
     return "";
 }

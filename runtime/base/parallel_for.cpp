@@ -23,7 +23,7 @@ namespace {
 constexpr std::uint64_t kInsideMask = 0xffff;
 constexpr std::uint64_t kOpenBit = 0x10000;
 constexpr int kJobShift = 17;
-constexpr int kMostThreads = 4096;
+constexpr int kMaxThreads = 4096;
 
 // A tick starts several jobs in quick succession: waiting this long saves the wake-up, and costs little when idle.
 constexpr auto kSpinTime = std::chrono::microseconds(20);
@@ -162,7 +162,7 @@ struct Workers::Shared {
 };
 
 Workers::Workers(int threads) : threads_(threads) {
-    MELD_CHECK(threads >= 1 && threads <= kMostThreads, "threads = {}", threads);
+    MELD_CHECK(threads >= 1 && threads <= kMaxThreads, "threads = {}", threads);
     const unsigned available = std::thread::hardware_concurrency();
     shared_ = std::make_unique<Shared>(static_cast<unsigned>(threads) <= available);
     try {

@@ -1,10 +1,10 @@
 #include "runtime/base/units.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 #include <span>
 
@@ -127,7 +127,9 @@ Result<double> parse_number(std::string_view text) {
 }
 
 Result<std::uint64_t> parse_count(std::string_view text) {
-    return read(text, kMultiples, "a count").and_then([&](const Written& written) { return whole(written, text, "a count", Fraction::Refuse); });
+    return read(text, kMultiples, "a count").and_then([&](const Written& written) {
+        return whole(written, text, "a count", Fraction::Refuse);
+    });
 }
 
 Result<std::uint64_t> parse_bytes(std::string_view text) {

@@ -20,7 +20,7 @@ struct Packet {
 class Communicator {
   public:
     virtual ~Communicator() = default;
-    virtual int part() const = 0;   // 0 .. parts-1
+    virtual int part() const = 0;  // 0 .. parts-1
     virtual int parts() const = 0;
 
     // Sparse exchange: every part calls it together, each with the packets it has (at most one per destination, never to

@@ -5,12 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <fmt/format.h>
 #include <map>
 #include <string_view>
 
@@ -140,12 +140,18 @@ int launch_mpi(int parts, const std::vector<std::string>& command) {
 
 std::string describe_launch_failure(int exit_code) {
     switch (exit_code) {
-        case 124: return "the run exceeded its time limit";
-        case 126: return "the program of the parts cannot be executed";
-        case kCannotStart: return "mpirun cannot be started, or it does not find the program";
-        case 128 + SIGKILL: return "a part was killed (signal 9), most often because memory ran out";
-        case 128 + SIGTERM: return "the parts were ended by a signal (15)";
-        default: break;
+        case 124:
+            return "the run exceeded its time limit";
+        case 126:
+            return "the program of the parts cannot be executed";
+        case kCannotStart:
+            return "mpirun cannot be started, or it does not find the program";
+        case 128 + SIGKILL:
+            return "a part was killed (signal 9), most often because memory ran out";
+        case 128 + SIGTERM:
+            return "the parts were ended by a signal (15)";
+        default:
+            break;
     }
     const int signal = exit_code - 128;
     if (signal <= 0 || signal >= NSIG) return "";

@@ -12,10 +12,11 @@ namespace meld::comm {
 inline constexpr int kEndWellSignal = SIGUSR1;
 
 // Runs `command` (looked up along PATH) as that many parts under mpirun and waits. Standard output and error of the parts come
-// through as they are (and when stderr is a terminal, the parts are told so, see runtime/base/progress.h); standard input goes to part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given
-// to the parts as kEndWellSignal, the second ends them at once. If this process dies, so do they.
-// Returns the exit code of the first part that failed, 0 when none did; 128 + signal for a part killed by a signal; 127 when
-// mpirun cannot be started. Call it from a process that has no other threads and has not started MPI itself.
+// through as they are (and when stderr is a terminal, the parts are told so, see runtime/base/progress.h); standard input goes to
+// part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given to the parts as kEndWellSignal, the second ends
+// them at once. If this process dies, so do they. Returns the exit code of the first part that failed, 0 when none did; 128 +
+// signal for a part killed by a signal; 127 when mpirun cannot be started. Call it from a process that has no other threads and
+// has not started MPI itself.
 int launch_mpi(int parts, const std::vector<std::string>& command);
 
 // Why a run of parts ended with this code, for codes that no command of ours documents: "a part was killed (signal 9), ...".

@@ -24,7 +24,7 @@ namespace {
 // Up to so many parts the exchange agrees on counts; above, on the end of the round. Measured on two cores, microseconds by
 // counts against by consensus: 2 parts 0.5 : 1.2, 4 parts 5.9 : 12.4, 8 parts 18 : 35 (one packet of 64 bytes from each part),
 // 16 parts 103 : 133, and 80 : 76 when nobody has anything to say; above 20 kB a packet the two are equal.
-constexpr int kMostPartsByCounts = 8;
+constexpr int kMaxPartsByCounts = 8;
 
 int live_communicators = 0;
 bool we_initialised = false;
@@ -81,7 +81,8 @@ class Mpi final : public Communicator {
         : communicator_(duplicate_of_world()), exchange_(communicator_, options.chunk_bytes), chunk_bytes_(options.chunk_bytes) {
         MPI_Comm_rank(communicator_, &part_);
         MPI_Comm_size(communicator_, &parts_);
-        by_counts_ = options.exchange == ExchangeKind::Counts || (options.exchange == ExchangeKind::Automatic && parts_ <= kMostPartsByCounts);
+        by_counts_ =
+            options.exchange == ExchangeKind::Counts || (options.exchange == ExchangeKind::Automatic && parts_ <= kMaxPartsByCounts);
         ++live_communicators;
     }
 
@@ -176,7 +177,8 @@ class Mpi final : public Communicator {
         return result;
     }
 
-    std::vector<std::vector<std::byte>> gather_by_broadcasts(std::span<const std::byte> bytes, const std::vector<std::uint64_t>& sizes) const {
+    std::vector<std::vector<std::byte>> gather_by_broadcasts(std::span<const std::byte> bytes,
+                                                             const std::vector<std::uint64_t>& sizes) const {
         std::vector<std::vector<std::byte>> result;
         for (int from = 0; from < parts_; ++from) {
             std::vector<std::byte>& piece = result.emplace_back(sizes[static_cast<std::size_t>(from)]);

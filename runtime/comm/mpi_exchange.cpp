@@ -21,7 +21,8 @@ constexpr int kCountsTag = 3;
 }  // namespace
 
 MpiExchange::MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes) : communicator_(communicator), chunk_bytes_(chunk_bytes) {
-    MELD_CHECK(chunk_bytes > 0 && chunk_bytes <= static_cast<std::size_t>(std::numeric_limits<int>::max()), "chunk of {} bytes", chunk_bytes);
+    MELD_CHECK(chunk_bytes > 0 && chunk_bytes <= static_cast<std::size_t>(std::numeric_limits<int>::max()), "chunk of {} bytes",
+               chunk_bytes);
     MPI_Comm_rank(communicator_, &part_);
     MPI_Comm_size(communicator_, &parts_);
     const auto parts = static_cast<std::size_t>(parts_);

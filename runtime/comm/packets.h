@@ -13,7 +13,8 @@ inline void check_packets(const std::vector<Packet>& packets, int part, int part
     seen.resize(static_cast<std::size_t>(parts));
 #endif
     for (const Packet& packet : packets) {
-        MELD_CHECK(packet.part >= 0 && packet.part < parts && packet.part != part, "packet of part {} to part {} of {}", part, packet.part, parts);
+        MELD_CHECK(packet.part >= 0 && packet.part < parts && packet.part != part, "packet of part {} to part {} of {}", part, packet.part,
+                   parts);
         MELD_EXPECT(!seen[static_cast<std::size_t>(packet.part)], "two packets of part {} to part {}", part, packet.part);
 #ifdef CLAYMELD_ASSERTIONS
         seen[static_cast<std::size_t>(packet.part)] = true;

@@ -19,10 +19,14 @@ enum class Operation { Exchange, Allgather, AllgatherAny, Barrier };
 
 const char* name_of(Operation operation) {
     switch (operation) {
-        case Operation::Exchange: return "exchange";
-        case Operation::Allgather: return "allgather";
-        case Operation::AllgatherAny: return "allgather_any";
-        case Operation::Barrier: return "barrier";
+        case Operation::Exchange:
+            return "exchange";
+        case Operation::Allgather:
+            return "allgather";
+        case Operation::AllgatherAny:
+            return "allgather_any";
+        case Operation::Barrier:
+            return "barrier";
     }
     return "";
 }

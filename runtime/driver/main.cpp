@@ -19,20 +19,43 @@ int main(int argc, char** argv) {
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.set_version_flag("--version", "meldsim 0.1.0");
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 interrupted.");
+    app.footer(
+        "Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 "
+        "interrupted.");
 
-    CLI::App* r = app.add_subcommand("run", "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
+    CLI::App* r = app.add_subcommand("run",
+                                     "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
+                                     "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
-    r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")->type_name("FILE");
-    r->add_option("-I,--library", run.library_paths, "Folder where the program's includes and libraries are looked for too")->type_name("DIR")->take_all()->allow_extra_args(false);
-    r->add_option("--ticks", run.ticks, "Stop after this many ticks")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
+    r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")
+        ->type_name("FILE");
+    r->add_option("-I,--library", run.library_paths, "Folder where the program's includes and libraries are looked for too")
+        ->type_name("DIR")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("--ticks", run.ticks, "Stop after this many ticks")
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
     r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")->check(CLI::Range(1, 100000))->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")->check(CLI::Range(1, 1024))->capture_default_str();
-    r->add_option("--set", run.set, "Give a constant of the program another value: name=value")->type_name("NAME=VALUE")->take_all()->allow_extra_args(false);
-    r->add_option("--arg", run.given, "The value of the program's @arg1; the next --arg is that of @arg2, and so on")->type_name("VALUE")->take_all()->allow_extra_args(false);
-    r->add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
-    r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")->check(CLI::Range(0, 3))->type_name("N");
-    r->add_option("--seed", run.seed, "The seed of everything random")->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
+    r->add_option("--set", run.set, "Give a constant of the program another value: name=value")
+        ->type_name("NAME=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("--arg", run.given, "The value of the program's @arg1; the next --arg is that of @arg2, and so on")
+        ->type_name("VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")
+        ->check(CLI::Range(0, 3))
+        ->type_name("N");
+    r->add_option("--seed", run.seed, "The seed of everything random")
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
@@ -40,7 +63,8 @@ int main(int argc, char** argv) {
     r->add_flag("--quiet", run.quiet, "No progress line and no summary");
     r->add_option("--module", run.module)->group("");
 
-    CLI::App* w = app.add_subcommand("world", "Check a world and say how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
+    CLI::App* w = app.add_subcommand(
+        "world", "Check a world and say how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
     w->add_option("FILE", world_path, "The world, a .toml file")->required();
 
     try {

@@ -39,8 +39,9 @@ Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& 
     const std::uint64_t limit = world.limits.memory_bytes > 0 ? world.limits.memory_bytes : available_bytes();
     const auto needed = here < 1.8e19 ? static_cast<std::uint64_t>(here) : ~std::uint64_t{0};
     if (limit > 0 && needed > limit)
-        return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {} are {}", format_bytes(needed), format_count(size->cells_estimate), bytes,
-                                format_bytes(limit), world.limits.memory_bytes > 0 ? "allowed by [limits] memory" : "available"),
+        return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {} are {}", format_bytes(needed),
+                                format_count(size->cells_estimate), bytes, format_bytes(limit),
+                                world.limits.memory_bytes > 0 ? "allowed by [limits] memory" : "available"),
                     "Make the body smaller, or run on more machines", ExitCode::LimitHit);
     return static_cast<std::uint64_t>(static_cast<double>(needed) / parts_here);
 }

@@ -9,21 +9,21 @@
 namespace meld::driver {
 
 struct RunOptions {
-    std::string program = {};            // A .meld file, or a compiled .so.
-    std::string world = {};              // Empty: PROGRAM.toml if it is there, else a cube of 1,000 catoms.
+    std::string program = {};                     // A .meld file, or a compiled .so.
+    std::string world = {};                       // Empty: PROGRAM.toml if it is there, else a cube of 1,000 catoms.
     std::vector<std::string> library_paths = {};  // For the program's includes and libraries.
     std::int64_t ticks = -1;
     int parts = 1;
     int threads = 1;
     std::int64_t seed = -1;
-    std::vector<std::string> set = {};   // name=value
-    std::vector<std::string> link = {};  // C files with extern functions.
+    std::vector<std::string> set = {};     // name=value
+    std::vector<std::string> link = {};    // C files with extern functions.
     std::optional<int> optimisation = {};  // Of the module, 0 to 3; else meldc decides.
-    std::vector<std::string> given = {}; // Values of @arg1, @arg2, ...
+    std::vector<std::string> given = {};   // Values of @arg1, @arg2, ...
     std::string facts_out = {};
     std::string record = {};
-    std::string digest = {};             // A file, or "-" for standard output.
-    std::string module = {};             // Given to the parts by the command that started them.
+    std::string digest = {};  // A file, or "-" for standard output.
+    std::string module = {};  // Given to the parts by the command that started them.
     bool json = false;
     bool quiet = false;
     std::vector<std::string> arguments = {};  // As typed, for the recording and for the parts.

@@ -12,22 +12,32 @@ namespace {
 
 const char* ending_name(sim::Ending ending) {
     switch (ending) {
-        case sim::Ending::Quiet: return "quiet";
-        case sim::Ending::Ticks: return "ticks";
-        case sim::Ending::Finished: return "finished";
-        case sim::Ending::Interrupted: return "interrupted";
-        case sim::Ending::Failed: return "failed";
+        case sim::Ending::Quiet:
+            return "quiet";
+        case sim::Ending::Ticks:
+            return "ticks";
+        case sim::Ending::Finished:
+            return "finished";
+        case sim::Ending::Interrupted:
+            return "interrupted";
+        case sim::Ending::Failed:
+            return "failed";
     }
     return "";
 }
 
 const char* ending_text(sim::Ending ending) {
     switch (ending) {
-        case sim::Ending::Quiet: return "nothing left to do";
-        case sim::Ending::Ticks: return "as many ticks as asked for";
-        case sim::Ending::Finished: return "stopped by the program";
-        case sim::Ending::Interrupted: return "interrupted";
-        case sim::Ending::Failed: return "the program failed";
+        case sim::Ending::Quiet:
+            return "nothing left to do";
+        case sim::Ending::Ticks:
+            return "as many ticks as asked for";
+        case sim::Ending::Finished:
+            return "stopped by the program";
+        case sim::Ending::Interrupted:
+            return "interrupted";
+        case sim::Ending::Failed:
+            return "the program failed";
     }
     return "";
 }
@@ -44,10 +54,13 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     auto& s = const_cast<sim::Simulation&>(simulation).summary();
     const auto& totals = const_cast<sim::Simulation&>(simulation).part().totals;
     const double rate = seconds > 0 ? 1 / seconds : 0;
-    std::string text = fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks, last_tick > 0 ? fmt::format(" of {}", last_tick) : "",
-                                   format_count(static_cast<double>(totals.tick.awake)), format_count(static_cast<double>(s.catoms)), format_count(static_cast<double>(s.derivations) * rate),
-                                   format_count(static_cast<double>(s.changes + s.messages) * rate), s.bytes_per_catom);
-    if (last_tick > 0 && s.ticks > 0) text += ", " + format_duration(seconds * static_cast<double>(last_tick - s.ticks) / static_cast<double>(s.ticks)) + " left";
+    std::string text =
+        fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks,
+                    last_tick > 0 ? fmt::format(" of {}", last_tick) : "", format_count(static_cast<double>(totals.tick.awake)),
+                    format_count(static_cast<double>(s.catoms)), format_count(static_cast<double>(s.derivations) * rate),
+                    format_count(static_cast<double>(s.changes + s.messages) * rate), s.bytes_per_catom);
+    if (last_tick > 0 && s.ticks > 0)
+        text += ", " + format_duration(seconds * static_cast<double>(last_tick - s.ticks) / static_cast<double>(s.ticks)) + " left";
     if (const std::string status = simulation.status(); !status.empty()) text += ", " + status;
     return text;
 }
@@ -61,10 +74,13 @@ std::string summary_table(const sim::Summary& s, int parts, int threads) {
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
-    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: the catom they were for was no neighbour)", grouped(s.dropped)) : ""));
+    row("linear messages",
+        grouped(s.messages) +
+            (s.dropped > 0 ? fmt::format(" ({} dropped: the catom they were for was no neighbour)", grouped(s.dropped)) : ""));
     if (parts > 1) row("between processes", format_bytes(s.sent_bytes));
     row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
-    row("time", fmt::format("{} to set up, {} to run ({} CPU on part 0)", format_duration(s.setup_seconds), format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
+    row("time", fmt::format("{} to set up, {} to run ({} CPU on part 0)", format_duration(s.setup_seconds), format_duration(s.run_seconds),
+                            format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", parts, threads, threads == 1 ? "" : "s"));
     for (const std::string& outcome : s.outcomes) text += outcome + "\n";
     return text;

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <unistd.h>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <unistd.h>
 
 #include "runtime/base/progress.h"
 #include "runtime/comm/communicator.h"
@@ -19,8 +19,8 @@
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
 #include "runtime/sim/core/bytes.h"
-#include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/simulation.h"
+#include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/watchers/watcher.h"
 
 namespace meld::driver {
@@ -36,7 +36,7 @@ void on_interrupt(int) {
 }
 
 void handle_interrupts() {
-    struct sigaction action {};
+    struct sigaction action{};
     action.sa_handler = on_interrupt;
     for (const int signal : {SIGINT, SIGTERM, comm::kEndWellSignal}) sigaction(signal, &action, nullptr);
     std::signal(SIGXFSZ, SIG_IGN);
@@ -54,10 +54,13 @@ Result<world::World> choose_world(const RunOptions& options) {
         const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
         if (std::filesystem::exists(beside)) path = beside;
     }
-    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "(the cube of 1,000 catoms)") : world::read_world(path);
+    Result<world::World> world =
+        path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "(the cube of 1,000 catoms)")
+                     : world::read_world(path);
     if (!world) return world;
     if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
-    if (options.given.size() > 9) return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
+    if (options.given.size() > 9)
+        return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
     for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];
     for (const std::string& setting : options.set) {
         const std::size_t equals = setting.find('=');
@@ -119,9 +122,11 @@ int parts_on_this_machine(const comm::Communicator& comm) {
 Error after_failure(sim::PartState& part, const RunOptions& options, Error error) {
     if (options.facts_out.empty()) return error;
     if (part.half_way) {
-        error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them", error.suggestion.empty() ? "" : ".\n", part.last_tick + 1);
+        error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
+                                        error.suggestion.empty() ? "" : ".\n", part.last_tick + 1);
     } else if (const auto written = record::write_facts(part, options.facts_out); !written) {
-        error.suggestion += fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
+        error.suggestion +=
+            fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }
     return error;
 }
@@ -133,10 +138,12 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
     if (info.schema_hash != module->note().schema_hash)
         return fail(module_path + " says of itself what is not so", "Compile it again", ExitCode::ModuleRefused);
-    if (!same_everywhere(comm, info.schema_hash)) return fail("the processes have different modules", "Use a cache that all of them see", ExitCode::ModuleRefused);
+    if (!same_everywhere(comm, info.schema_hash))
+        return fail("the processes have different modules", "Use a cache that all of them see", ExitCode::ModuleRefused);
     const Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
-    if (const auto fits = check_memory(*world, info, comm.parts(), parts_on_this_machine(comm)); !fits) return tl::unexpected<Error>(fits.error());
+    if (const auto fits = check_memory(*world, info, comm.parts(), parts_on_this_machine(comm)); !fits)
+        return tl::unexpected<Error>(fits.error());
     const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
     for (const std::string& path : {options.facts_out, options.record, options.digest == "-" ? "" : options.digest})
@@ -149,7 +156,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     sim::Simulation simulation(info, *world, *target, comm, options.threads);
     const bool speaks = comm.part() == 0;
     if (!options.record.empty()) {
-        const record::RecordingInfo about{info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()), world->radius};
+        const record::RecordingInfo about{
+            info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()),
+            world->radius};
         simulation.add(std::make_unique<record::Recorder>(options.record, world->record.every, world->record.predicates, about));
     }
     // What catoms print goes to standard output, unless results are written there.
@@ -166,16 +175,20 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
         simulation.part().stop_requested = interrupts > 0;
         if (!progress) return;
         progress->update([&] {
-            return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), options.ticks);
+            return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+                                 options.ticks);
         });
     };
     const Result<void> ran = simulation.run({options.ticks}, each);
     progress.reset();
     if (!ran) return tl::unexpected<Error>(after_failure(simulation.part(), options, ran.error()));
     if (!options.facts_out.empty())
-        if (auto written = record::write_facts(simulation.part(), options.facts_out); !written) return tl::unexpected<Error>(written.error());
-    if (speaks && options.json) fmt::print("{}", summary_json(simulation.summary(), comm.parts(), options.threads));
-    else if (speaks && !options.quiet) fmt::print("{}", summary_table(simulation.summary(), comm.parts(), options.threads));
+        if (auto written = record::write_facts(simulation.part(), options.facts_out); !written)
+            return tl::unexpected<Error>(written.error());
+    if (speaks && options.json)
+        fmt::print("{}", summary_json(simulation.summary(), comm.parts(), options.threads));
+    else if (speaks && !options.quiet)
+        fmt::print("{}", summary_table(simulation.summary(), comm.parts(), options.threads));
     std::fflush(stdout);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
@@ -189,7 +202,8 @@ Result<std::string> module_for_all(const RunOptions& options, comm::Communicator
     const std::string text = mine ? *mine : mine.error().problem;
     std::vector<std::byte> bytes;
     sim::put(bytes, code);
-    bytes.insert(bytes.end(), reinterpret_cast<const std::byte*>(text.data()), reinterpret_cast<const std::byte*>(text.data()) + text.size());
+    bytes.insert(bytes.end(), reinterpret_cast<const std::byte*>(text.data()),
+                 reinterpret_cast<const std::byte*>(text.data()) + text.size());
     const auto all = comm.allgather_any(bytes);
     const std::byte* at = all[0].data();
     const int first = sim::take_value<int>(at);

@@ -21,9 +21,12 @@ int world_command(const std::string& path) {
     const world::Lattice lattice(world->lattice);
     fmt::print("{}: {} lattice, ", path, lattice.name());
     // Counting is exact and quick up to some hundred million.
-    if (size->cells_estimate < 2e8) fmt::print("{} catoms", world::count_catoms(*world, lattice));
-    else fmt::print("about {} catoms", format_count(size->cells_estimate));
-    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size->first.x, size->first.y, size->first.z, size->last.x, size->last.y, size->last.z);
+    if (size->cells_estimate < 2e8)
+        fmt::print("{} catoms", world::count_catoms(*world, lattice));
+    else
+        fmt::print("about {} catoms", format_count(size->cells_estimate));
+    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size->first.x, size->first.y, size->first.z, size->last.x, size->last.y,
+               size->last.z);
     if (!world->target) return 0;
     const Result<world::Target> target = world::Target::make(*world, lattice);
     if (!target) return tell(target.error());

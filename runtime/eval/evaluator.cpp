@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "runtime/kernel/values.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
+#include "runtime/kernel/values.h"
 
 namespace meld::eval {
 
@@ -145,9 +145,9 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         Thread& t = of(e);
         const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
         const std::size_t size = std::max<std::size_t>(before * 2, bytes * 2);
-        if (size > kMostChunk) meld::trap(*e, Trap::TooMuchMemory, e->rule, static_cast<i64>(size));
+        if (size > kMaxChunk) meld::trap(*e, Trap::TooMuchMemory, e->rule, static_cast<i64>(size));
         // After that the evaluation ends at its next check; until then it has what it asks for.
-        t.new_chunk(size > kMostChunk ? std::max<std::size_t>(kArena, bytes) : size);
+        t.new_chunk(size > kMaxChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
     host_.export_record = [](Eval* e, u16 column, const void* record) {
         Thread& t = of(e);
@@ -178,7 +178,8 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.change_rows = [](Eval* e, u16 column, const RowChanges* changes) {
         Thread& t = of(e);
         RowChanges* kept = t.owner->columns_.changes().make(column, changes->removed, changes->added, t.number);
-        const std::size_t bytes = std::size_t{t.owner->module_.columns[column].row_bytes} * (std::size_t{changes->removed} + changes->added);
+        const std::size_t bytes =
+            std::size_t{t.owner->module_.columns[column].row_bytes} * (std::size_t{changes->removed} + changes->added);
         if (bytes > 0) std::memcpy(kept + 1, changes + 1, bytes);
         t.row_changes.push_back({e->catom, column, kept});
     };
@@ -186,7 +187,8 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         Thread& t = of(e);
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
-        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++,
+                              t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
@@ -206,9 +208,12 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
-    host_.random = [](Eval* e) { return random_bits(e->part->seed, e->part->geometry.catom_id[e->catom], static_cast<u64>(e->part->now), e->draws++); };
+    host_.random = [](Eval* e) {
+        return random_bits(e->part->seed, e->part->geometry.catom_id[e->catom], static_cast<u64>(e->part->now), e->draws++);
+    };
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
-    for (u32 p = 0; p < module.predicate_count; ++p) linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
+    for (u32 p = 0; p < module.predicate_count; ++p)
+        linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
     for (int i = 0; i < workers.threads(); ++i) {
         threads_.push_back(std::make_unique<Thread>());
         Thread& t = *threads_.back();
@@ -256,7 +261,8 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        Failure failure{t.trap, t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right, t.trap_real, {}};
+        Failure failure{t.trap,      t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right,
+                        t.trap_real, {}};
         std::copy(std::begin(t.trap_text), std::end(t.trap_text), failure.text);
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
@@ -283,8 +289,10 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
         for (i32 port = 0; port < g.ports; ++port) {
             const i32 other = catom_towards(g, site, port);
             if (other < 0) continue;
-            if (shared) agenda_.mark_shared(static_cast<u32>(other), bits);
-            else agenda_.mark(static_cast<u32>(other), bits);
+            if (shared)
+                agenda_.mark_shared(static_cast<u32>(other), bits);
+            else
+                agenda_.mark(static_cast<u32>(other), bits);
         }
         on_export(thread, catom, column);
     };
@@ -318,12 +326,15 @@ void Evaluator::gather(const Part& part) {
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
         for (Action& a : t->actions) a.arguments = t->kept_values(a.arguments);
-        if (unsorted_.empty()) unsorted_.swap(t->messages);
-        else unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
+        if (unsorted_.empty())
+            unsorted_.swap(t->messages);
+        else
+            unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(part.now, w.tick, w.catom, w.dirty);
-        for (const GroupWake& w : t->group_wakes) timers_.add_group(part.now, w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
+        for (const GroupWake& w : t->group_wakes)
+            timers_.add_group(part.now, w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();
@@ -353,7 +364,8 @@ void Evaluator::order_messages() {
         if (first < messages_.size() && messages_[first].to != m.to) first = messages_.size();
         std::size_t at = messages_.size();
         messages_.push_back(m);
-        for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at) messages_[at] = messages_[at - 1];
+        for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at)
+            messages_[at] = messages_[at - 1];
         messages_[at] = m;
     }
 }

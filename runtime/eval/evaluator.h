@@ -19,9 +19,9 @@ namespace meld::eval {
 
 // A linear or given fact on its way to a catom of this part or to a ghost.
 struct Message {
-    u32 to = 0;            // Index on this part.
+    u32 to = 0;  // Index on this part.
     u16 predicate = 0;
-    u64 from = 0;          // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
+    u64 from = 0;  // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
     u32 sequence = 0;
     const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
@@ -33,10 +33,10 @@ struct Action {
 };
 
 struct Statistics {
-    u64 awake = 0;         // Catoms evaluated.
+    u64 awake = 0;  // Catoms evaluated.
     u64 derivations = 0;
-    u64 changes = 0;       // Exported records and rows committed: what a link would carry.
-    u64 messages = 0;      // Linear facts sent.
+    u64 changes = 0;   // Exported records and rows committed: what a link would carry.
+    u64 messages = 0;  // Linear facts sent.
     u64 dropped = 0;
 };
 

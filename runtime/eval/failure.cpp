@@ -33,7 +33,7 @@ std::string kept_in(const ModuleInfo& module, u32 column) {
 // The text at fault as a literal; a long one has its start and dots behind it.
 std::string text_of(const Failure& f) {
     const auto all = static_cast<std::size_t>(f.left.integer);
-    std::string_view start(f.text, std::min<std::size_t>(all, kMostTrapText_bytes));
+    std::string_view start(f.text, std::min<std::size_t>(all, kMaxTrapText_bytes));
     // A character that continues beyond the end is left out.
     if (start.size() < all) {
         while (!start.empty() && (static_cast<unsigned char>(start.back()) & 0xc0) == 0x80) start.remove_suffix(1);
@@ -56,46 +56,72 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
     }
     const auto operand = [&](Value v) { return f.real ? fmt::format("{:.17g}", v.real) : fmt::format("{}", v.integer); };
     switch (f.trap) {
-        case Trap::None: return "";
+        case Trap::None:
+            return "";
         case Trap::Overflow:
             if (f.real) return fmt::format("a number became too large for a float ({}) {}", operand(f.left), where);
             return fmt::format("a number became too large ({} and {}) {}", operand(f.left), operand(f.right), where);
-        case Trap::DivisionByZero: return fmt::format("{} is divided by zero {}", operand(f.left), where);
-        case Trap::NotANumber: return fmt::format("a value that is not a number was computed {}", where);
-        case Trap::BadConversion: return fmt::format("{} has no such value as an int {}", operand(f.left), where);
-        case Trap::TooManyDerivations: return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
-        case Trap::TooManyFacts: return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
-        case Trap::BadIndex: return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
-        case Trap::TooLong: return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
-        case Trap::TooMuchMemory: return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMostChunk), where);
-        case Trap::TextTooLong: return fmt::format("a string has {} bytes, and {} are the most {}", operand(f.left), operand(f.right), where);
-        case Trap::NotAnInt: return fmt::format("{} is no int {}", text_of(f), where);
-        case Trap::NotAFloat: return fmt::format("{} is no float {}", text_of(f), where);
-        case Trap::NegativePower: return fmt::format("{} ^ {} is no int {}", operand(f.left), operand(f.right), where);
-        case Trap::NothingBelow: return fmt::format("no random int is from 0 to below {} {}", operand(f.left), where);
-        case Trap::TooDeep: return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
+        case Trap::DivisionByZero:
+            return fmt::format("{} is divided by zero {}", operand(f.left), where);
+        case Trap::NotANumber:
+            return fmt::format("a value that is not a number was computed {}", where);
+        case Trap::BadConversion:
+            return fmt::format("{} has no such value as an int {}", operand(f.left), where);
+        case Trap::TooManyDerivations:
+            return fmt::format("a catom made more than {} derivations in one tick {}", operand(f.left), where);
+        case Trap::TooManyFacts:
+            return fmt::format("a catom holds more than {} facts of one predicate {}", operand(f.right), where);
+        case Trap::BadIndex:
+            return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
+        case Trap::TooLong:
+            return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
+        case Trap::TooMuchMemory:
+            return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMaxChunk), where);
+        case Trap::TextTooLong:
+            return fmt::format("a string has {} bytes, and {} are the most {}", operand(f.left), operand(f.right), where);
+        case Trap::NotAnInt:
+            return fmt::format("{} is no int {}", text_of(f), where);
+        case Trap::NotAFloat:
+            return fmt::format("{} is no float {}", text_of(f), where);
+        case Trap::NegativePower:
+            return fmt::format("{} ^ {} is no int {}", operand(f.left), operand(f.right), where);
+        case Trap::NothingBelow:
+            return fmt::format("no random int is from 0 to below {} {}", operand(f.left), where);
+        case Trap::TooDeep:
+            return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
     }
     return "";
 }
 
 std::string cure(const Failure& f) {
     switch (f.trap) {
-        case Trap::TooManyDerivations: return "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should";
-        case Trap::TooManyFacts: return "Raise [limits] max_facts_per_catom in the world if it should";
-        case Trap::TooMuchMemory: return "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick";
+        case Trap::TooManyDerivations:
+            return "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should";
+        case Trap::TooManyFacts:
+            return "Raise [limits] max_facts_per_catom in the world if it should";
+        case Trap::TooMuchMemory:
+            return "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick";
         case Trap::TooLong:
-        case Trap::TextTooLong: return "Raise [limits] max_list in the world if it should";
-        case Trap::NotAnInt: return "An int is written in digits alone, with `-` before them if it is negative, and fits in 64 bits";
-        case Trap::NotAFloat: return "A float is written as in a program, without blanks: \"1.5\", \"-2\" or \"3e-4\"";
-        case Trap::NegativePower: return fmt::format("The power of a float may have a negative exponent: `{}.0 ^ {}`", f.left.integer, f.right.integer);
-        case Trap::Overflow: return f.real ? "A float lies between -1.797e308 and 1.797e308, and log(0.0) below all of them" : "";
-        case Trap::NothingBelow: return "`randint(N)` needs an N of at least 1";
-        default: return "";
+        case Trap::TextTooLong:
+            return "Raise [limits] max_list in the world if it should";
+        case Trap::NotAnInt:
+            return "An int is written in digits alone, with `-` before them if it is negative, and fits in 64 bits";
+        case Trap::NotAFloat:
+            return "A float is written as in a program, without blanks: \"1.5\", \"-2\" or \"3e-4\"";
+        case Trap::NegativePower:
+            return fmt::format("The power of a float may have a negative exponent: `{}.0 ^ {}`", f.left.integer, f.right.integer);
+        case Trap::Overflow:
+            return f.real ? "A float lies between -1.797e308 and 1.797e308, and log(0.0) below all of them" : "";
+        case Trap::NothingBelow:
+            return "`randint(N)` needs an N of at least 1";
+        default:
+            return "";
     }
 }
 
 bool is_limit(Trap trap) {
-    return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong || trap == Trap::TooMuchMemory;
+    return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong ||
+           trap == Trap::TooMuchMemory;
 }
 
 }  // namespace meld::eval

@@ -10,7 +10,7 @@ namespace meld::eval {
 
 // Chunks of scratch memory double, so an evaluation may have twice this in all. More is a program that runs away by copying,
 // which the limit of derivations stops only after the machine's memory is gone.
-inline constexpr std::size_t kMostChunk = std::size_t{1} << 29;
+inline constexpr std::size_t kMaxChunk = std::size_t{1} << 29;
 
 // Copied as it is between processes.
 struct Failure {
@@ -21,7 +21,7 @@ struct Failure {
     i64 tick = 0;
     Value left = {}, right = {};  // The operands; of floats where `real`.
     bool real = false;
-    char text[kMostTrapText_bytes] = {};  // Of a text at fault the start; `left` says how many bytes it has.
+    char text[kMaxTrapText_bytes] = {};  // Of a text at fault the start; `left` says how many bytes it has.
 };
 
 // The problem, with rule, catom, tick and operands.

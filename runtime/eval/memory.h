@@ -102,7 +102,7 @@ class Timers {
   private:
     struct Who {
         u32 catom;
-        i64 added;           // The tick in which it was.
+        i64 added;  // The tick in which it was.
     };
     struct Catom {
         Who who;

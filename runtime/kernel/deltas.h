@@ -62,8 +62,10 @@ template <class T>
     RowList<Row> fresh;
     fresh.reset();
     for (u32 i = 0, k = 0; grew && i < r.count; ++i) {
-        if (k < count && T::key(before[k], r.rows[i]) == 0) ++k;
-        else fresh.add(e, r.rows[i]);
+        if (k < count && T::key(before[k], r.rows[i]) == 0)
+            ++k;
+        else
+            fresh.add(e, r.rows[i]);
     }
     r.changes = new_changes<Row>(e, nullptr, 0, fresh.rows, fresh.count);
     return grew;
@@ -74,7 +76,7 @@ template <class T>
 struct Touched {
     using Row = typename T::Row;
     RowList<Row> groups;
-    u32* first;            // Of each group's candidates among the proposed ones; one more for the end.
+    u32* first;  // Of each group's candidates among the proposed ones; one more for the end.
 
     Touched() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
@@ -143,7 +145,8 @@ template <class T, class Fold = OwnFold<T>>
 [[gnu::noinline]] bool settle_touched(Eval& e, Relation<T>& r, const Touched<T>& touched, const Fold& fold = {}, u32 needed = 0) {
     using Row = typename T::Row;
     return settle_touched_with<T>(e, r, touched, [&](const Row* current, Row* p, u32 n, Row& out) {
-        if constexpr (T::kRanked) return settle_group<T>(e, current, p, n, out);
+        if constexpr (T::kRanked)
+            return settle_group<T>(e, current, p, n, out);
         else {
             sort_candidates<T>(e, p, n);
             return n > 0 && reduce_group<T>(e, current, p, n, fold, needed, out);

@@ -65,7 +65,9 @@ inline i64 index_of(Eval&, u32, const TypeInfo* types, u16 type, ListRef l, u64 
         if (compare_words(types, type, l->items[i], x) == 0) return i;
     return -1;
 }
-inline bool exists(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l, u64 x) { return index_of(e, rule, types, type, l, x) >= 0; }
+inline bool exists(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l, u64 x) {
+    return index_of(e, rule, types, type, l, x) >= 0;
+}
 inline i64 count(Eval&, u32, const TypeInfo* types, u16 type, ListRef l, u64 x) {
     i64 n = 0;
     for (u32 i = 0; i < count_of(l); ++i) n += compare_words(types, type, l->items[i], x) == 0;
@@ -94,8 +96,10 @@ inline u32 place_in(const TypeInfo* types, u16 type, ListRef sorted, u64 x) {
     u32 low = 0, high = count_of(sorted);
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
-        if (compare_words(types, type, sorted->items[middle], x) < 0) low = middle + 1;
-        else high = middle;
+        if (compare_words(types, type, sorted->items[middle], x) < 0)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return low;
 }
@@ -195,7 +199,8 @@ inline double sigmoid(Eval& e, u32 rule, double a) { return checked_real(e, rule
 inline i64 random_below(Eval& e, u32 rule, i64 n) {
     if (n <= 0) trap(e, Trap::NothingBelow, rule, n);
     // The high half of a product is below n, and all values but a few in 2^64 are equally likely.
-    return n <= 0 ? 0 : static_cast<i64>(static_cast<u64>((static_cast<unsigned __int128>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
+    return n <= 0 ? 0
+                  : static_cast<i64>(static_cast<u64>((static_cast<unsigned __int128>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
 }
 inline double random_real(Eval& e, u32) { return static_cast<double>(e.host->random(&e) >> 11) * 0x1p-53; }
 
@@ -242,7 +247,9 @@ inline ListRef from_unsigned(Eval& e, u64 v, char sign) {
     if (sign != 0) digits[--at] = sign;
     return make_text(e, digits + at, sizeof digits - at);
 }
-inline ListRef from_int(Eval& e, u32, i64 v) { return v < 0 ? from_unsigned(e, 0 - static_cast<u64>(v), '-') : from_unsigned(e, static_cast<u64>(v), 0); }
+inline ListRef from_int(Eval& e, u32, i64 v) {
+    return v < 0 ? from_unsigned(e, 0 - static_cast<u64>(v), '-') : from_unsigned(e, static_cast<u64>(v), 0);
+}
 inline ListRef from_node(Eval& e, u32, u64 v) { return from_unsigned(e, v, '@'); }
 // The fewest digits that read back as the same number, with a point or an exponent as Meld writes floats.
 inline ListRef from_real(Eval& e, u32, double v) {
@@ -268,7 +275,8 @@ inline i64 to_int(Eval& e, u32 rule, ListRef s) {
     bool wrong = n == (minus ? 1u : 0u);
     for (u32 i = minus; i < n; ++i) {
         const int digit = text[i] - '0';
-        wrong = wrong || digit < 0 || digit > 9 || __builtin_mul_overflow(value, 10, &value) || __builtin_sub_overflow(value, digit, &value);
+        wrong =
+            wrong || digit < 0 || digit > 9 || __builtin_mul_overflow(value, 10, &value) || __builtin_sub_overflow(value, digit, &value);
     }
     // Counted downwards, so that the least number can be read too.
     if (!minus) wrong = __builtin_sub_overflow(i64{0}, value, &value) || wrong;
@@ -316,7 +324,8 @@ inline ListRef divide(Eval& e, u32 rule, ListRef a, ListRef b) {
     return pairwise(e, rule, a, b, [](double x, double y) { return x - y; });
 }
 inline ListRef damp(Eval& e, u32 rule, ListRef a, ListRef b, double factor) {
-    return pairwise(e, rule, a, b, [factor](double x, double y) { return __builtin_log(factor * __builtin_exp(y) + (1 - factor) * __builtin_exp(x)); });
+    return pairwise(e, rule, a, b,
+                    [factor](double x, double y) { return __builtin_log(factor * __builtin_exp(y) + (1 - factor) * __builtin_exp(x)); });
 }
 // So that the likelihoods sum to 1.
 inline ListRef normalize(Eval& e, u32 rule, ListRef l) {
@@ -359,17 +368,22 @@ inline ListRef make_vector(Eval& e, u32 rule, double x, double y, double z) {
     return make_list(e, Words<3>{{word(checked_real(e, rule, x)), word(checked_real(e, rule, y)), word(checked_real(e, rule, z))}});
 }
 inline double dot(Eval& e, u32 rule, ListRef a, ListRef b) {
-    return checked_real(e, rule, coordinate(a, 0) * coordinate(b, 0) + coordinate(a, 1) * coordinate(b, 1) + coordinate(a, 2) * coordinate(b, 2));
+    return checked_real(e, rule,
+                        coordinate(a, 0) * coordinate(b, 0) + coordinate(a, 1) * coordinate(b, 1) + coordinate(a, 2) * coordinate(b, 2));
 }
 inline double norm(Eval& e, u32 rule, ListRef a) { return __builtin_sqrt(dot(e, rule, a, a)); }
 inline ListRef cross(Eval& e, u32 rule, ListRef a, ListRef b) {
-    const double ax = coordinate(a, 0), ay = coordinate(a, 1), az = coordinate(a, 2), bx = coordinate(b, 0), by = coordinate(b, 1), bz = coordinate(b, 2);
+    const double ax = coordinate(a, 0), ay = coordinate(a, 1), az = coordinate(a, 2), bx = coordinate(b, 0), by = coordinate(b, 1),
+                 bz = coordinate(b, 2);
     return make_vector(e, rule, ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx);
 }
 inline ListRef vector_add(Eval& e, u32 rule, ListRef a, ListRef b) {
-    return make_vector(e, rule, coordinate(a, 0) + coordinate(b, 0), coordinate(a, 1) + coordinate(b, 1), coordinate(a, 2) + coordinate(b, 2));
+    return make_vector(e, rule, coordinate(a, 0) + coordinate(b, 0), coordinate(a, 1) + coordinate(b, 1),
+                       coordinate(a, 2) + coordinate(b, 2));
 }
-inline ListRef vector_scale(Eval& e, u32 rule, ListRef a, double f) { return make_vector(e, rule, coordinate(a, 0) * f, coordinate(a, 1) * f, coordinate(a, 2) * f); }
+inline ListRef vector_scale(Eval& e, u32 rule, ListRef a, double f) {
+    return make_vector(e, rule, coordinate(a, 0) * f, coordinate(a, 1) * f, coordinate(a, 2) * f);
+}
 inline ListRef vector_subtract(Eval& e, u32 rule, ListRef a, ListRef b) { return vector_add(e, rule, a, vector_scale(e, rule, b, -1)); }
 inline ListRef vector_divide(Eval& e, u32 rule, ListRef a, double f) {
     if (f == 0) trap(e, Trap::DivisionByZero, rule, coordinate(a, 0), f);

@@ -100,7 +100,9 @@ inline ListRef tail(Eval& e, ListRef l) { return count_of(l) < 2 ? nullptr : lis
 // ---- strings: their items are bytes
 
 inline const char* text_of(ListRef s) { return s == nullptr ? "" : reinterpret_cast<const char*>(s->items); }
-inline ListRef text_over(Eval& e, const char* bytes, u64 count) { return list_over(e, reinterpret_cast<const u64*>(bytes), count, Trap::TextTooLong); }
+inline ListRef text_over(Eval& e, const char* bytes, u64 count) {
+    return list_over(e, reinterpret_cast<const u64*>(bytes), count, Trap::TextTooLong);
+}
 inline ListRef make_text(Eval& e, const char* bytes, u64 count) {
     if (count == 0) return nullptr;
     char* copy = new_text(e, count);
@@ -123,11 +125,15 @@ inline int compare_lists(const TypeInfo* types, u16 type, ListRef a, ListRef b);
 
 inline int compare_words(const TypeInfo* types, u16 type, u64 a, u64 b) {
     switch (types[type].kind) {
-        case ValueType::Int: return compare(as<i64>(a), as<i64>(b));
-        case ValueType::Float: return compare(as<double>(a), as<double>(b));
+        case ValueType::Int:
+            return compare(as<i64>(a), as<i64>(b));
+        case ValueType::Float:
+            return compare(as<double>(a), as<double>(b));
         case ValueType::Bool:
-        case ValueType::Node: return compare(a, b);
-        default: return compare_lists(types, type, as<ListRef>(a), as<ListRef>(b));
+        case ValueType::Node:
+            return compare(a, b);
+        default:
+            return compare_lists(types, type, as<ListRef>(a), as<ListRef>(b));
     }
 }
 inline int compare_lists(const TypeInfo* types, u16 type, ListRef a, ListRef b) {
@@ -226,7 +232,8 @@ inline ListRef checked_extern(Eval& e, u32 rule, const TypeInfo* types, u16 type
         return nullptr;
     }
     u64* items = new_items(e, n);
-    for (u32 i = 0; i < n; ++i) items[i] = checked_item(e, rule, types, t.kind == ValueType::Vec3 ? 1 : t.parts[record ? i : 0], l->items[i]);
+    for (u32 i = 0; i < n; ++i)
+        items[i] = checked_item(e, rule, types, t.kind == ValueType::Vec3 ? 1 : t.parts[record ? i : 0], l->items[i]);
     const ListRef checked = list_over(e, items, n);
     return t.kind == ValueType::Set ? list_to_set(e, rule, types, t.parts[0], checked) : checked;
 }

@@ -76,8 +76,10 @@ u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& grou
     u32 low = 0, high = count;
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
-        if (T::key(rows[middle], group) < 0) low = middle + 1;
-        else high = middle;
+        if (T::key(rows[middle], group) < 0)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return low < count && T::key(rows[low], group) == 0 ? low : count;
 }
@@ -88,8 +90,10 @@ u32 first_fact(const u64 (&facts)[N][Words], u64 catom) {
     u32 low = 0, high = N;
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
-        if (facts[middle][0] < catom) low = middle + 1;
-        else high = middle;
+        if (facts[middle][0] < catom)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return low;
 }
@@ -111,8 +115,10 @@ struct ChoiceOrder {
 template <class T>
 void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
     using Row = typename T::Row;
-    if constexpr (T::kReduce == Reduce::Fold) sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
-    else sort_rows(e, rows, n, ChoiceOrder<T>{});
+    if constexpr (T::kReduce == Reduce::Fold)
+        sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+    else
+        sort_rows(e, rows, n, ChoiceOrder<T>{});
 }
 
 // The fold of T itself. One with a function of the program comes from outside.
@@ -124,7 +130,8 @@ struct OwnFold {
 // The candidates of one group, of which there are some, to its row. `held` is the group's row as it was, or null; needed has a
 // bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds.
 template <class T, class Fold>
-bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Fold& fold, u32 needed, typename T::Row& out) {
+bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Fold& fold, u32 needed,
+                  typename T::Row& out) {
     if constexpr (T::kWaits) {
         u32 heard = 0;
         for (u32 i = 0; i < n; ++i) heard |= rows[i].from;

@@ -35,7 +35,7 @@ inline void* scratch(Eval& e, u64 bytes) {
 [[gnu::noinline, gnu::cold]] inline void trap_text(Eval& e, Trap kind, u32 rule, const char* text, u64 count) {
     if (e.trap != Trap::None) return;
     trap(e, kind, rule, static_cast<i64>(count));
-    for (u64 i = 0; i < count && i < kMostTrapText_bytes; ++i) e.trap_text[i] = text[i];
+    for (u64 i = 0; i < count && i < kMaxTrapText_bytes; ++i) e.trap_text[i] = text[i];
 }
 
 // ---- arithmetic that never goes wrong silently
@@ -129,8 +129,8 @@ inline i64 ticks_of(Eval& e, double seconds) {
 // ---- calls of functions of the program
 
 // How many may be open, and how much stack they may take together; a thread's stack has at least eight times as much.
-inline constexpr u32 kMostOpenCalls = 10'000;
-inline constexpr i64 kMostStack_bytes = 1 << 20;
+inline constexpr u32 kMaxOpenCalls = 10'000;
+inline constexpr i64 kMaxStack_bytes = 1 << 20;
 
 class OpenCall {
   public:
@@ -140,7 +140,7 @@ class OpenCall {
     // `base` is an address on the stack where the evaluation began.
     OpenCall(Eval& eval, u32 rule, const void* base) : e(eval) {
         const i64 used = reinterpret_cast<i64>(base) - reinterpret_cast<i64>(__builtin_frame_address(0));
-        if (++e.depth > kMostOpenCalls || used > kMostStack_bytes || used < -kMostStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        if (++e.depth > kMaxOpenCalls || used > kMaxStack_bytes || used < -kMaxStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
         refused = e.trap != Trap::None;
     }
     ~OpenCall() { e.depth -= 1 + repeats_; }
@@ -148,7 +148,7 @@ class OpenCall {
     // A function that ends by calling itself starts again instead, which counts as a call. False: too many.
     bool again(u32 rule) {
         ++repeats_;
-        if (++e.depth > kMostOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        if (++e.depth > kMaxOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
         return e.trap == Trap::None;
     }
 

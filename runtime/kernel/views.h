@@ -18,14 +18,14 @@ namespace meld {
 template <class T>
 struct Relation {
     using Row = typename T::Row;
-    const Row* rows;       // Sorted by key; one row a group.
+    const Row* rows;  // Sorted by key; one row a group.
     u32 count;
-    const Row* origin;     // As it was before this evaluation.
+    const Row* origin;  // As it was before this evaluation.
     u32 origin_count;
     const RowChanges* changes;  // From origin to rows, where somebody has asked for it.
-    RowList<Row> proposed; // Candidates of the current round.
-    Row single;            // Where rows of a Single are loaded to.
-    u32 rule;              // That a trap names: the first that derives T.
+    RowList<Row> proposed;      // Candidates of the current round.
+    Row single;                 // Where rows of a Single are loaded to.
+    u32 rule;                   // That a trap names: the first that derives T.
     bool changed;
 
     // Called by the emitted load function.
@@ -102,9 +102,12 @@ inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {
 
 template <class T>
 const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& out) {
-    if constexpr (!T::kLinks) return nullptr;
-    else if (!e.part->tombstones) return nullptr;
-    else return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
+    if constexpr (!T::kLinks)
+        return nullptr;
+    else if (!e.part->tombstones)
+        return nullptr;
+    else
+        return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
 }
 
 inline void wake_at(Eval& e, i64 tick) {
@@ -148,11 +151,13 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
     if (current != nullptr) {
         bool supported = false, superseded = false;
         for (u32 i = 0; i < n; ++i) {
-            if (T::same(proposals[i], *current)) supported |= proposals[i].rank <= current->rank;
+            if (T::same(proposals[i], *current))
+                supported |= proposals[i].rank <= current->rank;
             else if (T::better(proposals[i], *current))
                 superseded = superseded || trusted_from(remembered(proposals[i]), proposals[i].rank, latency) <= now;
         }
-        if (supported) best = current;
+        if (supported)
+            best = current;
         else if (!superseded) {
             if constexpr (T::kLinks) {
                 remembered(*current);
@@ -169,8 +174,10 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
         if (best != nullptr) {
             if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
         }
-        if (trusted_from(remembered(p), p.rank, latency) > now) quarantined = true;
-        else best = &p;
+        if (trusted_from(remembered(p), p.rank, latency) > now)
+            quarantined = true;
+        else
+            best = &p;
     }
     if (quarantined) {
         i64 wake = 0;
@@ -179,8 +186,10 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
             const i64 ready = trusted_from(remembered(proposals[i]), proposals[i].rank, latency);
             if (ready > now && (wake == 0 || ready < wake)) wake = ready;
         }
-        if constexpr (T::kFollowed) e.host->wake_group(&e, wake, T::kPredicate, proposals);
-        else wake_at(e, wake);
+        if constexpr (T::kFollowed)
+            e.host->wake_group(&e, wake, T::kPredicate, proposals);
+        else
+            wake_at(e, wake);
     }
     if (best == nullptr) return false;
     out = *best;
@@ -235,12 +244,12 @@ template <class T>
 struct Mutual {
     using Row = typename T::Row;
     Relation<T>& r;
-    const Row* before;         // As it was before this component was settled.
+    const Row* before;  // As it was before this component was settled.
     u32 before_count;
     const Row* old = nullptr;
     u32 old_count = 0;
     u8* kept = nullptr;
-    RowList<Row> lost{};       // Groups lost in this evaluation.
+    RowList<Row> lost{};  // Groups lost in this evaluation.
     bool replaced = false;
     i64 wake = 0;
 
@@ -326,8 +335,10 @@ struct Mutual {
             for (u32 k = i; k < end; ++k) {
                 if (best != nullptr && !T::better(p[k], *best)) continue;
                 const i64 ready = trusted(e, p[k]);
-                if (ready <= e.part->now) best = &p[k];
-                else if (wake == 0 || ready < wake) wake = ready;
+                if (ready <= e.part->now)
+                    best = &p[k];
+                else if (wake == 0 || ready < wake)
+                    wake = ready;
             }
             if (best != current) {
                 grew = true;
@@ -396,7 +407,9 @@ bool gathered(Relation<T>& r, const typename T::Row* before, u32 before_count) {
 
 // ---- change
 
-inline double distance(i64 a, i64 b) { return static_cast<double>(a < b ? static_cast<u64>(b) - static_cast<u64>(a) : static_cast<u64>(a) - static_cast<u64>(b)); }
+inline double distance(i64 a, i64 b) {
+    return static_cast<double>(a < b ? static_cast<u64>(b) - static_cast<u64>(a) : static_cast<u64>(a) - static_cast<u64>(b));
+}
 inline double distance(double a, double b) { return __builtin_fabs(a - b); }
 
 // By how much a fact's value has changed since the end of the tick before: from the nearest value among the facts that are
@@ -419,8 +432,8 @@ template <class T>
 struct Bag {
     using Row = typename T::Row;
     RowList<Row> list;
-    RowList<Row> held;   // Made while a comprehension consumes this bag: they join it when it ends.
-    u32 rule;            // That a trap names: the first that derives T.
+    RowList<Row> held;  // Made while a comprehension consumes this bag: they join it when it ends.
+    u32 rule;           // That a trap names: the first that derives T.
     bool holding;
     bool changed;
 
@@ -439,8 +452,10 @@ struct Bag {
     }
     void add(Eval& e, const Row& row) {
         ++e.derivations;
-        if (holding) held.add(e, row);
-        else insert(e, row);
+        if (holding)
+            held.add(e, row);
+        else
+            insert(e, row);
     }
     MELD_STEP void insert(Eval& e, const Row& row) {
         list.add(e, row);

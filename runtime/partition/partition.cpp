@@ -14,7 +14,8 @@ Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& coun
     std::uint64_t before = 0;
     for (const auto& [key, count] : counts) {
         // A brick goes to the part in whose share its middle catom falls.
-        const auto share = static_cast<std::size_t>((before + count / 2) * static_cast<std::uint64_t>(parts) / std::max<std::uint64_t>(1, total));
+        const auto share =
+            static_cast<std::size_t>((before + count / 2) * static_cast<std::uint64_t>(parts) / std::max<std::uint64_t>(1, total));
         while (starts_.size() <= share && starts_.size() < static_cast<std::size_t>(parts)) starts_.push_back(key);
         before += count;
     }
@@ -38,7 +39,9 @@ std::vector<Halo::Side> Halo::sides(Cell brick) const {
         for (int dy = -1; dy <= 1; ++dy)
             for (int dx = -1; dx <= 1; ++dx) {
                 const Cell other = brick + Cell{dx, dy, dz};
-                if (other.x < -limit(0) || other.x >= limit(0) || other.y < -limit(1) || other.y >= limit(1) || other.z < -limit(2) || other.z >= limit(2)) continue;
+                if (other.x < -limit(0) || other.x >= limit(0) || other.y < -limit(1) || other.y >= limit(1) || other.z < -limit(2) ||
+                    other.z >= limit(2))
+                    continue;
                 const int owner = partition_.owner(lattice().brick_key(other));
                 out.push_back({static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz), owner});
             }

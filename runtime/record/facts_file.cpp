@@ -41,9 +41,11 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
         facts.clear();
-        tuple::each_fact(part.module, part.columns, part.abi.geometry, predicate, catom, [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
+        tuple::each_fact(part.module, part.columns, part.abi.geometry, predicate, catom,
+                         [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
         if (facts.empty()) continue;
-        std::sort(facts.begin(), facts.end(), [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
+        std::sort(facts.begin(), facts.end(),
+                  [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
         text.clear();
         for (const auto& fact : facts) text += tuple::print_fact(part.module, p, id, fact.data()) + ".\n";
         put(out, id);
@@ -69,7 +71,8 @@ class Reader {
 };
 
 Error cannot_write(const std::string& path, int error) {
-    return {"cannot write " + path + ": " + std::strerror(error), error == ENOSPC ? "Free some space" : "Choose a path in a folder that exists and can be written",
+    return {"cannot write " + path + ": " + std::strerror(error),
+            error == ENOSPC ? "Free some space" : "Choose a path in a folder that exists and can be written",
             error == ENOSPC ? ExitCode::LimitHit : ExitCode::UsageOrWorld};
 }
 
@@ -77,7 +80,10 @@ Error cannot_write(const std::string& path, int error) {
 class WholeFile {
   public:
     explicit WholeFile(std::string path)
-        : path_(std::move(path)), part_(path_ + ".tmp"), file_(path_ == "-" ? stdout : std::fopen(part_.c_str(), "wb")), error_(file_ ? 0 : errno) {}
+        : path_(std::move(path)),
+          part_(path_ + ".tmp"),
+          file_(path_ == "-" ? stdout : std::fopen(part_.c_str(), "wb")),
+          error_(file_ ? 0 : errno) {}
     ~WholeFile() {
         if (file_ == nullptr || file_ == stdout) return;
         std::fclose(file_);

@@ -37,20 +37,28 @@ class Handle {
 
 hid_t stored_type(ElementType type) {
     switch (type) {
-        case ElementType::Int64: return H5T_STD_I64LE;
-        case ElementType::Float32: return H5T_IEEE_F32LE;
-        case ElementType::Float64: return H5T_IEEE_F64LE;
-        case ElementType::UInt8: return H5T_STD_U8LE;
+        case ElementType::Int64:
+            return H5T_STD_I64LE;
+        case ElementType::Float32:
+            return H5T_IEEE_F32LE;
+        case ElementType::Float64:
+            return H5T_IEEE_F64LE;
+        case ElementType::UInt8:
+            return H5T_STD_U8LE;
     }
     return -1;
 }
 
 hid_t memory_type(ElementType type) {
     switch (type) {
-        case ElementType::Int64: return H5T_NATIVE_INT64;
-        case ElementType::Float32: return H5T_NATIVE_FLOAT;
-        case ElementType::Float64: return H5T_NATIVE_DOUBLE;
-        case ElementType::UInt8: return H5T_NATIVE_UINT8;
+        case ElementType::Int64:
+            return H5T_NATIVE_INT64;
+        case ElementType::Float32:
+            return H5T_NATIVE_FLOAT;
+        case ElementType::Float64:
+            return H5T_NATIVE_DOUBLE;
+        case ElementType::UInt8:
+            return H5T_NATIVE_UINT8;
     }
     return -1;
 }
@@ -99,9 +107,12 @@ void set_up_library_once() {
 std::size_t size_of(ElementType type) {
     switch (type) {
         case ElementType::Int64:
-        case ElementType::Float64: return 8;
-        case ElementType::Float32: return 4;
-        case ElementType::UInt8: return 1;
+        case ElementType::Float64:
+            return 8;
+        case ElementType::Float32:
+            return 4;
+        case ElementType::UInt8:
+            return 1;
     }
     return 0;
 }
@@ -127,8 +138,7 @@ void Hdf5File::make_group(const std::string& path) {
     check(group);
 }
 
-void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space,
-                               const void* data) {
+void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data) {
     if (failed()) return;
     const Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
     const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
@@ -215,8 +225,7 @@ ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& sh
         const double nothing = std::numeric_limits<double>::quiet_NaN();
         check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nothing));
     }
-    columns_[index].dataset =
-        H5Dcreate2(file_, path.c_str(), stored_type(shape.type), space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    columns_[index].dataset = H5Dcreate2(file_, path.c_str(), stored_type(shape.type), space, H5P_DEFAULT, properties, H5P_DEFAULT);
     check(columns_[index].dataset);
     return index;
 }

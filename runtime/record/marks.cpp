@@ -112,12 +112,15 @@ const std::string& Marks::label(u64 id) const {
 
 std::vector<std::pair<u64, u64>> Marks::drawn() {
     // Of one tick, what takes lines away comes before what draws them.
-    std::sort(received_.begin(), received_.end(),
-              [](const Line& a, const Line& b) { return std::tuple(a.tick, a.from, a.from != a.to, a.to) < std::tuple(b.tick, b.from, b.from != b.to, b.to); });
+    std::sort(received_.begin(), received_.end(), [](const Line& a, const Line& b) {
+        return std::tuple(a.tick, a.from, a.from != a.to, a.to) < std::tuple(b.tick, b.from, b.from != b.to, b.to);
+    });
     std::set<std::pair<u64, u64>> passing;
     for (const Line& line : received_) {
-        if (line.from != line.to) (line.passing ? passing : lines_).emplace(line.from, line.to);
-        else lines_.erase(lines_.lower_bound({line.from, 0}), lines_.upper_bound({line.from, ~u64{0}}));
+        if (line.from != line.to)
+            (line.passing ? passing : lines_).emplace(line.from, line.to);
+        else
+            lines_.erase(lines_.lower_bound({line.from, 0}), lines_.upper_bound({line.from, ~u64{0}}));
     }
     received_.clear();
     passing.insert(lines_.begin(), lines_.end());

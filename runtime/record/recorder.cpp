@@ -24,7 +24,8 @@ Recorder::Recorder(std::string path, int every, std::vector<std::string> predica
 Result<void> Recorder::start(sim::PartState& part) {
     std::vector<std::string_view> known;
     for (u32 i = 0; i < part.module.predicate_count; ++i)
-        if (!part.module.predicates[i].auxiliary && part.module.predicates[i].column != kNone16) known.emplace_back(part.module.predicates[i].name);
+        if (!part.module.predicates[i].auxiliary && part.module.predicates[i].column != kNone16)
+            known.emplace_back(part.module.predicates[i].name);
     for (const std::string& name : wanted_) {
         bool found = false;
         for (u32 i = 0; i < part.module.predicate_count; ++i) {
@@ -32,7 +33,11 @@ Result<void> Recorder::start(sim::PartState& part) {
             if (name != p.name || p.auxiliary || p.column == kNone16) continue;
             found = true;
             const ValueType type = p.arity > 0 ? p.fields[0].type : ValueType::Int;
-            recorded_.push_back({i, name, type == ValueType::Float ? As::Real : type == ValueType::Vec3 ? As::Vector : type >= ValueType::String ? As::Text : As::Integer});
+            recorded_.push_back({i, name,
+                                 type == ValueType::Float    ? As::Real
+                                 : type == ValueType::Vec3   ? As::Vector
+                                 : type >= ValueType::String ? As::Text
+                                                             : As::Integer});
             break;
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
@@ -41,13 +46,16 @@ Result<void> Recorder::start(sim::PartState& part) {
     info_.lines = marks_.lines();
     for (const Recorded& r : recorded_)
         if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) || (r.name == "diameter" && part.diameter_of))
-            return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate", "Derive a predicate of another name from it");
+            return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate",
+                        "Derive a predicate of another name from it");
     std::vector<std::byte> outcome;
     Error error;
     if (part.comm.part() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
-        if (file) file_.emplace(std::move(*file));
-        else error = file.error();
+        if (file)
+            file_.emplace(std::move(*file));
+        else
+            error = file.error();
     }
     put(outcome, file_.has_value());
     const std::vector<std::byte> all = part.comm.allgather(outcome);
@@ -68,8 +76,10 @@ void Recorder::finish(sim::PartState& part) {
     if (last_step_ != part.abi.now && !part.half_way) done = write(part);
     if (!file_) return;
     const Result<void> closed = file_->close();
-    if (!done || !closed) outcome_ = "the recording is incomplete: " + (!done ? done : closed).error().message();
-    else outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
+    if (!done || !closed)
+        outcome_ = "the recording is incomplete: " + (!done ? done : closed).error().message();
+    else
+        outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
 }
 
 namespace {
@@ -89,7 +99,7 @@ struct Recorder::Step {
     std::vector<double> diameters;
     std::vector<std::uint8_t> colours;
     std::vector<std::string> labels;
-    std::vector<std::vector<u64>> numbers;         // By recorded predicate, as words.
+    std::vector<std::vector<u64>> numbers;  // By recorded predicate, as words.
     std::vector<std::vector<std::string>> texts;
 };
 
@@ -106,16 +116,20 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
     });
     switch (recorded.as) {
         case As::Integer:
-            if (plain) first.integer = found ? 1 : 0;
-            else if (!found) first.integer = -1;
+            if (plain)
+                first.integer = found ? 1 : 0;
+            else if (!found)
+                first.integer = -1;
             return put(out, first);
         case As::Real:
             if (!found) first.real = -1;
             return put(out, first);
         case As::Vector:
-            for (std::size_t i = 0; i < 3; ++i) put(out, i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
+            for (std::size_t i = 0; i < 3; ++i)
+                put(out, i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
             return;
-        case As::Text: put_text(out, found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
+        case As::Text:
+            put_text(out, found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
     }
 }
 
@@ -145,8 +159,10 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
             rows.emplace_back(0, at);
             rows.back().first = take_value<Row>(at).id;
             for (const Recorded& r : recorded_) {
-                if (r.as == As::Text) at += take_value<std::uint32_t>(at);
-                else at += (r.as == As::Vector ? 3 : 1) * sizeof(double);
+                if (r.as == As::Text)
+                    at += take_value<std::uint32_t>(at);
+                else
+                    at += (r.as == As::Vector ? 3 : 1) * sizeof(double);
             }
         }
     }
@@ -162,7 +178,8 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
         if (marks_.labels()) step.labels.push_back(marks_.label(id));
         for (std::size_t i = 0; i < recorded_.size(); ++i) {
-            if (recorded_[i].as == As::Text) step.texts[i].push_back(take_text(at));
+            if (recorded_[i].as == As::Text)
+                step.texts[i].push_back(take_text(at));
             else
                 for (int k = recorded_[i].as == As::Vector ? 3 : 1; k > 0; --k) step.numbers[i].push_back(take_value<u64>(at));
         }
@@ -191,8 +208,11 @@ Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::v
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     for (std::size_t i = 0; i < recorded_.size(); ++i) {
         const Recorded& r = recorded_[i];
-        if (r.as == As::Text) arrays.push_back({r.name, RecordedArray::Text, step.texts[i].data(), 1});
-        else arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(), r.as == As::Vector ? 3 : 1});
+        if (r.as == As::Text)
+            arrays.push_back({r.name, RecordedArray::Text, step.texts[i].data(), 1});
+        else
+            arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(),
+                              r.as == As::Vector ? 3 : 1});
     }
     return file_->step(static_cast<double>(part.abi.now), step.positions, step.ids, arrays, lines_between(step.ids));
 }
@@ -203,8 +223,10 @@ Result<void> Recorder::write(sim::PartState& part) {
     std::vector<std::byte> mine = pack(part);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
-    if (part.comm.part() == 0) all.push_back(std::move(mine));
-    else if (!mine.empty()) packets.push_back({0, std::move(mine)});
+    if (part.comm.part() == 0)
+        all.push_back(std::move(mine));
+    else if (!mine.empty())
+        packets.push_back({0, std::move(mine)});
     if (!part.alone())
         for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
     Error error;
@@ -212,8 +234,10 @@ Result<void> Recorder::write(sim::PartState& part) {
     if (file_) {
         const Result<void> done = write_step(part, all);
         fine = done.has_value();
-        if (!fine) error = done.error();
-        else ++steps_;
+        if (!fine)
+            error = done.error();
+        else
+            ++steps_;
     }
     std::vector<std::byte> outcome;
     put(outcome, fine);

@@ -9,11 +9,11 @@
 
 #include <xxhash.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fmt/format.h>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -37,7 +37,7 @@ constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygon
 
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
 constexpr std::uint64_t kFewestChunkRows = 1024;
-constexpr std::uint64_t kMostChunkRows = 65536;
+constexpr std::uint64_t kMaxChunkRows = 65536;
 constexpr std::uint64_t kStepsPerChunk = 1024;
 
 // What HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
@@ -51,9 +51,12 @@ constexpr std::uint64_t kLineBytes = 3 * sizeof(std::int64_t);
 ElementType element_type(RecordedArray::Type type) {
     switch (type) {
         case RecordedArray::Int64:
-        case RecordedArray::Text: return ElementType::Int64;
-        case RecordedArray::Float64: return ElementType::Float64;
-        case RecordedArray::UInt8: return ElementType::UInt8;
+        case RecordedArray::Text:
+            return ElementType::Int64;
+        case RecordedArray::Float64:
+            return ElementType::Float64;
+        case RecordedArray::UInt8:
+            return ElementType::UInt8;
     }
     return ElementType::Int64;
 }
@@ -148,7 +151,7 @@ tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) con
 
 // The most by which the file can grow in a step. A chunk that does not get smaller by compression is stored as it is.
 std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const {
-    const std::uint64_t partly_filled_chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMostChunkRows);
+    const std::uint64_t partly_filled_chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMaxChunkRows);
     std::uint64_t row_bytes = 3 * sizeof(float) + 2 * sizeof(std::int64_t);  // Its position, and its place in a new part.
     for (const RecordedArray& array : given)
         row_bytes += static_cast<std::uint64_t>(array.components) * size_of(element_type(array.type)) + kTableBytesARow;
@@ -157,7 +160,8 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
     return text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
 }
 
-void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::vector<std::vector<std::int64_t>>& numbers) {
+void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows,
+                                    std::vector<std::vector<std::int64_t>>& numbers) {
     numbers.reserve(given.size());
     for (RecordedArray& array : given) {
         if (array.type != RecordedArray::Text) continue;
@@ -175,7 +179,8 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     file->make_group("/VTKHDF");
     file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
     file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
-    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld", "/meld/texts"}) file->make_group(group);
+    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld", "/meld/texts"})
+        file->make_group(group);
     file->set_attribute("/VTKHDF/Steps", "NSteps", std::int64_t{0});
 
     const ColumnShape one_a_step = {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk};
@@ -210,16 +215,17 @@ void Recording::State::make_layout(const RecordingInfo& info) {
 
 // Columns with a row for each catom are made at the first step, when the size of the ensemble tells the size of a chunk.
 void Recording::State::make_point_columns(std::uint64_t rows) {
-    const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMostChunkRows);
-    points = SeriesColumn{.values = file->make_column("/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true}),
+    const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMaxChunkRows);
+    points = SeriesColumn{.values = file->make_column(
+                              "/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true}),
                           .offsets = {}};
 }
 
 SeriesColumn Recording::State::make_array(const std::string& name, ElementType type, int components, std::uint64_t rows) {
-    const std::uint64_t chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMostChunkRows);
+    const std::uint64_t chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMaxChunkRows);
     SeriesColumn column;
-    column.values = file->make_column("/VTKHDF/PointData/" + name,
-                                      {.type = type, .components = components, .chunk_rows = chunk, .compressed = true});
+    column.values =
+        file->make_column("/VTKHDF/PointData/" + name, {.type = type, .components = components, .chunk_rows = chunk, .compressed = true});
     column.offsets = file->make_column("/VTKHDF/Steps/PointDataOffsets/" + name,
                                        {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk});
     // For earlier steps the array begins with rows that are never written; their offsets read as 0, which is where they are.
@@ -349,7 +355,12 @@ XdmfSlab Recording::State::slab_of_points() const {
 }
 
 XdmfSlab Recording::State::slab_of_lines(const Part& part) const {
-    return {"lines", "/VTKHDF/Lines/Connectivity", ElementType::Int64, 1, static_cast<std::uint64_t>(part.connectivity_offsets[1]), file->rows(connectivity[1])};
+    return {"lines",
+            "/VTKHDF/Lines/Connectivity",
+            ElementType::Int64,
+            1,
+            static_cast<std::uint64_t>(part.connectivity_offsets[1]),
+            file->rows(connectivity[1])};
 }
 
 // The step counts only when everything it refers to is in the file.
@@ -372,7 +383,8 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     if (!std::filesystem::is_directory(directory_of(path), error))
         return fail(fmt::format("The recording '{}' cannot be written (there is no directory '{}')", path, directory_of(path).string()),
                     "Create the directory first");
-    if (std::filesystem::is_directory(path, error)) return fail(fmt::format("The recording '{}' cannot be written (it is a directory)", path));
+    if (std::filesystem::is_directory(path, error))
+        return fail(fmt::format("The recording '{}' cannot be written (it is a directory)", path));
 
     // Begun under another name: a recording that is already there is lost only to one that can be written.
     const std::string begun = fmt::format("{}.{}.begun", path, getpid());
@@ -436,7 +448,8 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
         return tl::unexpected(*state.failure);
     }
     auto listed = state.sidecar->add_step(time, rows, state.slab_of_points(), slabs);
-    if (listed && state.line_sidecar) listed = state.line_sidecar->add_lines(time, rows, state.slab_of_points(), state.slab_of_lines(part), lines.size());
+    if (listed && state.line_sidecar)
+        listed = state.line_sidecar->add_lines(time, rows, state.slab_of_points(), state.slab_of_lines(part), lines.size());
     if (!listed) state.failure = listed.error();
     return listed;
 }

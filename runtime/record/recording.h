@@ -20,8 +20,8 @@ struct RecordingInfo {
     std::uint64_t seed = 0;
     std::vector<std::string> arguments;
     std::string lattice;
-    double radius = 0;  // In metres.
-    bool lines = false; // Steps may have lines.
+    double radius = 0;   // In metres.
+    bool lines = false;  // Steps may have lines.
 };
 
 // A line between two catoms of a step, by their places in it.

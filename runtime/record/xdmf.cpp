@@ -25,11 +25,20 @@ std::string escaped(std::string_view text) {
     std::string result;
     for (const char c : text) {
         switch (c) {
-            case '&': result += "&amp;"; break;
-            case '<': result += "&lt;"; break;
-            case '>': result += "&gt;"; break;
-            case '"': result += "&quot;"; break;
-            default: result += c;
+            case '&':
+                result += "&amp;";
+                break;
+            case '<':
+                result += "&lt;";
+                break;
+            case '>':
+                result += "&gt;";
+                break;
+            case '"':
+                result += "&quot;";
+                break;
+            default:
+                result += c;
         }
     }
     return result;
@@ -37,10 +46,14 @@ std::string escaped(std::string_view text) {
 
 std::string_view number_type(ElementType type) {
     switch (type) {
-        case ElementType::Int64: return R"(NumberType="Int" Precision="8")";
-        case ElementType::Float32: return R"(NumberType="Float" Precision="4")";
-        case ElementType::Float64: return R"(NumberType="Float" Precision="8")";
-        case ElementType::UInt8: return R"(NumberType="UChar" Precision="1")";
+        case ElementType::Int64:
+            return R"(NumberType="Int" Precision="8")";
+        case ElementType::Float32:
+            return R"(NumberType="Float" Precision="4")";
+        case ElementType::Float64:
+            return R"(NumberType="Float" Precision="8")";
+        case ElementType::UInt8:
+            return R"(NumberType="UChar" Precision="1")";
     }
     return "";
 }
@@ -92,7 +105,8 @@ Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::stri
 Result<void> XdmfSidecar::add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays) {
     // A grid without points is an error to some readers; the step is left out.
     if (rows == 0) return {};
-    std::string text = grid(time, fmt::format(R"(<Topology TopologyType="Polyvertex" NumberOfElements="{}"/>)", rows), slab_item(points, rows, data_file_));
+    std::string text = grid(time, fmt::format(R"(<Topology TopologyType="Polyvertex" NumberOfElements="{}"/>)", rows),
+                            slab_item(points, rows, data_file_));
     for (const XdmfSlab& slab : arrays) {
         const std::string_view kind = slab.components == 1 ? "Scalar" : slab.components == 3 ? "Vector" : "Matrix";
         text += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n     {}\n    </Attribute>\n",

@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "runtime/base/nearest.h"
+#include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/core/bytes.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/bodies/free_motion.h"
-#include "runtime/sim/lattice/lattice_motion.h"
 #include "runtime/sim/core/part_state.h"
+#include "runtime/sim/lattice/lattice_motion.h"
 #include "runtime/sim/watchers/thermometer.h"
 #include "runtime/tuple/facts.h"
 
@@ -22,7 +22,8 @@ class NoMotion : public SimModule {
   public:
     Result<void> after(PartState& part) override {
         static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn", "moveAround"};
-        for (const eval::Action& a : part.actions()) refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
+        for (const eval::Action& a : part.actions())
+            refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
         return {};
     }
     void finish(PartState& part) override {
@@ -34,7 +35,11 @@ class NoMotion : public SimModule {
         for (int p = 0; p < part.comm.parts(); ++p) refused_ += take_value<std::uint64_t>(at);
     }
     std::string outcome() const override {
-        return refused_ == 0 ? "" : fmt::format("warning: {} actions asked for a move, and nothing moves in this world: give it [motion] kind = \"lattice\"", refused_);
+        return refused_ == 0
+                   ? ""
+                   : fmt::format(
+                         "warning: {} actions asked for a move, and nothing moves in this world: give it [motion] kind = \"lattice\"",
+                         refused_);
     }
 
   private:
@@ -67,11 +72,15 @@ Result<Registry::Choice> Registry::choose(const std::string& interface, const st
 Registry Registry::standard() {
     Registry r;
     r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
-    r.add_sim("motion", "lattice", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
+    r.add_sim("motion", "lattice",
+              [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
     r.add_sim("motion", "ode", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<FreeMotion>(w); });
-    r.add_code("thermometer", "plane", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
-    r.add_code("thermometer", "drift", [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<DriftingThermometer>(); });
-    r.add_component("thermometer", "weather", [](const world::World& w) -> Result<std::unique_ptr<Component>> { return std::make_unique<Weather>(w.seed); });
+    r.add_code("thermometer", "plane",
+               [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
+    r.add_code("thermometer", "drift",
+               [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<DriftingThermometer>(); });
+    r.add_component("thermometer", "weather",
+                    [](const world::World& w) -> Result<std::unique_ptr<Component>> { return std::make_unique<Weather>(w.seed); });
     return r;
 }
 
@@ -84,16 +93,20 @@ std::int64_t CatomView::tick() const { return part_.abi.now; }
 namespace {
 
 // The stored predicate behind a sensed one, and the arguments as its types want them; none if the program has no use for it.
-std::optional<u32> sensed(const ModuleInfo& module, std::string_view name, const std::vector<double>& arguments, std::vector<Value>& values) {
+std::optional<u32> sensed(const ModuleInfo& module, std::string_view name, const std::vector<double>& arguments,
+                          std::vector<Value>& values) {
     const std::optional<u32> found = tuple::find_predicate(module, name, arguments.size());
     if (!found || module.predicates[*found].base == kNone16) return std::nullopt;
     const PredicateInfo& p = module.predicates[*found];
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         Value v{};
         if (p.fields[i].type >= ValueType::String) return std::nullopt;
-        if (p.fields[i].type == ValueType::Float) v.real = arguments[i];
-        else if (p.fields[i].type == ValueType::Node) v.catom = static_cast<u64>(arguments[i]);
-        else v.integer = static_cast<i64>(arguments[i]);
+        if (p.fields[i].type == ValueType::Float)
+            v.real = arguments[i];
+        else if (p.fields[i].type == ValueType::Node)
+            v.catom = static_cast<u64>(arguments[i]);
+        else
+            v.integer = static_cast<i64>(arguments[i]);
         values.push_back(v);
     }
     return p.base;

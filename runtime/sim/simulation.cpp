@@ -19,7 +19,8 @@ double cpu_seconds() {
 
 }  // namespace
 
-Simulation::Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads)
+Simulation::Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm,
+                       int threads)
     : part_(module, world, target, comm, threads) {}
 
 template <class Call>
@@ -53,7 +54,8 @@ Result<void> Simulation::start(const Registry& registry) {
     const world::World& world = part_.world;
     if (auto made = make("motion", world.motion.kind, registry); !made) return made;
     for (const auto& [interface, name] : world.components)
-        if (auto made = make(interface, name, registry); !made) return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
+        if (auto made = make(interface, name, registry); !made)
+            return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
     if (auto done = part_.populate(); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(part_); }); !done) return done;
     part_.refresh();
@@ -126,7 +128,8 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     }
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run did not settle within " + std::to_string(most) + " ticks",
-                      "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->tell(part_), ExitCode::LimitHit);
+                      "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->tell(part_),
+                      ExitCode::LimitHit);
     if (!result) part_.end_early();
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {

@@ -17,7 +17,7 @@
 namespace meld::sim {
 
 struct RunLimits {
-    std::int64_t ticks = -1;          // Stop after so many; negative: run until nothing is left to do.
+    std::int64_t ticks = -1;  // Stop after so many; negative: run until nothing is left to do.
 };
 
 // Why a run ended.
@@ -34,9 +34,9 @@ struct Summary {
     std::uint64_t dropped = 0;
     std::uint64_t sent_bytes = 0;
     double bytes_per_catom = 0;
-    double setup_seconds = 0;         // Wall
-    double run_seconds = 0;           // Wall
-    double cpu_seconds = 0;           // Of this process, from the loaded world to the end.
+    double setup_seconds = 0;  // Wall
+    double run_seconds = 0;    // Wall
+    double cpu_seconds = 0;    // Of this process, from the loaded world to the end.
     // Wall, of this process, from the first tick on; those of the modules are parts of "modules".
     std::vector<std::pair<std::string, double>> stage_seconds;
     std::vector<std::string> outcomes;

@@ -30,7 +30,8 @@ void ChangeLog::Arena::reset() {
     next = 0;
 }
 
-ChangeLog::ChangeLog(const ModuleInfo& module, int pools) : module_(module), noted_(module.column_count), pointers_(module.column_count, nullptr), pools_(static_cast<std::size_t>(pools)) {}
+ChangeLog::ChangeLog(const ModuleInfo& module, int pools)
+    : module_(module), noted_(module.column_count), pointers_(module.column_count, nullptr), pools_(static_cast<std::size_t>(pools)) {}
 
 void ChangeLog::resize(std::size_t catoms) {
     for (u32 c = 0; c < module_.column_count; ++c) {

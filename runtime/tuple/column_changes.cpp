@@ -75,8 +75,10 @@ void Columns::change_in_place(u32 column, u32 catom, const RowChanges& changes, 
         u32 low = 0, high = head.count;
         while (low < high) {
             const u32 middle = low + (high - low) / 2;
-            if (info.compare_groups(row_at(middle), row) < 0) low = middle + 1;
-            else high = middle;
+            if (info.compare_groups(row_at(middle), row) < 0)
+                low = middle + 1;
+            else
+                high = middle;
         }
         return low;
     };

@@ -41,8 +41,10 @@ Columns::~Columns() {
     for (u32 c = 0; c < module_.column_count; ++c) {
         const ColumnInfo& info = module_.columns[c];
         for (u32 catom = 0; info.list_count > 0 && catom < count_; ++catom)
-            if (info.rows) drop_lists(c, rows(c, catom).data, rows(c, catom).count, 0);
-            else drop_lists(c, entry(c, catom), 1, 0);
+            if (info.rows)
+                drop_lists(c, rows(c, catom).data, rows(c, catom).count, 0);
+            else
+                drop_lists(c, entry(c, catom), 1, 0);
     }
     for (std::size_t pool = 0; pool < dropped_.size(); ++pool) release_dropped(static_cast<int>(pool));
     for (u8* p : pointers_) std::free(p);
@@ -162,8 +164,10 @@ void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int poo
 void Columns::clear(u32 catom, int pool) {
     changes_.forget(catom);
     for (u32 c = 0; c < module_.column_count; ++c) {
-        if (module_.columns[c].rows) set_rows(c, catom, nullptr, 0, pool);
-        else drop_lists(c, entry(c, catom), 1, pool);
+        if (module_.columns[c].rows)
+            set_rows(c, catom, nullptr, 0, pool);
+        else
+            drop_lists(c, entry(c, catom), 1, pool);
         initialise(c, catom, std::size_t{catom} + 1);
     }
     release_dropped(pool);
@@ -185,7 +189,8 @@ void Columns::pack_column(u32 column, u32 catom, std::vector<std::byte>& out) co
     if (count > 0) out.insert(out.end(), reinterpret_cast<const std::byte*>(from), reinterpret_cast<const std::byte*>(from) + bytes);
     if (info.list_count == 0) return;
     for (u32 r = 0; r < count; ++r)
-        for (u32 i = 0; i < info.list_count; ++i) std::memset(out.data() + start + r * std::size_t{info.row_bytes} + info.list_offsets[i], 0, sizeof(const List*));
+        for (u32 i = 0; i < info.list_count; ++i)
+            std::memset(out.data() + start + r * std::size_t{info.row_bytes} + info.list_offsets[i], 0, sizeof(const List*));
     each_list(column, from, count, [&](const List* list, u16 type) { tuple::pack({module_.types, type}, Value{.list = list}, out); });
 }
 
@@ -199,8 +204,10 @@ const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* 
         bytes = std::size_t{count} * info.row_bytes;
     }
     if (info.list_count == 0) {
-        if (info.rows) replace_rows(column, catom, from, count, pool);
-        else set_record(column, catom, from, pool);
+        if (info.rows)
+            replace_rows(column, catom, from, count, pool);
+        else
+            set_record(column, catom, from, pool);
         return from + bytes;
     }
     const auto* raw = reinterpret_cast<const u8*>(from);
@@ -212,8 +219,10 @@ const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* 
             const Value v = tuple::unpack({module_.types, info.list_types[i]}, from, arena);
             std::memcpy(rows.data() + r * std::size_t{info.row_bytes} + info.list_offsets[i], &v, sizeof v);
         }
-    if (info.rows) set_rows(column, catom, rows.data(), count, pool);
-    else set_record(column, catom, rows.data(), pool);
+    if (info.rows)
+        set_rows(column, catom, rows.data(), count, pool);
+    else
+        set_record(column, catom, rows.data(), pool);
     release_dropped(pool);
     return from;
 }

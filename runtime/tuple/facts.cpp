@@ -23,10 +23,17 @@ Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
     Value v{};
     const u8* at = base + field.offset + element * field.bytes;
     switch (field.bytes) {
-        case 1: v.integer = field.type == ValueType::Bool ? *at : static_cast<std::int8_t>(*at); break;
-        case 2: v.integer = narrow<std::int16_t>(at); break;
-        case 4: v.integer = narrow<std::int32_t>(at); break;
-        default: std::memcpy(&v, at, 8);
+        case 1:
+            v.integer = field.type == ValueType::Bool ? *at : static_cast<std::int8_t>(*at);
+            break;
+        case 2:
+            v.integer = narrow<std::int16_t>(at);
+            break;
+        case 4:
+            v.integer = narrow<std::int32_t>(at);
+            break;
+        default:
+            std::memcpy(&v, at, 8);
     }
     return v;
 }
@@ -36,10 +43,17 @@ void store(const FieldInfo& field, u8* base, Value v) {
     // The low bytes come first; a copy of a length known here is one instruction.
     u8* at = base + field.offset;
     switch (field.bytes) {
-        case 1: *at = static_cast<u8>(v.integer); break;
-        case 2: std::memcpy(at, &v, 2); break;
-        case 4: std::memcpy(at, &v, 4); break;
-        default: std::memcpy(at, &v, 8);
+        case 1:
+            *at = static_cast<u8>(v.integer);
+            break;
+        case 2:
+            std::memcpy(at, &v, 2);
+            break;
+        case 4:
+            std::memcpy(at, &v, 4);
+            break;
+        default:
+            std::memcpy(at, &v, 8);
     }
 }
 
@@ -81,8 +95,10 @@ std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& 
         const u32 middle = low + (high - low) / 2;
         const int c = compare_row(module, p, head.data + std::size_t{middle} * size, arguments);
         equal = equal || c == 0;
-        if (c < 0) low = middle + 1;
-        else high = middle;
+        if (c < 0)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return {low, equal};
 }
@@ -93,7 +109,8 @@ void sort_facts(const ModuleInfo& module, const PredicateInfo& p, std::vector<co
     constexpr std::size_t kFew = 16;
     if (facts.size() <= kFew) {
         for (std::size_t i = 1; i < facts.size(); ++i)
-            for (std::size_t k = i; k > 0 && compare_arguments(module, p, facts[k], facts[k - 1]) < 0; --k) std::swap(facts[k], facts[k - 1]);
+            for (std::size_t k = i; k > 0 && compare_arguments(module, p, facts[k], facts[k - 1]) < 0; --k)
+                std::swap(facts[k], facts[k - 1]);
         return;
     }
     struct Prefixed {
@@ -141,8 +158,12 @@ std::optional<u32> find_of_kind(PredicateKind kind, const ModuleInfo& module, st
 
 }  // namespace
 
-std::optional<u32> find_action(const ModuleInfo& module, std::string_view name, std::size_t arity) { return find_of_kind(PredicateKind::Action, module, name, arity); }
-std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, std::size_t arity) { return find_of_kind(PredicateKind::Sensed, module, name, arity); }
+std::optional<u32> find_action(const ModuleInfo& module, std::string_view name, std::size_t arity) {
+    return find_of_kind(PredicateKind::Action, module, name, arity);
+}
+std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, std::size_t arity) {
+    return find_of_kind(PredicateKind::Sensed, module, name, arity);
+}
 
 void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
                const std::function<void(const Value*)>& visit) {
@@ -203,14 +224,17 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     return true;
 }
 
-bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts, std::vector<u8>& rows, int pool) {
+bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts,
+                std::vector<u8>& rows, int pool) {
     const PredicateInfo& p = module.predicates[predicate];
     const u32 size = module.columns[p.column].row_bytes;
     const RowsHead& head = columns.rows(p.column, catom);
     sort_facts(module, p, facts);
     rows.clear();
     u32 held = 0, added = 0;
-    const auto keep_held = [&] { rows.insert(rows.end(), head.data + std::size_t{held} * size, head.data + (std::size_t{held} + 1) * size), ++held; };
+    const auto keep_held = [&] {
+        rows.insert(rows.end(), head.data + std::size_t{held} * size, head.data + (std::size_t{held} + 1) * size), ++held;
+    };
     const Value* before = nullptr;
     for (const Value* arguments : facts) {
         int c = -1;

@@ -26,11 +26,13 @@ void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry&
                const std::function<void(const Value*)>& visit);
 
 // Adds a fact to a predicate whose facts are given (linear: always; persistent and sensed: if it is not there). A Single
-// is replaced. Lists among the arguments are kept, so they may be in any memory. Returns whether anything changed. The caller marks the catom with the column's own_dirty.
+// is replaced. Lists among the arguments are kept, so they may be in any memory. Returns whether anything changed. The caller
+// marks the catom with the column's own_dirty.
 bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
 // The same for many facts of a predicate stored in rows at one catom, in any order. Cost: one sort of them and one pass
 // over the rows that are there. Puts the facts in order; `rows` is room that may be kept between calls.
-bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts, std::vector<u8>& rows, int pool);
+bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts,
+                std::vector<u8>& rows, int pool);
 // Removes a given fact; returns whether it was there.
 bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
 

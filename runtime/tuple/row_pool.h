@@ -25,9 +25,11 @@ class RowPool {
     std::size_t bytes_reserved() const { return reserved_; }
 
   private:
-    static constexpr std::size_t kSmallest = 4;   // 16 bytes
+    static constexpr std::size_t kSmallest = 4;  // 16 bytes
     static constexpr std::size_t kSlab = 1 << 18;
-    static std::size_t size_class(std::size_t bytes) { return bytes <= 16 ? kSmallest : static_cast<std::size_t>(std::bit_width(bytes - 1)); }
+    static std::size_t size_class(std::size_t bytes) {
+        return bytes <= 16 ? kSmallest : static_cast<std::size_t>(std::bit_width(bytes - 1));
+    }
 
     std::array<std::vector<std::uint8_t*>, 48> free_;
     std::vector<std::unique_ptr<std::uint8_t[]>> slabs_;

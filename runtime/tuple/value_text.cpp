@@ -37,11 +37,16 @@ std::size_t character(std::string_view text) {
 // What stands around the items.
 std::pair<std::string_view, std::string_view> brackets(ValueType kind) {
     switch (kind) {
-        case ValueType::Set: return {"{", "}"};
-        case ValueType::Struct: return {":(", ")"};
-        case ValueType::Tuple: return {"(", ")"};
-        case ValueType::Vec3: return {"vec3(", ")"};
-        default: return {"[", "]"};
+        case ValueType::Set:
+            return {"{", "}"};
+        case ValueType::Struct:
+            return {":(", ")"};
+        case ValueType::Tuple:
+            return {"(", ")"};
+        case ValueType::Vec3:
+            return {"vec3(", ")"};
+        default:
+            return {"[", "]"};
     }
 }
 
@@ -52,12 +57,18 @@ std::string print_text(std::string_view rest) {
     while (!rest.empty()) {
         const char c = rest.front();
         const std::size_t size = character(rest);
-        if (c == '"' || c == '\\') text += std::string("\\") + c;
-        else if (c == '\n') text += "\\n";
-        else if (c == '\t') text += "\\t";
-        else if (c == '\r') text += "\\r";
-        else if (size == 0) text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-        else text += rest.substr(0, size);
+        if (c == '"' || c == '\\')
+            text += std::string("\\") + c;
+        else if (c == '\n')
+            text += "\\n";
+        else if (c == '\t')
+            text += "\\t";
+        else if (c == '\r')
+            text += "\\r";
+        else if (size == 0)
+            text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+        else
+            text += rest.substr(0, size);
         rest.remove_prefix(std::max<std::size_t>(1, size));
     }
     return text + '"';
@@ -65,12 +76,19 @@ std::string print_text(std::string_view rest) {
 
 std::string print_value(Type type, Value v) {
     switch (type.kind()) {
-        case ValueType::Int: return std::to_string(v.integer);
-        case ValueType::Bool: return v.integer ? "true" : "false";
-        case ValueType::Node: return "@" + std::to_string(v.catom);
-        case ValueType::Float: return print_float(v.real);
-        case ValueType::String: return print_text(v.list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count));
-        default: break;
+        case ValueType::Int:
+            return std::to_string(v.integer);
+        case ValueType::Bool:
+            return v.integer ? "true" : "false";
+        case ValueType::Node:
+            return "@" + std::to_string(v.catom);
+        case ValueType::Float:
+            return print_float(v.real);
+        case ValueType::String:
+            return print_text(v.list == nullptr ? std::string_view{}
+                                                : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count));
+        default:
+            break;
     }
     const auto [open, close] = brackets(type.kind());
     std::string text(open);
@@ -80,17 +98,27 @@ std::string print_value(Type type, Value v) {
 
 std::string type_name(Type type) {
     switch (type.kind()) {
-        case ValueType::Int: return "int";
-        case ValueType::Float: return "float";
-        case ValueType::Bool: return "bool";
-        case ValueType::Node: return "node";
-        case ValueType::String: return "string";
-        case ValueType::Vec3: return "vec3";
-        case ValueType::List: return "list " + type_name(type.item(0));
-        case ValueType::Set: return "set " + type_name(type.item(0));
-        case ValueType::Array: return "array " + type_name(type.item(0));
+        case ValueType::Int:
+            return "int";
+        case ValueType::Float:
+            return "float";
+        case ValueType::Bool:
+            return "bool";
+        case ValueType::Node:
+            return "node";
+        case ValueType::String:
+            return "string";
+        case ValueType::Vec3:
+            return "vec3";
+        case ValueType::List:
+            return "list " + type_name(type.item(0));
+        case ValueType::Set:
+            return "set " + type_name(type.item(0));
+        case ValueType::Array:
+            return "array " + type_name(type.item(0));
         case ValueType::Struct:
-        case ValueType::Tuple: break;
+        case ValueType::Tuple:
+            break;
     }
     std::string text = type.kind() == ValueType::Struct ? ":(" : "(";
     for (std::size_t i = 0; i < type.field_count(); ++i) text += (i == 0 ? "" : ", ") + type_name(type.item(i));
@@ -104,12 +132,18 @@ bool blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 // An example of a value of a type, for help.
 std::string example(Type type) {
     switch (type.kind()) {
-        case ValueType::Int: return "12";
-        case ValueType::Float: return "0.5";
-        case ValueType::Bool: return "true";
-        case ValueType::Node: return "@7";
-        case ValueType::String: return "\"text\"";
-        default: break;
+        case ValueType::Int:
+            return "12";
+        case ValueType::Float:
+            return "0.5";
+        case ValueType::Bool:
+            return "true";
+        case ValueType::Node:
+            return "@7";
+        case ValueType::String:
+            return "\"text\"";
+        default:
+            break;
     }
     const auto [open, close] = brackets(type.kind());
     std::string text(open);
@@ -127,19 +161,23 @@ class Parser {
         skip();
         if (type.kind() != ValueType::String && rest_.starts_with('"')) return in_quotes(type, out);
         switch (type.kind()) {
-            case ValueType::Int: return number(out.integer);
-            case ValueType::Float: return number(out.real) && std::isfinite(out.real) && (out = normal(ValueType::Float, out), true);
+            case ValueType::Int:
+                return number(out.integer);
+            case ValueType::Float:
+                return number(out.real) && std::isfinite(out.real) && (out = normal(ValueType::Float, out), true);
             case ValueType::Bool:
                 out.integer = rest_.starts_with("true");
                 return word("true") || word("false");
-            case ValueType::Node: return (take("@") || take("#")) && !rest_.starts_with('-') && number(out.catom);
+            case ValueType::Node:
+                return (take("@") || take("#")) && !rest_.starts_with('-') && number(out.catom);
             case ValueType::String: {
                 std::string text;
                 if (!string(text)) return false;
                 out.list = arena_.text(text);
                 return true;
             }
-            default: return items(type, out);
+            default:
+                return items(type, out);
         }
     }
     // "text" with its escapes.
@@ -208,11 +246,19 @@ class Parser {
     }
     bool escape(std::string& text) {
         switch (const char c = next()) {
-            case 'n': text += '\n'; return true;
-            case 't': text += '\t'; return true;
-            case 'r': text += '\r'; return true;
+            case 'n':
+                text += '\n';
+                return true;
+            case 't':
+                text += '\t';
+                return true;
+            case 'r':
+                text += '\r';
+                return true;
             case '"':
-            case '\\': text += c; return true;
+            case '\\':
+                text += c;
+                return true;
             case 'x': {
                 unsigned byte = 0;
                 if (rest_.size() < 2) return false;
@@ -222,7 +268,8 @@ class Parser {
                 rest_.remove_prefix(2);
                 return true;
             }
-            default: return false;
+            default:
+                return false;
         }
     }
     char next() {
@@ -243,7 +290,8 @@ class Parser {
     bool word(std::string_view name) {
         skip();
         if (!rest_.starts_with(name)) return false;
-        if (rest_.size() > name.size() && (std::isalnum(static_cast<unsigned char>(rest_[name.size()])) != 0 || rest_[name.size()] == '_')) return false;
+        if (rest_.size() > name.size() && (std::isalnum(static_cast<unsigned char>(rest_[name.size()])) != 0 || rest_[name.size()] == '_'))
+            return false;
         rest_.remove_prefix(name.size());
         return true;
     }
@@ -264,10 +312,10 @@ Result<Value> parse_value(Type type, std::string_view text, Arena& arena) {
     }
     const std::string wanted = type.kind() == ValueType::Node ? "catom" : type_name(type);
     return fail(fmt::format("'{}' is no {}", text, wanted), type.kind() == ValueType::Int     ? "Write a whole number such as 12"
-                                                                               : type.kind() == ValueType::Float ? "Write a number such as 0.5"
-                                                                               : type.kind() == ValueType::Bool  ? "Write true or false"
-                                                                               : type.kind() == ValueType::Node  ? "Write @ and its number, as @7"
-                                                                                                                 : "Write it as " + example(type));
+                                                            : type.kind() == ValueType::Float ? "Write a number such as 0.5"
+                                                            : type.kind() == ValueType::Bool  ? "Write true or false"
+                                                            : type.kind() == ValueType::Node  ? "Write @ and its number, as @7"
+                                                                                              : "Write it as " + example(type));
 }
 
 }  // namespace meld::tuple

@@ -19,7 +19,9 @@ int compare_words(V a, V b) {
     return a < b ? -1 : b < a ? 1 : 0;
 }
 
-std::string_view bytes_of(const List* text) { return text == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(text->items), text->count); }
+std::string_view bytes_of(const List* text) {
+    return text == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(text->items), text->count);
+}
 
 // The words that the items of a list take.
 std::size_t item_words(Type type, std::size_t count) { return type.kind() == ValueType::String ? (count + 7) / 8 : count; }
@@ -30,12 +32,17 @@ u64 word_of(const List* list) { return reinterpret_cast<u64>(list); }
 
 int compare(Type type, Value a, Value b) {
     switch (type.kind()) {
-        case ValueType::Float: return compare_words(a.real, b.real);
-        case ValueType::Node: return compare_words(a.catom, b.catom);
+        case ValueType::Float:
+            return compare_words(a.real, b.real);
+        case ValueType::Node:
+            return compare_words(a.catom, b.catom);
         case ValueType::Int:
-        case ValueType::Bool: return compare_words(a.integer, b.integer);
-        case ValueType::String: return compare_words(bytes_of(a.list).compare(bytes_of(b.list)), 0);
-        default: break;
+        case ValueType::Bool:
+            return compare_words(a.integer, b.integer);
+        case ValueType::String:
+            return compare_words(bytes_of(a.list).compare(bytes_of(b.list)), 0);
+        default:
+            break;
     }
     if (a.list == b.list) return 0;
     const std::size_t left = length(a.list), right = length(b.list);
@@ -53,19 +60,23 @@ int compare(Type type, Value a, Value b) {
 u64 order_prefix(Type type, Value v) {
     constexpr u64 sign = u64{1} << 63;
     switch (type.kind()) {
-        case ValueType::Int: return std::bit_cast<u64>(v.integer) ^ sign;
+        case ValueType::Int:
+            return std::bit_cast<u64>(v.integer) ^ sign;
         case ValueType::Node:
-        case ValueType::Bool: return v.catom;
+        case ValueType::Bool:
+            return v.catom;
         case ValueType::Float: {
             const u64 bits = normal(ValueType::Float, v).catom;
             return (bits & sign) != 0 ? ~bits : bits | sign;
         }
         case ValueType::String: {
             u64 prefix = 0;
-            for (std::size_t i = 0; i < std::min<std::size_t>(8, length(v.list)); ++i) prefix |= u64{static_cast<unsigned char>(bytes_of(v.list)[i])} << (56 - 8 * i);
+            for (std::size_t i = 0; i < std::min<std::size_t>(8, length(v.list)); ++i)
+                prefix |= u64{static_cast<unsigned char>(bytes_of(v.list)[i])} << (56 - 8 * i);
             return prefix;
         }
-        default: return length(v.list) == 0 ? 0 : order_prefix(type.item(0), item(v.list, 0));
+        default:
+            return length(v.list) == 0 ? 0 : order_prefix(type.item(0), item(v.list, 0));
     }
 }
 

@@ -145,8 +145,10 @@ void Ensemble::remove(Catom catom) {
     MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
     if (ids_kept_ && !in_order(catom)) ids_.erase(catom, id_);
     count(state_[catom], static_cast<std::size_t>(-1));
-    if (free_links_) cut(catom);
-    else cell_catom_[site_[catom]] = kNobody;
+    if (free_links_)
+        cut(catom);
+    else
+        cell_catom_[site_[catom]] = kNobody;
     site_[catom] = 0;
     state_[catom] = kCatomFree;
     free_.push_back(catom);
@@ -211,7 +213,8 @@ std::optional<Catom> Ensemble::find(std::uint64_t id) const {
         ids_kept_ = true;
     }
     // Where the id is less than the first, the difference wraps around and is no index.
-    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && state_[index] != kCatomFree) return static_cast<Catom>(index);
+    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && state_[index] != kCatomFree)
+        return static_cast<Catom>(index);
     const Catom known = ids_.find(id, id_);
     return known == IdTable::kAbsent ? std::nullopt : std::optional<Catom>(known);
 }
@@ -230,8 +233,8 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) + size(key_) +
-           slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_);
+    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
+           size(key_) + slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_);
 }
 
 }  // namespace meld::world

@@ -11,7 +11,7 @@ namespace meld::world {
 namespace {
 
 // Beyond any run, and far from what overflows.
-constexpr std::uint64_t kMostTicks = 1'000'000'000;
+constexpr std::uint64_t kMaxTicks = 1'000'000'000;
 
 bool all_digits(std::string_view text) {
     return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
@@ -126,15 +126,19 @@ void read_event(TomlReader& reader, const toml::table& table, double tick_second
     const Section section(reader, table, "[[event]]", {"tick", "time", "every", "times", "give", "take"});
     Event event;
     if (section.has("tick") == section.has("time"))
-        return reader.wrong(table.source(), section.has("tick") ? "an [[event]] has both tick and time" : "an [[event]] has neither tick nor time", "write tick = 10");
+        return reader.wrong(table.source(),
+                            section.has("tick") ? "an [[event]] has both tick and time" : "an [[event]] has neither tick nor time",
+                            "write tick = 10");
     std::uint64_t tick = 1, every = 0, times = 1;
-    section.read_count("tick", tick, 1, kMostTicks);
+    section.read_count("tick", tick, 1, kMaxTicks);
     double seconds = tick_seconds;
     section.read_seconds("time", seconds);
     // As a delay of the language: so many whole ticks as fit, and at least one.
-    if (section.has("time")) tick = static_cast<std::uint64_t>(std::clamp(std::floor(seconds / tick_seconds * (1 + 1e-12)), 1.0, static_cast<double>(kMostTicks)));
-    section.read_count("every", every, 1, kMostTicks);
-    section.read_count("times", times, 1, kMostTicks);
+    if (section.has("time"))
+        tick =
+            static_cast<std::uint64_t>(std::clamp(std::floor(seconds / tick_seconds * (1 + 1e-12)), 1.0, static_cast<double>(kMaxTicks)));
+    section.read_count("every", every, 1, kMaxTicks);
+    section.read_count("times", times, 1, kMaxTicks);
     if (section.has("every") != section.has("times"))
         return reader.wrong(table.source(), "an [[event]] that happens again has both every and times", "write every = 10 and times = 3");
     event.tick = static_cast<std::int64_t>(tick);
@@ -142,10 +146,12 @@ void read_event(TomlReader& reader, const toml::table& table, double tick_second
     event.times = static_cast<std::int64_t>(times);
     for (const auto& [key, facts] : {std::pair("give", &event.give), std::pair("take", &event.take)}) {
         const toml::node* node = section.find(key);
-        if (node != nullptr && !node->is_table()) return reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, "a table of facts")));
+        if (node != nullptr && !node->is_table())
+            return reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, "a table of facts")));
         if (node != nullptr) read_facts(reader, *node->as_table(), *facts);
     }
-    if (event.give.empty() && event.take.empty()) return reader.wrong(table.source(), "in this [[event]] nothing happens", "write give = { tap = \"id == 0\" }");
+    if (event.give.empty() && event.take.empty())
+        return reader.wrong(table.source(), "in this [[event]] nothing happens", "write give = { tap = \"id == 0\" }");
     events.push_back(std::move(event));
 }
 

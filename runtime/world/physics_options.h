@@ -21,7 +21,7 @@ struct FeatureOptions {
 
 // A catom that stands at a listed position.
 struct PlacedCatom {
-    Vec3 position{};             // In diameters.
+    Vec3 position{};                     // In diameters.
     std::optional<double> radius, mass;  // Metres, kg; as others have where they are not listed.
 };
 
@@ -42,8 +42,8 @@ struct ObstacleOptions {
     Vec3 normal{0, 0, 1};        // Of a plane; what lies behind it is full.
     double offset = 0;           // Of a plane, from the origin along its normal.
     Vec3 centre{}, size{1, 1, 1};
-    double degrees = 0;          // A box is turned so far about the z axis.
-    double cell = 1;             // Of a terrain: between two of its points.
+    double degrees = 0;                        // A box is turned so far about the z axis.
+    double cell = 1;                           // Of a terrain: between two of its points.
     std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
     std::optional<double> friction, restitution;
     std::string place;
@@ -51,12 +51,12 @@ struct ObstacleOptions {
 
 // By how much a catom must have changed before its program is told.
 struct SenseOptions {
-    double position = 0.01;      // Diameters
-    double orientation = 0.02;   // rad
-    double velocity = 0.01;      // m/s
-    double acceleration = 0.1;   // m/s^2
-    double pressure = 0.05;      // Of the former value.
-    double energy = 0.01;        // Of the former value.
+    double position = 0.01;     // Diameters
+    double orientation = 0.02;  // rad
+    double velocity = 0.01;     // m/s
+    double acceleration = 0.1;  // m/s^2
+    double pressure = 0.05;     // Of the former value.
+    double energy = 0.01;       // Of the former value.
 };
 
 struct PhysicsOptions {
@@ -64,17 +64,17 @@ struct PhysicsOptions {
     std::string solver = "soft";    // "soft" or "pgs20"; always "pgs20" but for "blocks".
     double step = 1.0 / 240;        // Seconds
     int substeps = 2;
-    int steps = 1;                  // In a tick.
+    int steps = 1;  // In a tick.
     Vec3 gravity{0, 0, -9.81};
     double linear_damping = 0, angular_damping = 0;  // Shares a second.
     double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
-    double spacing = 1;             // Between cells at the start, in diameters.
-    std::optional<double> ground;   // Height of a plane, in diameters.
-    double roll_torque = 10;        // The most that `roll` turns with, N m.
-    int sleep_ticks = 30;           // Steps without motion until a region sleeps; 0: it never does.
+    double spacing = 1;            // Between cells at the start, in diameters.
+    std::optional<double> ground;  // Height of a plane, in diameters.
+    double roll_torque = 10;       // The most that `roll` turns with, N m.
+    int sleep_ticks = 30;          // Steps without motion until a region sleeps; 0: it never does.
     double sleep_speed = 0.005;
-    double greatest_speed = 1000;   // m/s
-    double deepest_overlap = 0.5;   // Of two radii.
+    double greatest_speed = 1000;  // m/s
+    double deepest_overlap = 0.5;  // Of two radii.
     SenseOptions sense;
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;

@@ -19,7 +19,8 @@ void each_table(TomlReader& reader, const toml::table& motion, std::string_view 
     if (!node) return;
     if (node->is_table()) return read(*node->as_table());
     if (!node->is_array_of_tables())
-        return reader.wrong(node->source(), fmt::format("[motion] {} {}", key, type_mismatch(*node, fmt::format("tables [[motion.{}]]", key))));
+        return reader.wrong(node->source(),
+                            fmt::format("[motion] {} {}", key, type_mismatch(*node, fmt::format("tables [[motion.{}]]", key))));
     for (const toml::node& table : *node->as_array()) read(*table.as_table());
 }
 
@@ -36,16 +37,21 @@ void refuse_keys_of_others(const Section& section, std::string_view kind, std::i
     for (const KeysOfKind& other : kinds)
         for (const std::string_view key : other.keys)
             if (!own.has(key) && section.has(key))
-                section.wrong(key, fmt::format("a {} has no {}", kind, key), fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
+                section.wrong(key, fmt::format("a {} has no {}", kind, key),
+                              fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
 }
 
 void read_feature(TomlReader& reader, const toml::table& table, FeatureOptions& feature) {
-    const Section section(reader, table, "[[motion.feature]]",
-                          {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
+    const Section section(
+        reader, table, "[[motion.feature]]",
+        {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
     feature.place = reader.place(table.source());
     section.read_choice("kind", feature.kind, {"dipole", "two-pole", "plate", "latch"});
     refuse_keys_of_others(section, feature.kind,
-                          {{"dipole", {"strength", "depth"}}, {"two-pole", {"strength", "depth", "length"}}, {"plate", {"strength", "area", "cover", "permittivity"}}, {"latch", {"strength"}}});
+                          {{"dipole", {"strength", "depth"}},
+                           {"two-pole", {"strength", "depth", "length"}},
+                           {"plate", {"strength", "area", "cover", "permittivity"}},
+                           {"latch", {"strength"}}});
     const toml::node* directions = section.find("directions");
     if (directions && directions->is_integer()) {
         section.read_count("directions", feature.count, 0);
@@ -54,10 +60,13 @@ void read_feature(TomlReader& reader, const toml::table& table, FeatureOptions& 
                           "list others as an array of [x, y, z]");
     } else {
         section.read("directions", feature.directions);
-        if (feature.directions.empty()) section.wrong("directions", "a [[motion.feature]] has no directions", "write directions = 6, 12 or 24, or an array of [x, y, z]");
+        if (feature.directions.empty())
+            section.wrong("directions", "a [[motion.feature]] has no directions",
+                          "write directions = 6, 12 or 24, or an array of [x, y, z]");
     }
-    const std::pair<const char*, double*> positive[] = {{"strength", &feature.strength}, {"depth", &feature.depth},   {"length", &feature.length},
-                                                        {"area", &feature.area},         {"cover", &feature.cover},   {"permittivity", &feature.permittivity},
+    const std::pair<const char*, double*> positive[] = {{"strength", &feature.strength}, {"depth", &feature.depth},
+                                                        {"length", &feature.length},     {"area", &feature.area},
+                                                        {"cover", &feature.cover},       {"permittivity", &feature.permittivity},
                                                         {"range", &feature.range}};
     for (const auto& [key, value] : positive) section.read_positive(key, *value);
     section.read_number("power", feature.power, 0, kMost);
@@ -73,7 +82,9 @@ void read_surface(const Section& section, std::optional<double>& friction, std::
 
 void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& obstacle) {
     const toml::node* node = section.find("heights");
-    const auto wrong = [&](const toml::node& at) { reader.wrong(at.source(), "[[motion.obstacle]] heights are not rows of numbers, [[0, 0], [0, 1]]"); };
+    const auto wrong = [&](const toml::node& at) {
+        reader.wrong(at.source(), "[[motion.obstacle]] heights are not rows of numbers, [[0, 0], [0, 1]]");
+    };
     if (!node) return section.wrong("heights", "a terrain has no heights", "write heights = [[0, 0], [0, 1]], a row along x for each y");
     if (!node->is_array()) return wrong(*node);
     for (const toml::node& row : *node->as_array()) {
@@ -83,9 +94,11 @@ void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& o
             if (!height.is_number()) return wrong(height);
             heights.push_back(*height.value<double>());
         }
-        if (heights.size() != obstacle.heights[0].size()) return reader.wrong(row.source(), "the rows of a terrain's heights are of different lengths");
+        if (heights.size() != obstacle.heights[0].size())
+            return reader.wrong(row.source(), "the rows of a terrain's heights are of different lengths");
     }
-    if (obstacle.heights.size() < 2 || obstacle.heights[0].size() < 2) reader.wrong(node->source(), "a terrain has fewer than two rows of two heights");
+    if (obstacle.heights.size() < 2 || obstacle.heights[0].size() < 2)
+        reader.wrong(node->source(), "a terrain has fewer than two rows of two heights");
 }
 
 void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions& obstacle) {
@@ -93,7 +106,9 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
                           {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "friction", "restitution"});
     obstacle.place = reader.place(table.source());
     section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain"});
-    refuse_keys_of_others(section, obstacle.kind, {{"plane", {"normal", "offset"}}, {"box", {"centre", "size", "degrees"}}, {"terrain", {"centre", "cell", "heights"}}});
+    refuse_keys_of_others(
+        section, obstacle.kind,
+        {{"plane", {"normal", "offset"}}, {"box", {"centre", "size", "degrees"}}, {"terrain", {"centre", "cell", "heights"}}});
     section.read("normal", obstacle.normal);
     section.read_number("offset", obstacle.offset);
     section.read("centre", obstacle.centre);
@@ -105,7 +120,8 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 }
 
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
-    const Section section(reader, table, "[[motion.catoms]]", {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
+    const Section section(reader, table, "[[motion.catoms]]",
+                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -126,9 +142,11 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
 void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense) {
     if (!node) return;
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
-    const Section section(reader, *node->as_table(), "[motion.sense]", {"position", "orientation", "velocity", "acceleration", "pressure", "energy"});
-    const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position},         {"orientation", &sense.orientation}, {"velocity", &sense.velocity},
-                                                          {"acceleration", &sense.acceleration}, {"pressure", &sense.pressure},       {"energy", &sense.energy}};
+    const Section section(reader, *node->as_table(), "[motion.sense]",
+                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy"});
+    const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position}, {"orientation", &sense.orientation},
+                                                          {"velocity", &sense.velocity}, {"acceleration", &sense.acceleration},
+                                                          {"pressure", &sense.pressure}, {"energy", &sense.energy}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
@@ -136,14 +154,17 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
 
 void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
-                          {"kind",    "engine",      "solver",      "step",        "substeps", "steps",          "gravity",         "linear_damping", "angular_damping", "mass",  "inertia", "friction",
-                           "restitution", "spacing", "ground",      "roll_torque", "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "sense",         "feature", "obstacle", "catoms"});
+                          {"kind",           "engine",          "solver",          "step",        "substeps",    "steps",
+                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",     "friction",
+                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks", "sleep_speed",
+                           "greatest_speed", "deepest_overlap", "sense",           "feature",     "obstacle",    "catoms"});
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
     // Only blocks have soft contacts; two sweeps of the others from nothing would leave most of a blow unanswered.
     if (p.engine != "blocks") p.solver = "pgs20";
     section.read_choice("solver", p.solver, {"soft", "pgs20"});
     if (p.engine != "blocks" && p.solver == "soft")
-        section.wrong("solver", fmt::format("the engine \"{}\" has no soft contacts", p.engine), "take solver out, which means \"pgs20\" here, or write engine = \"blocks\"");
+        section.wrong("solver", fmt::format("the engine \"{}\" has no soft contacts", p.engine),
+                      "take solver out, which means \"pgs20\" here, or write engine = \"blocks\"");
     section.read_seconds("step", p.step);
     section.read_count("substeps", p.substeps, 1);
     section.read_count("steps", p.steps, 1);

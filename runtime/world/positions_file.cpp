@@ -23,10 +23,15 @@ Result<std::vector<Column>> parse_names(std::string_view line, const std::string
     std::vector<Column> columns;
     auto done = each_field(line, [&](std::string_view name, std::size_t at) -> Result<void> {
         // The first three are the coordinates, whatever they are called.
-        if (columns.size() < kPlace.size()) columns.push_back(kPlace[columns.size()]);
-        else if (name == kSizes[0]) columns.push_back(Column::Radius);
-        else if (name == kSizes[1]) columns.push_back(Column::Mass);
-        else return fail(fmt::format("{}:{}:{}: a list of positions has no column '{}'", path, line_number, at, name.substr(0, 40)), did_you_mean(name, kSizes));
+        if (columns.size() < kPlace.size())
+            columns.push_back(kPlace[columns.size()]);
+        else if (name == kSizes[0])
+            columns.push_back(Column::Radius);
+        else if (name == kSizes[1])
+            columns.push_back(Column::Mass);
+        else
+            return fail(fmt::format("{}:{}:{}: a list of positions has no column '{}'", path, line_number, at, name.substr(0, 40)),
+                        did_you_mean(name, kSizes));
         return {};
     });
     if (!done) return tl::unexpected(done.error());
@@ -34,7 +39,8 @@ Result<std::vector<Column>> parse_names(std::string_view line, const std::string
     return columns.size() < kPlace.size() ? kPlace : columns;
 }
 
-Result<PlacedCatom> parse_line(std::string_view line, const std::vector<Column>& columns, const std::string& path, std::size_t line_number) {
+Result<PlacedCatom> parse_line(std::string_view line, const std::vector<Column>& columns, const std::string& path,
+                               std::size_t line_number) {
     PlacedCatom placed;
     std::size_t count = 0;
     auto done = each_field(line, [&](std::string_view field, std::size_t at) -> Result<void> {
@@ -42,18 +48,24 @@ Result<PlacedCatom> parse_line(std::string_view line, const std::vector<Column>&
         double number = 0;
         const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
         if (error != std::errc() || stop != field.data() + field.size() || !std::isfinite(number))
-            return fail(fmt::format("{}:{}:{}: '{}' is not a {}", path, line_number, at, field.substr(0, 40), place ? "coordinate" : "number"), place ? "write numbers, x,y,z" : "");
-        if (!place && number <= 0) return fail(fmt::format("{}:{}:{}: {} is not a number above zero", path, line_number, at, field.substr(0, 40)));
+            return fail(
+                fmt::format("{}:{}:{}: '{}' is not a {}", path, line_number, at, field.substr(0, 40), place ? "coordinate" : "number"),
+                place ? "write numbers, x,y,z" : "");
+        if (!place && number <= 0)
+            return fail(fmt::format("{}:{}:{}: {} is not a number above zero", path, line_number, at, field.substr(0, 40)));
         if (count < columns.size()) {
-            if (place) placed.position[count] = number;
-            else (columns[count] == Column::Radius ? placed.radius : placed.mass) = number;
+            if (place)
+                placed.position[count] = number;
+            else
+                (columns[count] == Column::Radius ? placed.radius : placed.mass) = number;
         }
         ++count;
         return {};
     });
     if (!done) return tl::unexpected(done.error());
     if (count == columns.size()) return placed;
-    if (columns.size() == kPlace.size()) return fail(fmt::format("{}:{}: a position has 3 coordinates, here are {}", path, line_number, count));
+    if (columns.size() == kPlace.size())
+        return fail(fmt::format("{}:{}: a position has 3 coordinates, here are {}", path, line_number, count));
     return fail(fmt::format("{}:{}: here are {} numbers, and the first line names {} columns", path, line_number, count, columns.size()));
 }
 

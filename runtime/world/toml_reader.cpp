@@ -156,7 +156,8 @@ void Section::read(std::string_view key, Vec3& value) const {
 void Section::read(std::string_view key, std::vector<Vec3>& value) const {
     const toml::node* node = find(key);
     if (!node) return;
-    if (!node->is_array()) return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of points [x, y, z]")));
+    if (!node->is_array())
+        return reader_.wrong(node->source(), fmt::format("{} {}", name_of(key), type_mismatch(*node, "an array of points [x, y, z]")));
     value.clear();
     for (const toml::node& item : *node->as_array()) {
         Vec3 point{};
@@ -169,7 +170,8 @@ void Section::read_choice(std::string_view key, std::string& value, std::initial
     std::string word = value;
     read(key, word);
     if (std::find(choices.begin(), choices.end(), word) == choices.end())
-        return wrong(key, fmt::format("{} = \"{}\" does not exist", name_of(key), word), did_you_mean(word, {choices.begin(), choices.size()}));
+        return wrong(key, fmt::format("{} = \"{}\" does not exist", name_of(key), word),
+                     did_you_mean(word, {choices.begin(), choices.size()}));
     value = word;
 }
 
@@ -237,7 +239,8 @@ void Section::read_seconds(std::string_view key, double& value) const {
     if (!node) return;
     if (!node->is_string()) return read_positive(key, value);
     const Result<double> parsed = parse_duration(**node->as_string());
-    if (!parsed) return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
+    if (!parsed)
+        return reader_.wrong(node->source(), fmt::format("{}: {}", name_of(key), parsed.error().problem), parsed.error().suggestion);
     if (*parsed <= 0) return reader_.wrong(node->source(), fmt::format("{} is not above zero", name_of(key)));
     value = *parsed;
 }

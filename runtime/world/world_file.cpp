@@ -93,20 +93,23 @@ void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedC
         for (const Vec3& position : listed) placed.push_back({.position = position, .radius = {}, .mass = {}});
         return;
     }
-    if (!node->is_string()) return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
+    if (!node->is_string())
+        return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
     const std::string path = (std::filesystem::path(reader.path()).parent_path() / **node->as_string()).string();
     const Result<std::string> text = read_text(path);
     if (!text) return reader.wrong(node->source(), text.error().problem);
     if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
 }
 
-void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed, std::vector<PlacedCatom>& placed) {
+void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed,
+               std::vector<PlacedCatom>& placed) {
     const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
     const int given = body.has("shape") + body.has("cells") + body.has("positions");
     if (given != 1) {
-        return reader.wrong(table.source(),
-                            given == 0 ? "a [[body]] has neither shape nor cells" : "a [[body]] has more than one of shape, cells and positions",
-                            "give each its own [[body]] with one of them");
+        return reader.wrong(
+            table.source(),
+            given == 0 ? "a [[body]] has neither shape nor cells" : "a [[body]] has more than one of shape, cells and positions",
+            "give each its own [[body]] with one of them");
     }
     if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
     read_positions(reader, body, placed);
@@ -180,7 +183,8 @@ void read_record(TomlReader& reader, const toml::table& table, RecordOptions& re
 }
 
 void read_limits(TomlReader& reader, const toml::table& table, Limits& limits) {
-    const Section section(reader, table, "[limits]", {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "max_list", "memory"});
+    const Section section(reader, table, "[limits]",
+                          {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "max_list", "memory"});
     section.read_count("max_facts_per_catom", limits.max_facts_per_catom, 1);
     section.read_count("max_derivations_per_tick", limits.max_derivations_per_tick, 1);
     section.read_count("max_ticks", limits.max_ticks, 1);
@@ -209,11 +213,13 @@ bool surely_empty(const World& world, const Lattice& lattice) {
 void check_free(TomlReader& reader, const Section& top, World& world) {
     if (!world.is_free()) {
         if (!world.placed.empty())
-            reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here", "give it cells, or the world [motion] kind = \"ode\"");
+            reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here",
+                         "give it cells, or the world [motion] kind = \"ode\"");
         return;
     }
     world.tick_seconds = world.physics.step * world.physics.steps;
-    if (top.has("time")) reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
+    if (top.has("time"))
+        reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
     if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
     if (world.target_cells || world.target_is_mass)
         reader.wrong(top.find("target")->source(), "a target of so many cells needs a lattice", "take [target] cells out");
@@ -243,7 +249,8 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     const Section top(reader, table, "",
-                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits", "time", "components"});
+                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits", "time",
+                       "components"});
     read_top(reader, top, world);
     read_bodies(reader, top, world);
     read_target(reader, table_at(reader, table, "target"), world);

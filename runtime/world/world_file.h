@@ -50,7 +50,7 @@ struct Limits {
     std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
     std::uint64_t max_list = 1'000'000;  // Elements of a list, bytes of a string.
-    std::uint64_t memory_bytes = 0;  // 0: what the machine has.
+    std::uint64_t memory_bytes = 0;      // 0: what the machine has.
 };
 
 struct World {

@@ -76,10 +76,14 @@ void burst(const std::string& name, const SolverSettings& solver, int substeps, 
         lists.sort += scene->stage_times().sort - began.sort, lists.pairs += scene->stage_times().pairs - began.pairs;
         later = std::max(later, peak), held = std::max(held, scene->bytes());
     }
-    if (with_list.empty() || without.empty()) return fmt::print("  {:<24} {} ticks, with the list anew in {}\n", name, options.ticks, with_list.size());
+    if (with_list.empty() || without.empty())
+        return fmt::print("  {:<24} {} ticks, with the list anew in {}\n", name, options.ticks, with_list.size());
     const double per_list = 1e3 / static_cast<double>(with_list.size());
-    fmt::print("  {:<24} T{} {:3} lists | {:8.1f} ms a tick with one, {:8.1f} without, sort {:8.1f}, pairs {:8.1f} | B a body: {:4.0f} held, {:4.0f} at the peak of the first tick, {:4.0f} of a later one | digest {}\n",
-               name, options.threads, with_list.size(), median(with_list), median(without), per_list * lists.sort, per_list * lists.pairs, static_cast<double>(held) / count, first, later, scene->digest().to_string());
+    fmt::print(
+        "  {:<24} T{} {:3} lists | {:8.1f} ms a tick with one, {:8.1f} without, sort {:8.1f}, pairs {:8.1f} | B a body: {:4.0f} held, "
+        "{:4.0f} at the peak of the first tick, {:4.0f} of a later one | digest {}\n",
+        name, options.threads, with_list.size(), median(with_list), median(without), per_list * lists.sort, per_list * lists.pairs,
+        static_cast<double>(held) / count, first, later, scene->digest().to_string());
     std::fflush(stdout);
 }
 

@@ -97,7 +97,8 @@ int main(int argc, char** argv) {
         emit.push_back(done - ready);
         all.push_back(ready - start);
     }
-    std::printf("%d lines, %zu rules planned: parse %.2f ms, check %.2f ms, plan %.2f ms: %.2f ms in all; emit %.2f ms for %zu kB of C++\n", lines, rules, median(parse) * 1e3, median(check) * 1e3,
-                median(plan) * 1e3, median(all) * 1e3, median(emit) * 1e3, bytes / 1000);
+    std::printf("%d lines, %zu rules planned: parse %.2f ms, check %.2f ms, plan %.2f ms: %.2f ms in all; emit %.2f ms for %zu kB of C++\n",
+                lines, rules, median(parse) * 1e3, median(check) * 1e3, median(plan) * 1e3, median(all) * 1e3, median(emit) * 1e3,
+                bytes / 1000);
     return 0;
 }

@@ -1,6 +1,6 @@
-// The gradient on a million catoms, cubic and face-centred cubic, and on a gyroid's walls, beside the same by hand in the same run: from loaded
-// world to quiet; then the source is taken away and given back, and single catoms (their links) are cut.
-// Usage: bench_gradient GRADIENT.meld [SIDE]
+// The gradient on a million catoms, cubic and face-centred cubic, and on a gyroid's walls, beside the same by hand in the same
+// run: from loaded world to quiet; then the source is taken away and given back, and single catoms (their links) are cut. Usage:
+// bench_gradient GRADIENT.meld [SIDE]
 #include <cinttypes>
 
 #include "tests/bench/floor.h"
@@ -40,15 +40,17 @@ Work settle(HandGradient& hand) {
 }
 
 void row(const char* what, const Work& ours, const Work& hand) {
-    std::printf("  %-28s %9.4f s %9.4f s   ratio %5.2f   %10" PRIu64 " evaluations %10" PRIu64 " changes %6" PRId64 " ticks\n", what, ours.seconds, hand.seconds,
-                hand.seconds > 0 ? ours.seconds / hand.seconds : 0.0, ours.evaluations, ours.changes, ours.ticks);
+    std::printf("  %-28s %9.4f s %9.4f s   ratio %5.2f   %10" PRIu64 " evaluations %10" PRIu64 " changes %6" PRId64 " ticks\n", what,
+                ours.seconds, hand.seconds, hand.seconds > 0 ? ours.seconds / hand.seconds : 0.0, ours.evaluations, ours.changes,
+                ours.ticks);
 }
 
 void check(Run& run, const HandGradient& hand, u32 dist) {
     sim::PartState& part = run.part();
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         std::uint32_t ours = 0xffffffff;
-        tuple::each_fact(part.module, part.columns, part.abi.geometry, dist, c, [&](const Value* v) { ours = static_cast<std::uint32_t>(v[0].integer); });
+        tuple::each_fact(part.module, part.columns, part.abi.geometry, dist, c,
+                         [&](const Value* v) { ours = static_cast<std::uint32_t>(v[0].integer); });
         if (ours != hand.value(c)) {
             std::fprintf(stderr, "catom %u: %u by the program, %u by hand\n", c, ours, hand.value(c));
             std::exit(70);
@@ -81,7 +83,8 @@ void measure(const std::string& program, const std::string& lattice, const std::
     first.seconds = median(seconds);
     first_hand.seconds = median(floors);
     check(*run, *hand, dist);
-    std::printf("%s, %s, %zu catoms: %.1f bytes a catom (by hand %.1f and the ensemble's %.1f)\n", lattice.c_str(), shape.c_str(), run->part().ensemble.owned_count(),
+    std::printf("%s, %s, %zu catoms: %.1f bytes a catom (by hand %.1f and the ensemble's %.1f)\n", lattice.c_str(), shape.c_str(),
+                run->part().ensemble.owned_count(),
                 static_cast<double>(run->part().bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
                 static_cast<double>(hand->bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
                 static_cast<double>(run->part().ensemble.bytes()) / static_cast<double>(run->part().ensemble.owned_count()));
@@ -112,8 +115,9 @@ void measure(const std::string& program, const std::string& lattice, const std::
         cut.changes += w.changes;
         cut.ticks += w.ticks;
     }
-    std::printf("  %-28s %9.2f us a cut, %.1f evaluations, %.1f changes, %.1f ticks\n", "a catom cut out", cut.seconds / cuts * 1e6, static_cast<double>(cut.evaluations) / cuts,
-                static_cast<double>(cut.changes) / cuts, static_cast<double>(cut.ticks) / cuts);
+    std::printf("  %-28s %9.2f us a cut, %.1f evaluations, %.1f changes, %.1f ticks\n", "a catom cut out", cut.seconds / cuts * 1e6,
+                static_cast<double>(cut.evaluations) / cuts, static_cast<double>(cut.changes) / cuts,
+                static_cast<double>(cut.ticks) / cuts);
 }
 
 }  // namespace

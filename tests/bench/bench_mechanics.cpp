@@ -92,7 +92,8 @@ class Laboratory {
             const double r = radius(random), mass = 8 * r * r * r;
             const Vec3 at = 1.05 * Vec3{double(id % side), double(id / side % side), double(id / side / side)} + vector(jitter);
             const Vec3 velocity = vector(speed), spin = vector(speed);
-            need(scene->add_body({.id = id, .position_m = at, .velocity_m_s = velocity, .spin_rad_s = spin, .radius_m = r, .mass_kg = mass}));
+            need(scene->add_body(
+                {.id = id, .position_m = at, .velocity_m_s = velocity, .spin_rad_s = spin, .radius_m = r, .mass_kg = mass}));
             amount += mass * length(velocity);
         }
         const Vec3 momentum = scene->momentum(), spin = scene->angular_momentum();
@@ -154,7 +155,7 @@ void report() {
     row("kinetic energy of two magnets against their field's, share", &Laboratory::magnets);
     std::array<Laboratory::Drift, kEngines.size()> drifts{};
     for (std::size_t i = 0; i < kEngines.size(); ++i) drifts[i] = Laboratory(kEngines[i]).cloud();
-    const auto cloud = [&](const char* what, double Laboratory::Drift::*part) {
+    const auto cloud = [&](const char* what, double Laboratory::Drift::* part) {
         fmt::print("{:62} {:>10.2g} {:>10.2g} {:>10.2g}\n", what, drifts[0].*part, drifts[1].*part, drifts[2].*part);
     };
     cloud("momentum of a cloud of 343 balls in a second, share", &Laboratory::Drift::momentum);

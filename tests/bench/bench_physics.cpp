@@ -34,9 +34,9 @@ using bench::need;
 constexpr double kTick = 1.0 / 240;
 constexpr double kSpacing = 0.999;
 // Above these sizes an engine is not tried.
-constexpr int kMostOdeSide = 47;
-constexpr int kMostHashSide = 63;
-constexpr int kMostFullSide = 200;
+constexpr int kMaxOdeSide = 47;
+constexpr int kMaxHashSide = 63;
+constexpr int kMaxFullSide = 200;
 // Larger than the caches.
 constexpr std::size_t kReadBytes = std::size_t{1} << 30;
 // What a sweep reads and writes of a contact and of a body, at least: a lane of a batch, its impulses, a motion.
@@ -114,11 +114,12 @@ void print_row(const std::string& name, int threads, const Measured& m, int tick
     const double per_tick = 1e3 / (ticks - 1);
     const auto mean = [&](double StageTimes::* stage) { return per_tick * (m.rest.*stage - m.first.*stage); };
     fmt::print(
-        "  {:<22} T{} {:9.2f} cpu {:9.2f} wall | with the list {:8.1f} cpu, the first time {:8.1f} | list {:8.1f}, actuate {:6.2f} refresh {:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} "
+        "  {:<22} T{} {:9.2f} cpu {:9.2f} wall | with the list {:8.1f} cpu, the first time {:8.1f} | list {:8.1f}, actuate {:6.2f} refresh "
+        "{:6.2f} solve {:8.2f} move {:6.2f} events {:6.2f} "
         "| {:4} B/body{}\n",
-        name, threads, m.tick_cpu_ms, m.tick_wall_ms, m.anew_cpu_ms, m.first_cpu_ms, 1e3 * (m.first.sort + m.first.pairs), mean(&StageTimes::actuation),
-        mean(&StageTimes::refresh), mean(&StageTimes::solve), mean(&StageTimes::move), mean(&StageTimes::events), m.bytes / m.bodies,
-        ode_ms > 0 ? fmt::format(" | {:.0f} x ODE", ode_ms / m.tick_cpu_ms) : "");
+        name, threads, m.tick_cpu_ms, m.tick_wall_ms, m.anew_cpu_ms, m.first_cpu_ms, 1e3 * (m.first.sort + m.first.pairs),
+        mean(&StageTimes::actuation), mean(&StageTimes::refresh), mean(&StageTimes::solve), mean(&StageTimes::move),
+        mean(&StageTimes::events), m.bytes / m.bodies, ode_ms > 0 ? fmt::format(" | {:.0f} x ODE", ode_ms / m.tick_cpu_ms) : "");
     std::fflush(stdout);
 }
 
@@ -142,7 +143,8 @@ Settings with(EngineKind engine, SolverSettings solver) {
 void print_share(const Measured& m, int sweeps, double bandwidth) {
     const double bytes = sweeps * (kContactBytes * static_cast<double>(m.candidates) + kBodyBytes * static_cast<double>(m.bodies));
     fmt::print("  {:<22}    {:.0f} bytes a body and sweep, {:.1f} GB/s in the whole tick, {:.0f} % of what one thread reads\n", "  memory",
-               bytes / sweeps / static_cast<double>(m.bodies), bytes / m.tick_cpu_ms * 1e-6, 100 * bytes / (1e-3 * m.tick_cpu_ms) / bandwidth);
+               bytes / sweeps / static_cast<double>(m.bodies), bytes / m.tick_cpu_ms * 1e-6,
+               100 * bytes / (1e-3 * m.tick_cpu_ms) / bandwidth);
 }
 
 // The largest scene: how much memory it takes and how long a few ticks do.
@@ -177,10 +179,10 @@ void compare_standing() {
 }
 
 void compare(int side, const Options& options, double bandwidth) {
-    if (side > kMostFullSide) return fill(side, options);
+    if (side > kMaxFullSide) return fill(side, options);
     fmt::print("\n{} bodies, spacing {}, {} ticks\n", side * side * side, kSpacing, options.ticks);
     double ode_ms = 0;
-    if (side <= kMostOdeSide) {
+    if (side <= kMaxOdeSide) {
         const int ticks = side > 25 ? 3 : options.ticks;
         auto scene = cube(with(EngineKind::Ode, SolverSettings::pgs20()), side, kSpacing);
         const Measured m = measure(*scene, ticks, 1, 1);
@@ -188,7 +190,7 @@ void compare(int side, const Options& options, double bandwidth) {
         print_row("stock ODE, 20 sweeps", 1, m, ticks, 0);
     }
     for (const int threads : options.threads) {
-        if (side <= kMostHashSide) {
+        if (side <= kMaxHashSide) {
             auto scene = cube(with(EngineKind::Hash, SolverSettings::pgs20()), side, kSpacing);
             print_row("seed design, 20 sweeps", threads, measure(*scene, std::min(options.ticks, 4), 1, threads),
                       std::min(options.ticks, 4), ode_ms);

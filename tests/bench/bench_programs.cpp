@@ -1,6 +1,6 @@
-// Programs of the Meld literature beside the same by hand in C++ (hand_programs.h) in the same run, checked to give the same: diffusion, PageRank
-// without rounds, belief propagation, and queens on a board. CPU seconds from a loaded world to quiet, and bytes a catom.
-// Usage: bench_programs EXAMPLES [small]
+// Programs of the Meld literature beside the same by hand in C++ (hand_programs.h) in the same run, checked to give the same:
+// diffusion, PageRank without rounds, belief propagation, and queens on a board. CPU seconds from a loaded world to quiet, and
+// bytes a catom. Usage: bench_programs EXAMPLES [small]
 #include <cinttypes>
 #include <cmath>
 
@@ -32,7 +32,8 @@ void give(Run& run, const char* name, sim::Catom catom, std::vector<Value> argum
 std::vector<Value> fact(Run& run, std::uint32_t id, sim::Catom catom) {
     std::vector<Value> out;
     sim::PartState& part = run.part();
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, id, catom, [&](const Value* v) { out.assign(v, v + part.module.predicates[id].arity); });
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, id, catom,
+                     [&](const Value* v) { out.assign(v, v + part.module.predicates[id].arity); });
     if (out.empty()) differs(part.module.predicates[id].name, catom, NAN, 0);
     return out;
 }
@@ -65,21 +66,26 @@ void measure(const Case& c, const Prepare& prepare, const Hand& hand, const Chec
         check(run, made);
         const sim::Summary& sum = run.simulation->summary();
         const double ours = median(seconds), theirs = median(by_hand), catoms = static_cast<double>(run.part().ensemble.owned_count());
-        std::printf("%-42s %8.3f s  by hand %8.4f s  ratio %5.1f  best Meld %4.2f s  %8.0f bytes a catom  %10" PRIu64 " messages %6.0f ns each  %6" PRId64 " ticks\n", c.what.c_str(), ours, theirs,
-                    ours / theirs, c.best_meld, static_cast<double>(run.part().bytes()) / catoms, sum.messages, sum.messages == 0 ? 0.0 : ours * 1e9 / static_cast<double>(sum.messages), sum.ticks);
+        std::printf("%-42s %8.3f s  by hand %8.4f s  ratio %5.1f  best Meld %4.2f s  %8.0f bytes a catom  %10" PRIu64
+                    " messages %6.0f ns each  %6" PRId64 " ticks\n",
+                    c.what.c_str(), ours, theirs, ours / theirs, c.best_meld, static_cast<double>(run.part().bytes()) / catoms,
+                    sum.messages, sum.messages == 0 ? 0.0 : ours * 1e9 / static_cast<double>(sum.messages), sum.ticks);
         std::fflush(stdout);
     }
 }
 
 std::string box(const char* lattice, int x, int y, int z, const std::string& rest = "") {
-    return "lattice = \"" + std::string(lattice) + "\"\n[[body]]\nshape = \"box(" + std::to_string(x) + ", " + std::to_string(y) + ", " + std::to_string(z) + ")\"\n" + rest;
+    return "lattice = \"" + std::string(lattice) + "\"\n[[body]]\nshape = \"box(" + std::to_string(x) + ", " + std::to_string(y) + ", " +
+           std::to_string(z) + ")\"\n" + rest;
 }
 
 void diffuse(const std::string& folder, int side) {
-    const Case c{"diffuse, 20 steps, " + std::to_string(side * side * side) + " catoms", folder + "/temperature.meld", box("cubic", side, side, side), 1.02};
+    const Case c{"diffuse, 20 steps, " + std::to_string(side * side * side) + " catoms", folder + "/temperature.meld",
+                 box("cubic", side, side, side), 1.02};
     const auto start = [](sim::Catom a) { return 100 * noise(a); };
     const auto prepare = [&](Run& run) {
-        for (sim::Catom a = 0; a < run.part().ensemble.index_count(); ++a) give(run, "temperature", a, {Value{.integer = 0}, Value{.real = start(a)}});
+        for (sim::Catom a = 0; a < run.part().ensemble.index_count(); ++a)
+            give(run, "temperature", a, {Value{.integer = 0}, Value{.real = start(a)}});
     };
     const auto hand = [&](Run& run) {
         std::vector<double> now(run.part().ensemble.index_count());
@@ -87,7 +93,8 @@ void diffuse(const std::string& folder, int side) {
         return hand_diffuse(run.part().abi.geometry, std::move(now), 20, 0.0625);
     };
     measure(c, prepare, hand, [](Run& run, const std::vector<double>& made) {
-        for (sim::Catom a = 0; a < made.size(); ++a) same("temperature", a, fact(run, predicate(run, "temperature", 2), a)[1].real, made[a]);
+        for (sim::Catom a = 0; a < made.size(); ++a)
+            same("temperature", a, fact(run, predicate(run, "temperature", 2), a)[1].real, made[a]);
     });
 }
 
@@ -97,17 +104,19 @@ void pagerank(const std::string& folder, int side, double enough) {
     char what[64];
     std::snprintf(what, sizeof what, "PageRank, %d catoms, to %g", side * side * side, enough);
     const Case c{what, folder + "/pagerank_async.meld", box("cubic", side, side, side, setting), 0.11};
-    measure(c, [](Run&) {}, [&](Run& run) { return hand_pagerank(run.part().abi.geometry, run.part().ensemble.index_count(), 0.85, enough); },
-            [&](Run& run, const Ranks& made) {
-                for (sim::Catom a = 0; a < made.rank.size(); ++a) {
-                    same("rank", a, fact(run, predicate(run, "rank", 1), a)[0].real, made.rank[a]);
-                    same("residue", a, fact(run, predicate(run, "residue", 1), a)[0].real, made.residue[a]);
-                }
-            });
+    measure(
+        c, [](Run&) {}, [&](Run& run) { return hand_pagerank(run.part().abi.geometry, run.part().ensemble.index_count(), 0.85, enough); },
+        [&](Run& run, const Ranks& made) {
+            for (sim::Catom a = 0; a < made.rank.size(); ++a) {
+                same("rank", a, fact(run, predicate(run, "rank", 1), a)[0].real, made.rank[a]);
+                same("residue", a, fact(run, predicate(run, "residue", 1), a)[0].real, made.residue[a]);
+            }
+        });
 }
 
 void beliefs(const std::string& folder, int side) {
-    const Case c{"belief propagation, 12 rounds, " + std::to_string(side * side) + " catoms", folder + "/belief_propagation.meld", box("square", side, side, 1), 0.55};
+    const Case c{"belief propagation, 12 rounds, " + std::to_string(side * side) + " catoms", folder + "/belief_propagation.meld",
+                 box("square", side, side, 1), 0.55};
     // Stripes of three colours; one pixel in ten is another.
     const auto seen = [&](Run& run, sim::Catom a) {
         const auto stripe = static_cast<int>(3 * (run.part().ensemble.position(a)[0] + side / 2.0) / side);
@@ -131,7 +140,8 @@ void beliefs(const std::string& folder, int side) {
 
 void queens(const std::string& folder, int n) {
     const Case c{std::to_string(n) + " queens", folder + "/queens.meld",
-                 box("square", n, 1, 1, "[set]\ncolumns = " + std::to_string(n) + "\n[limits]\nmax_derivations_per_tick = 1000000000\n"), 0.43};
+                 box("square", n, 1, 1, "[set]\ncolumns = " + std::to_string(n) + "\n[limits]\nmax_derivations_per_tick = 1000000000\n"),
+                 0.43};
     const auto end = [](Run& run, bool first) {
         sim::Catom found = 0;
         const sim::PartState& part = run.part();

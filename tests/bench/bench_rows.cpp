@@ -44,8 +44,8 @@ class Steps {
             seconds += run_.settle();
         }
         const sim::Summary& after = run_.simulation->summary();
-        all.push_back({what, seconds / times, (after.derivations - before.derivations) / static_cast<std::uint64_t>(times), (after.changes - before.changes) / static_cast<std::uint64_t>(times),
-                       record::state_digest(run_.part())});
+        all.push_back({what, seconds / times, (after.derivations - before.derivations) / static_cast<std::uint64_t>(times),
+                       (after.changes - before.changes) / static_cast<std::uint64_t>(times), record::state_digest(run_.part())});
     }
     std::vector<Step> all;
 
@@ -55,8 +55,10 @@ class Steps {
 
 void give(Run& run, const char* predicate, std::size_t arity, sim::Catom catom, std::vector<Value> arguments, bool there = true) {
     const u32 base = run.info().predicates[*tuple::find_predicate(run.info(), predicate, arity)].base;
-    if (there) run.part().give(base, catom, arguments.data());
-    else run.part().take(base, catom, arguments.data());
+    if (there)
+        run.part().give(base, catom, arguments.data());
+    else
+        run.part().take(base, catom, arguments.data());
 }
 Value number(std::int64_t i) { return Value{.integer = i}; }
 
@@ -76,15 +78,18 @@ void compare(const std::string& meldc, const std::string& program, const std::st
         }
     for (std::size_t i = 0; i < results[0].size(); ++i) {
         const double with = median(seconds[0][i]), without = median(seconds[1][i]);
-        std::printf("  %-34s %11.6f s %11.6f s   ratio %6.1f   derivations %11" PRIu64 " %11" PRIu64 "   changes %9" PRIu64 "\n", results[0][i].what, with, without,
-                    without / with, results[0][i].derivations, results[1][i].derivations, results[0][i].changes);
+        std::printf("  %-34s %11.6f s %11.6f s   ratio %6.1f   derivations %11" PRIu64 " %11" PRIu64 "   changes %9" PRIu64 "\n",
+                    results[0][i].what, with, without, without / with, results[0][i].derivations, results[1][i].derivations,
+                    results[0][i].changes);
         if (results[0][i].state == results[1][i].state) continue;
         std::fprintf(stderr, "%s: other facts with deltas than without\n", results[0][i].what);
         std::exit(70);
     }
 }
 
-std::string square(int side) { return "lattice = \"square\"\n[[body]]\nshape = \"box(" + std::to_string(side) + ", " + std::to_string(side) + ", 1)\"\n"; }
+std::string square(int side) {
+    return "lattice = \"square\"\n[[body]]\nshape = \"box(" + std::to_string(side) + ", " + std::to_string(side) + ", 1)\"\n";
+}
 
 }  // namespace
 
@@ -112,7 +117,8 @@ int main(int argc, char** argv) {
             for (sim::Catom c = 0; c < 64; ++c)
                 for (int k = 0; k < rows; ++k) give(run, "item", 2, c, {number(k), number((k * 7 + static_cast<int>(c)) % 1000)});
         });
-        steps.add("one row more or less", changes, [&](int i) { give(run, "item", 2, 27, {number(i * 37 % rows), number(5000)}, i % 2 == 0); });
+        steps.add("one row more or less", changes,
+                  [&](int i) { give(run, "item", 2, 27, {number(i * 37 % rows), number(5000)}, i % 2 == 0); });
     });
 
     const int chain = small ? 20 : 60;
@@ -121,7 +127,8 @@ int main(int argc, char** argv) {
         steps.add("settle", 1, [&](int) {
             for (int k = 0; k < chain; ++k) give(run, "edge", 2, 0, {number(k), number(k + 1)});
         });
-        steps.add("the last edge goes or comes", 10, [&](int i) { give(run, "edge", 2, 0, {number(chain - 1), number(chain)}, i % 2 == 1); });
+        steps.add("the last edge goes or comes", 10,
+                  [&](int i) { give(run, "edge", 2, 0, {number(chain - 1), number(chain)}, i % 2 == 1); });
     });
     return 0;
 }

@@ -31,8 +31,8 @@ int main(int argc, char** argv) {
         if (size.side > largest) break;
         const std::string s = std::to_string(size.side);
         // The seed is the catom of the target nearest the middle; every part would choose the same.
-        std::string world = "lattice = \"cubic\"\n[[body]]\nshape = \"box(" + s + "," + s + "," + s + ")\"\n[target]\nshape = \"" + size.target +
-                            "\"\ncells = \"mass\"\n[motion]\nkind = \"lattice\"\ncapacity = 1\n";
+        std::string world = "lattice = \"cubic\"\n[[body]]\nshape = \"box(" + s + "," + s + "," + s + ")\"\n[target]\nshape = \"" +
+                            size.target + "\"\ncells = \"mass\"\n[motion]\nkind = \"lattice\"\ncapacity = 1\n";
         Run run(argv[1], world);
         sim::PartState& part = run.part();
         sim::Catom seed = 0;
@@ -48,7 +48,8 @@ int main(int argc, char** argv) {
         const double seconds = run.settle();
         const sim::Summary& sum = run.simulation->summary();
         std::printf("%d^3: %s; prototype's own target %d ticks; %.1f s CPU, %.0f ns an evaluation, %.0f bytes a catom\n", size.side,
-                    sum.outcomes.empty() ? "" : sum.outcomes[0].c_str(), size.prototype_ticks, seconds, seconds * 1e9 / static_cast<double>(sum.evaluations), sum.bytes_per_catom);
+                    sum.outcomes.empty() ? "" : sum.outcomes[0].c_str(), size.prototype_ticks, seconds,
+                    seconds * 1e9 / static_cast<double>(sum.evaluations), sum.bytes_per_catom);
         std::fflush(stdout);
     }
     return 0;

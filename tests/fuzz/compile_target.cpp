@@ -17,7 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string cpp = emit::emit_module(plan);
     static const Result<const Backend*> backend = load_backend();
     MELD_CHECK(backend.has_value(), "{}", backend.error().problem);
-    const Result<std::vector<std::string>> objects = (*backend)->compile_object(cpp, "fuzz", driver::module_headers(), {.optimisation = 0, .target_cpu = "x86-64"});
+    const Result<std::vector<std::string>> objects =
+        (*backend)->compile_object(cpp, "fuzz", driver::module_headers(), {.optimisation = 0, .target_cpu = "x86-64"});
     MELD_CHECK(objects.has_value(), "{}\n{}", objects.error().problem, cpp);
     return 0;
 }

@@ -22,20 +22,51 @@ Sort sort_of(char c) {
 bool continues(Sort sort, char c) {
     const auto u = static_cast<unsigned char>(c);
     switch (sort) {
-        case Sort::Blank: return std::isspace(u) != 0;
+        case Sort::Blank:
+            return std::isspace(u) != 0;
         case Sort::Lower:
-        case Sort::Upper: return std::isalnum(u) || c == '_' || c == '\'' || c == '-';
-        case Sort::Number: return std::isalnum(u) || c == '.';
-        case Sort::Text: return c != '"' && c != '\n';
-        case Sort::Sign: return false;
+        case Sort::Upper:
+            return std::isalnum(u) || c == '_' || c == '\'' || c == '-';
+        case Sort::Number:
+            return std::isalnum(u) || c == '.';
+        case Sort::Text:
+            return c != '"' && c != '\n';
+        case Sort::Sign:
+            return false;
     }
     return false;
 }
 
 constexpr std::array kAwkward = {"0", "1", "-1", "9223372036854775807", "1e308", "0.0", "65536", "@0", "@arg1", "@world"};
-constexpr std::array kPieces = {" not ", " forall ", "[X | L]", "[]", " if ", " let X = 1 in X end", "{ X | p(A, X) | q(A) }", "@+3", "[sum => S | X | p(A, X) | | q(A, S)]",
-                                " exists X. (p(A))", "S = count : { p(A) }", " E in L ", "delta(X; p(A, X)) > 1", "proved(N, p)", ":(1, 2.0)", "\"text\"", "(1, 2)", "min int",
-                                "list int", "set_union set int", "sum float [<- neighbor]", "++", "^", "%", " -o ", " :- ", "$", "?", "!"};
+constexpr std::array kPieces = {" not ",
+                                " forall ",
+                                "[X | L]",
+                                "[]",
+                                " if ",
+                                " let X = 1 in X end",
+                                "{ X | p(A, X) | q(A) }",
+                                "@+3",
+                                "[sum => S | X | p(A, X) | | q(A, S)]",
+                                " exists X. (p(A))",
+                                "S = count : { p(A) }",
+                                " E in L ",
+                                "delta(X; p(A, X)) > 1",
+                                "proved(N, p)",
+                                ":(1, 2.0)",
+                                "\"text\"",
+                                "(1, 2)",
+                                "min int",
+                                "list int",
+                                "set_union set int",
+                                "sum float [<- neighbor]",
+                                "++",
+                                "^",
+                                "%",
+                                " -o ",
+                                " :- ",
+                                "$",
+                                "?",
+                                "!"};
 
 class Changer {
   public:
@@ -43,14 +74,22 @@ class Changer {
 
     std::string run() {
         switch (pick(9)) {
-            case 0: return change_item();
-            case 1: return take_item();
-            case 2: return with_word([&](std::string_view) { return std::string(); });
-            case 3: return with_word([&](std::string_view w) { return std::string(w) + std::string(w); });
-            case 4: return with_word([&](std::string_view) { return std::string(kAwkward[pick(kAwkward.size())]); });
-            case 5: return with_word([&](std::string_view w) { return std::string(w) + kPieces[pick(kPieces.size())]; });
-            case 6: return swap_words();
-            default: return with_word([&](std::string_view w) { return alike(w); });
+            case 0:
+                return change_item();
+            case 1:
+                return take_item();
+            case 2:
+                return with_word([&](std::string_view) { return std::string(); });
+            case 3:
+                return with_word([&](std::string_view w) { return std::string(w) + std::string(w); });
+            case 4:
+                return with_word([&](std::string_view) { return std::string(kAwkward[pick(kAwkward.size())]); });
+            case 5:
+                return with_word([&](std::string_view w) { return std::string(w) + kPieces[pick(kPieces.size())]; });
+            case 6:
+                return swap_words();
+            default:
+                return with_word([&](std::string_view w) { return alike(w); });
         }
     }
 
@@ -69,9 +108,14 @@ class Changer {
         const std::size_t at = pick(all.size());
         const auto place = all.begin() + static_cast<std::ptrdiff_t>(at);
         switch (pick(3)) {
-            case 0: all.erase(place); break;
-            case 1: all.insert(place, all[at]); break;
-            default: std::swap(all[at], all[pick(all.size())]);
+            case 0:
+                all.erase(place);
+                break;
+            case 1:
+                all.insert(place, all[at]);
+                break;
+            default:
+                std::swap(all[at], all[pick(all.size())]);
         }
         return join(all);
     }

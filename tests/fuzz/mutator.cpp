@@ -20,8 +20,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
     return changed.size();
 }
 
-extern "C" std::size_t LLVMFuzzerCustomCrossOver(const std::uint8_t* a, std::size_t a_size, const std::uint8_t* b, std::size_t b_size, std::uint8_t* out,
-                                                 std::size_t max_size, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomCrossOver(const std::uint8_t* a, std::size_t a_size, const std::uint8_t* b, std::size_t b_size,
+                                                 std::uint8_t* out, std::size_t max_size, unsigned seed) {
     const std::string changed = meld::fuzz::mutate(text(a, a_size), text(b, b_size), seed, max_size);
     std::memcpy(out, changed.data(), changed.size());
     return changed.size();

@@ -107,8 +107,10 @@ std::string seed_region(const world::World& world, const world::Target& target) 
 
 // Runs a case and returns the digest of every tick.
 std::vector<Digest> run_case(const ShapeCase& c, int parts, int threads) {
-    const std::string text = fmt::format("lattice = \"{}\"\nheld = {}\n[[body]]\nshape = \"{}\"\n[target]\nshape = \"{}\"\ncells = \"mass\"\n[motion]\nkind = \"lattice\"\ncapacity = {}\n",
-                                         c.lattice, c.held, c.body, c.target, c.capacity);
+    const std::string text = fmt::format(
+        "lattice = \"{}\"\nheld = {}\n[[body]]\nshape = \"{}\"\n[target]\nshape = \"{}\"\ncells = \"mass\"\n[motion]\nkind = "
+        "\"lattice\"\ncapacity = {}\n",
+        c.lattice, c.held, c.body, c.target, c.capacity);
     world::World world = *world::parse_world(text, "test");
     const world::Target target = *world::Target::make(world, world::Lattice(world.lattice));
     const std::string seed = fmt::format("{}[facts]\ngiven-seed = [\"{}\"]\n", text, seed_region(world, target));

@@ -15,7 +15,10 @@ using check::Select;
 using check::VariableId;
 
 Application::Application(const check::Rule& rule, const Sight& sight, std::vector<Bag>& linear)
-    : program_(*sight.scene.program), rule_(rule), sight_{sight.scene, sight.facts, &linear, sight.before, sight.links_before, sight.home}, linear_(linear) {}
+    : program_(*sight.scene.program),
+      rule_(rule),
+      sight_{sight.scene, sight.facts, &linear, sight.before, sight.links_before, sight.home},
+      linear_(linear) {}
 
 bool Application::run(std::int64_t home) {
     Environment env(rule_.variables.count());
@@ -67,8 +70,12 @@ void Application::heads(const std::vector<Head>& all, const Environment& env, co
     for (const Head& h : all) {
         if (failed) return;
         switch (h.kind) {
-            case Head::Kind::Fact: fact(h, env, bodies); break;
-            case Head::Kind::Aggregate: aggregate(h, env, bodies); break;
+            case Head::Kind::Fact:
+                fact(h, env, bodies);
+                break;
+            case Head::Kind::Aggregate:
+                aggregate(h, env, bodies);
+                break;
             case Head::Kind::Comprehension: {
                 Bodies inner = bodies;
                 inner.push_back(&h.body);
@@ -100,7 +107,9 @@ void Application::fact(const Head& h, const Environment& env, const Bodies& bodi
 template <class Visit>
 void Application::each_match(const Head& h, const Environment& env, const Visit& visit) {
     bool consumes = false;
-    check::each_atom(h.body, [&](const check::Atom& a, bool negated) { consumes = consumes || (!negated && !a.read_only && program_.predicates[a.predicate].linear()); });
+    check::each_atom(h.body, [&](const check::Atom& a, bool negated) {
+        consumes = consumes || (!negated && !a.read_only && program_.predicates[a.predicate].linear());
+    });
     std::vector<Match> found = matches(h.body, env, consumes ? Which::First : Which::All);
     while (!found.empty() && !failed) {
         for (const Match& m : found) {
@@ -116,7 +125,8 @@ void Application::aggregate(const Head& h, const Environment& env, const Bodies&
     inner.push_back(&h.body);
     std::vector<Values> values(h.folds.size());
     each_match(h, env, [&](const Environment& match) {
-        for (std::size_t i = 0; i < h.folds.size(); ++i) values[i].push_back(h.folds[i].each.valid() ? *match[h.folds[i].each.index()] : value_of(std::int64_t{1}));
+        for (std::size_t i = 0; i < h.folds.size(); ++i)
+            values[i].push_back(h.folds[i].each.valid() ? *match[h.folds[i].each.index()] : value_of(std::int64_t{1}));
         heads(h.heads, match, inner);
     });
     Environment last = env;
@@ -139,7 +149,8 @@ std::vector<std::int64_t> Application::way(VariableId goal, const Environment& e
     std::map<VariableId, std::set<VariableId>> links;
     for (const std::vector<Clause>* body : bodies)
         for (const Clause& c : *body) {
-            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route || !c.atom.arguments[1].is_variable()) continue;
+            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route || !c.atom.arguments[1].is_variable())
+                continue;
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
             links[a].insert(b);
             links[b].insert(a);

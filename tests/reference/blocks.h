@@ -8,7 +8,7 @@ namespace meld::reference {
 struct Block {
     std::vector<Declaration> declarations = {};
     std::vector<DraftRule> rules = {};
-    std::vector<Known> known = {};              // What later blocks may read.
+    std::vector<Known> known = {};  // What later blocks may read.
     std::vector<retraction::Given> given = {};
 };
 

@@ -95,14 +95,18 @@ void Body::read(const Known& k, const std::string& at) {
 
 // A list or a struct taken apart.
 std::string Body::pattern(Kind kind) {
-    const auto part = [&](Kind k) { return has(k) && k != Kind::Node && chance(random_, 20) ? variable(k) : chance(random_, 15) ? "_" : fresh(k); };
+    const auto part = [&](Kind k) {
+        return has(k) && k != Kind::Node && chance(random_, 20) ? variable(k) : chance(random_, 15) ? "_" : fresh(k);
+    };
     if (kind == Kind::Pair) {
         const std::string first = part(Kind::Int);
         return ":(" + first + ", " + part(Kind::Node) + ")";
     }
     switch (below(random_, 4)) {
-        case 0: return "[]";
-        case 1: return "[" + part(Kind::Int) + "]";
+        case 0:
+            return "[]";
+        case 1:
+            return "[" + part(Kind::Int) + "]";
         case 2: {
             const std::string first = part(Kind::Int);
             return "[" + first + ", " + part(Kind::Int) + "]";
@@ -133,9 +137,12 @@ void Body::read_any(const std::string& at) {
 
 void Body::world_fact(const std::string& at) {
     switch (below(random_, 6)) {
-        case 0: return clauses_.push_back("id(" + at + ", " + fresh(Kind::Int) + ")");
-        case 1: return clauses_.push_back("neighborCount(" + at + ", " + fresh(Kind::Int) + ")");
-        case 2: return clauses_.push_back("vacant(" + at + ", " + fresh(Kind::Int) + ")");
+        case 0:
+            return clauses_.push_back("id(" + at + ", " + fresh(Kind::Int) + ")");
+        case 1:
+            return clauses_.push_back("neighborCount(" + at + ", " + fresh(Kind::Int) + ")");
+        case 2:
+            return clauses_.push_back("vacant(" + at + ", " + fresh(Kind::Int) + ")");
         case 3: {
             const std::string x = fresh(Kind::Int);
             return clauses_.push_back("cell(" + at + ", " + x + ", _, _)");
@@ -150,7 +157,8 @@ void Body::world_fact(const std::string& at) {
             const char* form = chance(random_, 20) ? "{}({}, vec3({}, _, _))" : "{}({}, {}, _, _)";
             return clauses_.push_back(fmt::format(fmt::runtime(form), name, at, inexact_.back()));
         }
-        default: return clauses_.push_back("neighborCount(" + at + ", " + (chance(random_, 50) ? "4" : fresh(Kind::Int)) + ")");
+        default:
+            return clauses_.push_back("neighborCount(" + at + ", " + (chance(random_, 50) ? "4" : fresh(Kind::Int)) + ")");
     }
 }
 
@@ -177,7 +185,8 @@ void Body::test() {
                 break;
             }
             if (inexact_.empty()) return;
-            text = fmt::format("{} * {} {} {}", pick(random_, inexact_), pick(random_, inexact_), chance(random_, 50) ? "<" : ">", literal(Kind::Float));
+            text = fmt::format("{} * {} {} {}", pick(random_, inexact_), pick(random_, inexact_), chance(random_, 50) ? "<" : ">",
+                               literal(Kind::Float));
             break;
         case 2:
             if (!has(Kind::Bool)) return;
@@ -189,7 +198,8 @@ void Body::test() {
             break;
         case 4:
             if (!has(Kind::Int)) return;
-            text = fmt::format("{} {} {} {} {} {} {}", variable(Kind::Int), sign, literal(Kind::Int), chance(random_, 50) ? "&&" : "||", variable(Kind::Int), pick(random_, std::vector<std::string>{"<", ">", "<>"}), int_expression());
+            text = fmt::format("{} {} {} {} {} {} {}", variable(Kind::Int), sign, literal(Kind::Int), chance(random_, 50) ? "&&" : "||",
+                               variable(Kind::Int), pick(random_, std::vector<std::string>{"<", ">", "<>"}), int_expression());
             break;
         default:
             if (!has(Kind::Int)) return;
@@ -211,11 +221,16 @@ void Body::compare_places() {
 std::string Body::vector_test() {
     const std::string v = pick(random_, vectors_), w = pick(random_, vectors_), limit = literal(Kind::Float);
     switch (below(random_, 5)) {
-        case 0: return fmt::format("distance({}, {} * 0.5) < {}", v, w, limit);
-        case 1: return fmt::format("x({} - {}) <= {}", v, w, limit);
-        case 2: return fmt::format("norm({} + {}) > {}", v, w, limit);
-        case 3: return fmt::format("dot({}, cross({}, vec3(1.0, 0.5, {}))) <> 0.25", v, w, limit);
-        default: return fmt::format("{} {} {}", v, chance(random_, 50) ? "<>" : "=", w);
+        case 0:
+            return fmt::format("distance({}, {} * 0.5) < {}", v, w, limit);
+        case 1:
+            return fmt::format("x({} - {}) <= {}", v, w, limit);
+        case 2:
+            return fmt::format("norm({} + {}) > {}", v, w, limit);
+        case 3:
+            return fmt::format("dot({}, cross({}, vec3(1.0, 0.5, {}))) <> 0.25", v, w, limit);
+        default:
+            return fmt::format("{} {} {}", v, chance(random_, 50) ? "<>" : "=", w);
     }
 }
 
@@ -242,7 +257,8 @@ void Body::set() {
 
 std::string Body::negated_atom() {
     const std::vector<const Known*> all = readable();
-    if (all.empty() || chance(random_, 10)) return fmt::format("vacant({}, {})", for_linear ? "A" : any_catom(), chance(random_, 50) ? "_" : literal(Kind::Int));
+    if (all.empty() || chance(random_, 10))
+        return fmt::format("vacant({}, {})", for_linear ? "A" : any_catom(), chance(random_, 50) ? "_" : literal(Kind::Int));
     const Known& k = *pick(random_, all);
     std::string text = k.name + "(" + any_catom();
     for (const Kind kind : k.arguments) text += ", " + argument(kind, false);
@@ -303,7 +319,8 @@ void Body::aggregate() {
         fact += ", " + (takes ? "G" : argument(kind, false));
         taken = taken || takes;
     }
-    const std::string body = (around ? "neighbor(" + at + ", Y), " : "") + fact + ")" + (chance(random_, 30) ? ", G > " + literal(Kind::Int) : "");
+    const std::string body =
+        (around ? "neighbor(" + at + ", Y), " : "") + fact + ")" + (chance(random_, 30) ? ", G > " + literal(Kind::Int) : "");
     if (chance(random_, 20)) {
         // In whatever order they come.
         const std::string all = fmt::format("L{}", ++next_);
@@ -334,7 +351,10 @@ void Body::change() {
         text += ", " + one;
     }
     variables_[Kind::Int].push_back(changing);
-    clauses_.push_back(fmt::format("delta({}; {})) {}", changing, text, for_linear ? "> " + literal(Kind::Int) : chance(random_, 80) ? "< 2" : "= 0"));
+    clauses_.push_back(fmt::format("delta({}; {})) {}", changing, text,
+                                   for_linear            ? "> " + literal(Kind::Int)
+                                   : chance(random_, 80) ? "< 2"
+                                                         : "= 0"));
 }
 
 std::string Body::far_link() {
@@ -353,13 +373,20 @@ void Body::element() {
 
 std::string Body::literal(Kind kind) {
     switch (kind) {
-        case Kind::Int: return std::to_string(below(random_, 6));
-        case Kind::Float: return fmt::format("{}.{}", below(random_, 4), pick(random_, std::vector<std::string>{"0", "25", "5", "75"}));
-        case Kind::Bool: return chance(random_, 50) ? "true" : "false";
-        case Kind::Node: return "@" + std::to_string(below(random_, 5));
-        case Kind::String: return pick(random_, std::vector<std::string>{"\"\"", "\"a\"", "\"ab\"", "\"b\""});
-        case Kind::List: return pick(random_, std::vector<std::string>{"[]", "[1]", "[2, 0]", "[1, 2, 3]"});
-        case Kind::Pair: return ":(" + std::to_string(below(random_, 4)) + ", @1)";
+        case Kind::Int:
+            return std::to_string(below(random_, 6));
+        case Kind::Float:
+            return fmt::format("{}.{}", below(random_, 4), pick(random_, std::vector<std::string>{"0", "25", "5", "75"}));
+        case Kind::Bool:
+            return chance(random_, 50) ? "true" : "false";
+        case Kind::Node:
+            return "@" + std::to_string(below(random_, 5));
+        case Kind::String:
+            return pick(random_, std::vector<std::string>{"\"\"", "\"a\"", "\"ab\"", "\"b\""});
+        case Kind::List:
+            return pick(random_, std::vector<std::string>{"[]", "[1]", "[2, 0]", "[1, 2, 3]"});
+        case Kind::Pair:
+            return ":(" + std::to_string(below(random_, 4)) + ", @1)";
     }
     return "";
 }
@@ -369,52 +396,87 @@ std::string Body::int_expression() {
     const std::string x = variable(Kind::Int);
     if (has(Kind::List) && chance(random_, 40)) return number_of_list(variable(Kind::List), x);
     if (has(Kind::String) && chance(random_, 20)) return "strlen(" + variable(Kind::String) + ")";
-    if (has(Kind::Float) && chance(random_, 10)) return pick(random_, std::vector<std::string>{"floor(", "ceil(", "round("}) + variable(Kind::Float) + ")";
+    if (has(Kind::Float) && chance(random_, 10))
+        return pick(random_, std::vector<std::string>{"floor(", "ceil(", "round("}) + variable(Kind::Float) + ")";
     switch (below(random_, 15)) {
-        case 14: return fmt::format("{}({}, {})", chance(random_, 50) ? "folded" : "chosen", x, variable(Kind::Int));
-        case 0: return fmt::format("({} + {}) % 7", x, variable(Kind::Int));
-        case 1: return fmt::format("{} - {}", x, literal(Kind::Int));
-        case 2: return fmt::format("{} * {} % 11", x, variable(Kind::Int));
-        case 3: return fmt::format("min({}, {})", x, variable(Kind::Int));
-        case 4: return fmt::format("max({}, {})", x, literal(Kind::Int));
-        case 5: return fmt::format("abs({} - {})", x, variable(Kind::Int));
-        case 6: return fmt::format("if {} > {} then {} else {} end", x, literal(Kind::Int), variable(Kind::Int), literal(Kind::Int));
-        case 7: return fmt::format("{} / {}", x, 1 + below(random_, 3));
-        case 8: return fmt::format("(-{})", x);
-        case 9: return fmt::format("if {0} <> 0 then 20 / {0} else 0 end", x);
-        case 10: return has(Kind::Float) ? fmt::format("truncate({})", variable(Kind::Float)) : x;
-        case 11: return fmt::format("({} % 4) ^ 2", x);
-        default: return x;
+        case 14:
+            return fmt::format("{}({}, {})", chance(random_, 50) ? "folded" : "chosen", x, variable(Kind::Int));
+        case 0:
+            return fmt::format("({} + {}) % 7", x, variable(Kind::Int));
+        case 1:
+            return fmt::format("{} - {}", x, literal(Kind::Int));
+        case 2:
+            return fmt::format("{} * {} % 11", x, variable(Kind::Int));
+        case 3:
+            return fmt::format("min({}, {})", x, variable(Kind::Int));
+        case 4:
+            return fmt::format("max({}, {})", x, literal(Kind::Int));
+        case 5:
+            return fmt::format("abs({} - {})", x, variable(Kind::Int));
+        case 6:
+            return fmt::format("if {} > {} then {} else {} end", x, literal(Kind::Int), variable(Kind::Int), literal(Kind::Int));
+        case 7:
+            return fmt::format("{} / {}", x, 1 + below(random_, 3));
+        case 8:
+            return fmt::format("(-{})", x);
+        case 9:
+            return fmt::format("if {0} <> 0 then 20 / {0} else 0 end", x);
+        case 10:
+            return has(Kind::Float) ? fmt::format("truncate({})", variable(Kind::Float)) : x;
+        case 11:
+            return fmt::format("({} % 4) ^ 2", x);
+        default:
+            return x;
     }
 }
 
 // What an expression says of a list; where it might have no value, it asks first.
 std::string Body::number_of_list(const std::string& list, const std::string& x) {
     switch (below(random_, 7)) {
-        case 0: return fmt::format("lsum({}) % 9", list);
-        case 1: return fmt::format("lcount({}, {})", list, x);
-        case 2: return fmt::format("lindex({}, {})", list, x);
-        case 3: return fmt::format("if llength({0}) > 1 then lnth({0}, 1) else {1} end", list, x);
-        case 4: return fmt::format("if {0} <> [] then {1}({0}) else 0 end", list, pick(random_, std::vector<std::string>{"lhead", "llast", "lmin", "lmax"}));
-        default: return "llength(" + list + ")";
+        case 0:
+            return fmt::format("lsum({}) % 9", list);
+        case 1:
+            return fmt::format("lcount({}, {})", list, x);
+        case 2:
+            return fmt::format("lindex({}, {})", list, x);
+        case 3:
+            return fmt::format("if llength({0}) > 1 then lnth({0}, 1) else {1} end", list, x);
+        case 4:
+            return fmt::format("if {0} <> [] then {1}({0}) else 0 end", list,
+                               pick(random_, std::vector<std::string>{"lhead", "llast", "lmin", "lmax"}));
+        default:
+            return "llength(" + list + ")";
     }
 }
 
 std::string Body::list_expression(const std::string& own, const std::string& x) {
     const std::string other = chance(random_, 50) ? variable_or_literal(Kind::List) : fmt::format("[{}, 2]", x);
     switch (below(random_, 16)) {
-        case 0: return fmt::format("[{} | {}]", x, own);
-        case 1: return fmt::format("{} ++ [{}]", own, x);
-        case 2: return fmt::format("[{}, {}]", x, variable_or_literal(Kind::Int));
-        case 3: return fmt::format("{} ++ {}", own, literal(Kind::List));
-        case 4: return fmt::format("{}({})", pick(random_, std::vector<std::string>{"lsort", "lreverse", "lunique", "ltail"}), own);
-        case 5: return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"lunion", "ldiff", "linter", "lappend"}), own, other);
-        case 6: return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"ladd", "lremove"}), own, x);
-        case 7: return fmt::format("{}({}, {})", chance(random_, 50) ? "ltake" : "ldrop", own, below(random_, 3));
-        case 8: return fmt::format("lsublist({}, {}, {})", own, below(random_, 2), 1 + below(random_, 3));
-        case 9: return fmt::format("set2list({}(list2set({}), list2set({})))", pick(random_, std::vector<std::string>{"sunion", "sinter", "sdiff"}), own, other);
-        case 10: return fmt::format("shortened({}, {})", x, own);
-        default: return own;
+        case 0:
+            return fmt::format("[{} | {}]", x, own);
+        case 1:
+            return fmt::format("{} ++ [{}]", own, x);
+        case 2:
+            return fmt::format("[{}, {}]", x, variable_or_literal(Kind::Int));
+        case 3:
+            return fmt::format("{} ++ {}", own, literal(Kind::List));
+        case 4:
+            return fmt::format("{}({})", pick(random_, std::vector<std::string>{"lsort", "lreverse", "lunique", "ltail"}), own);
+        case 5:
+            return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"lunion", "ldiff", "linter", "lappend"}), own, other);
+        case 6:
+            return fmt::format("{}({}, {})", pick(random_, std::vector<std::string>{"ladd", "lremove"}), own, x);
+        case 7:
+            return fmt::format("{}({}, {})", chance(random_, 50) ? "ltake" : "ldrop", own, below(random_, 3));
+        case 8:
+            return fmt::format("lsublist({}, {}, {})", own, below(random_, 2), 1 + below(random_, 3));
+        case 9:
+            return fmt::format("set2list({}(list2set({}), list2set({})))",
+                               pick(random_, std::vector<std::string>{"sunion", "sinter", "sdiff"}), own, other);
+        case 10:
+            return fmt::format("shortened({}, {})", x, own);
+        default:
+            return own;
     }
 }
 
@@ -424,13 +486,20 @@ std::string Body::float_expression() {
     if (!has(Kind::Float)) return has(Kind::Int) && chance(random_, 60) ? "float(" + variable(Kind::Int) + ")" : literal(Kind::Float);
     const std::string f = variable(Kind::Float);
     switch (below(random_, 8)) {
-        case 0: return fmt::format("{} + {}", f, variable(Kind::Float));
-        case 1: return fmt::format("{} - {}", f, literal(Kind::Float));
-        case 2: return fmt::format("min({}, {}) * 0.5", f, literal(Kind::Float));
-        case 3: return fmt::format("max({}, {})", f, literal(Kind::Float));
-        case 4: return has(Kind::Int) ? fmt::format("{} + {}", f, variable(Kind::Int)) : f;
-        case 5: return fmt::format("if {} > {} then {} else {} end", f, literal(Kind::Float), literal(Kind::Float), f);
-        default: return f;
+        case 0:
+            return fmt::format("{} + {}", f, variable(Kind::Float));
+        case 1:
+            return fmt::format("{} - {}", f, literal(Kind::Float));
+        case 2:
+            return fmt::format("min({}, {}) * 0.5", f, literal(Kind::Float));
+        case 3:
+            return fmt::format("max({}, {})", f, literal(Kind::Float));
+        case 4:
+            return has(Kind::Int) ? fmt::format("{} + {}", f, variable(Kind::Int)) : f;
+        case 5:
+            return fmt::format("if {} > {} then {} else {} end", f, literal(Kind::Float), literal(Kind::Float), f);
+        default:
+            return f;
     }
 }
 
@@ -439,13 +508,20 @@ std::string Body::compound_expression(Kind kind) {
     if (kind == Kind::List) return list_expression(own, x);
     if (kind == Kind::Pair) return chance(random_, 40) ? own : ":(" + x + ", " + variable(Kind::Node) + ")";
     switch (below(random_, 9)) {
-        case 0: return own + " ++ " + literal(kind);
-        case 1: return fmt::format("if {} > 2 then {} else {} end", x, own, literal(kind));
-        case 2: return "int2str(" + x + ")";
-        case 3: return "node2str(" + variable(Kind::Node) + ")";
-        case 4: return fmt::format("substr({}, {}, {})", own, below(random_, 2), below(random_, 3));
-        case 5: return fmt::format("concat({}, {})", own, literal(kind));
-        default: return own;
+        case 0:
+            return own + " ++ " + literal(kind);
+        case 1:
+            return fmt::format("if {} > 2 then {} else {} end", x, own, literal(kind));
+        case 2:
+            return "int2str(" + x + ")";
+        case 3:
+            return "node2str(" + variable(Kind::Node) + ")";
+        case 4:
+            return fmt::format("substr({}, {}, {})", own, below(random_, 2), below(random_, 3));
+        case 5:
+            return fmt::format("concat({}, {})", own, literal(kind));
+        default:
+            return own;
     }
 }
 
@@ -453,14 +529,20 @@ std::string Body::expression(Kind kind) {
     switch (kind) {
         case Kind::String:
         case Kind::List:
-        case Kind::Pair: return compound_expression(kind);
-        case Kind::Int: return int_expression();
-        case Kind::Float: return float_expression();
+        case Kind::Pair:
+            return compound_expression(kind);
+        case Kind::Int:
+            return int_expression();
+        case Kind::Float:
+            return float_expression();
         case Kind::Bool:
             if (has(Kind::Bool) && chance(random_, 50)) return variable(Kind::Bool);
-            if (has(Kind::List) && chance(random_, 40)) return fmt::format("lexists({}, {})", variable(Kind::List), variable_or_literal(Kind::Int));
-            return has(Kind::Int) ? fmt::format("if {} > {} then true else false end", variable(Kind::Int), literal(Kind::Int)) : literal(Kind::Bool);
-        case Kind::Node: return chance(random_, 92) ? variable(Kind::Node) : literal(Kind::Node);
+            if (has(Kind::List) && chance(random_, 40))
+                return fmt::format("lexists({}, {})", variable(Kind::List), variable_or_literal(Kind::Int));
+            return has(Kind::Int) ? fmt::format("if {} > {} then true else false end", variable(Kind::Int), literal(Kind::Int))
+                                  : literal(Kind::Bool);
+        case Kind::Node:
+            return chance(random_, 92) ? variable(Kind::Node) : literal(Kind::Node);
     }
     return "";
 }

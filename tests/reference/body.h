@@ -7,8 +7,8 @@
 
 namespace meld::reference {
 
-using retraction::Random;
 using retraction::below;
+using retraction::Random;
 
 // List is a list of ints, Pair a struct of an int and a catom.
 enum class Kind { Int, Float, Bool, Node, String, List, Pair };
@@ -20,7 +20,7 @@ struct Known {
     std::vector<Kind> arguments = {};  // After the catom.
     bool linear = false;
     bool route = false;
-    bool certain = true;               // Its facts are certain in every tick; linear rules read no others.
+    bool certain = true;  // Its facts are certain in every tick; linear rules read no others.
 };
 
 inline bool chance(Random& random, int percent) { return below(random, 100) < percent; }
@@ -111,8 +111,8 @@ class Body {
     const std::vector<Known>& known_;
     std::vector<std::string> catoms_{"A"};
     std::map<Kind, std::vector<std::string>> variables_;
-    std::vector<std::string> vectors_;        // Places as vec3: read in tests alone, too.
-    std::vector<std::string> inexact_;        // Floats whose sums depend on their order: read in tests alone.
+    std::vector<std::string> vectors_;  // Places as vec3: read in tests alone, too.
+    std::vector<std::string> inexact_;  // Floats whose sums depend on their order: read in tests alone.
     std::vector<std::string> clauses_;
     std::map<std::string, bool> tests_;
     int next_ = 0;

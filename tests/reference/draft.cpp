@@ -50,7 +50,8 @@ std::string print(const Trial& trial) {
     const auto line = [&](const std::string& what) { text += std::string(kMark) + what + "\n"; };
     line(fmt::format("seed {}", trial.world.seed));
     line(fmt::format("lattice {}", world::Lattice(trial.world.lattice).name()));
-    for (const retraction::Given& g : trial.draft.given) line(fmt::format("given {} {} {}", g.predicate, g.arguments.size(), g.linear ? "linear" : "persistent"));
+    for (const retraction::Given& g : trial.draft.given)
+        line(fmt::format("given {} {} {}", g.predicate, g.arguments.size(), g.linear ? "linear" : "persistent"));
     for (const Cell& cell : trial.world.cells) line("catom " + print(cell));
     for (const auto& burst : trial.world.bursts) {
         line("burst");
@@ -102,7 +103,8 @@ bool parse_line(const std::string& line, Trial& trial) {
         std::size_t arguments = 0;
         std::string name;
         if (!(in >> name >> arguments >> word)) return false;
-        trial.draft.given.push_back({.predicate = name, .arguments = std::vector<std::pair<std::int64_t, std::int64_t>>(arguments), .linear = word == "linear"});
+        trial.draft.given.push_back(
+            {.predicate = name, .arguments = std::vector<std::pair<std::int64_t, std::int64_t>>(arguments), .linear = word == "linear"});
         return true;
     }
     if (word == "catom") return parse_cell(in, trial.world.cells.emplace_back());
@@ -120,8 +122,10 @@ Result<Trial> parse_trial(const std::string& text) {
     Trial trial;
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) {
-        if (!line.starts_with(kMark)) trial.draft.text += line + "\n";
-        else if (!parse_line(line.substr(kMark.size()), trial)) return fail("this line says nothing that happens: " + line);
+        if (!line.starts_with(kMark))
+            trial.draft.text += line + "\n";
+        else if (!parse_line(line.substr(kMark.size()), trial))
+            return fail("this line says nothing that happens: " + line);
     }
     if (trial.world.cells.empty() || trial.world.bursts.empty()) return fail("no catoms, or no burst of changes");
     world::sort_cells(trial.world.cells, world::Lattice(trial.world.lattice));

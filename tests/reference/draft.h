@@ -11,14 +11,14 @@ namespace meld::reference {
 
 struct Declaration {
     std::string name;
-    std::string text;                 // type p(node, int).
+    std::string text;  // type p(node, int).
 };
 
 struct DraftRule {
     std::vector<std::string> heads = {};
     std::vector<std::string> body = {};
-    bool linear = false;              // -o
-    std::string select = {};          // desc => X
+    bool linear = false;      // -o
+    std::string select = {};  // desc => X
 };
 
 struct Draft {

@@ -32,34 +32,52 @@ Result power(I a, I b) {
 Result integers(Op op, I a, I b) {
     I result = 0;
     switch (op) {
-        case Op::Add: return __builtin_add_overflow(a, b, &result) ? Result() : value_of(result);
-        case Op::Subtract: return __builtin_sub_overflow(a, b, &result) ? Result() : value_of(result);
-        case Op::Multiply: return __builtin_mul_overflow(a, b, &result) ? Result() : value_of(result);
-        case Op::Divide: return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a / b);
-        case Op::Modulo: return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a % b);
-        default: return power(a, b);
+        case Op::Add:
+            return __builtin_add_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Subtract:
+            return __builtin_sub_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Multiply:
+            return __builtin_mul_overflow(a, b, &result) ? Result() : value_of(result);
+        case Op::Divide:
+            return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a / b);
+        case Op::Modulo:
+            return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a % b);
+        default:
+            return power(a, b);
     }
 }
 
 Result reals(Op op, double a, double b) {
     switch (op) {
-        case Op::Add: return value_of(a + b);
-        case Op::Subtract: return value_of(a - b);
-        case Op::Multiply: return value_of(a * b);
-        case Op::Divide: return b == 0 ? Result() : value_of(a / b);
-        case Op::Modulo: return b == 0 ? Result() : value_of(std::fmod(a, b));
-        default: return value_of(std::pow(a, b));
+        case Op::Add:
+            return value_of(a + b);
+        case Op::Subtract:
+            return value_of(a - b);
+        case Op::Multiply:
+            return value_of(a * b);
+        case Op::Divide:
+            return b == 0 ? Result() : value_of(a / b);
+        case Op::Modulo:
+            return b == 0 ? Result() : value_of(std::fmod(a, b));
+        default:
+            return value_of(std::pow(a, b));
     }
 }
 
 bool compared(Op op, const Value& a, const Value& b) {
     switch (op) {
-        case Op::Equal: return a == b;
-        case Op::NotEqual: return a != b;
-        case Op::Less: return a < b;
-        case Op::LessEqual: return a <= b;
-        case Op::Greater: return a > b;
-        default: return a >= b;
+        case Op::Equal:
+            return a == b;
+        case Op::NotEqual:
+            return a != b;
+        case Op::Less:
+            return a < b;
+        case Op::LessEqual:
+            return a <= b;
+        case Op::Greater:
+            return a > b;
+        default:
+            return a >= b;
     }
 }
 
@@ -70,13 +88,20 @@ Result truncated(double a) {
 
 Result unary(Op op, const Value& a) {
     switch (op) {
-        case Op::Negate: return a.is_real() ? value_of(-a.real()) : integers(Op::Subtract, 0, a.integer());
-        case Op::Not: return value_of(!a.truth());
-        case Op::ToFloat: return value_of(static_cast<double>(a.integer()));
-        case Op::Abs: return a.is_real() ? value_of(std::fabs(a.real())) : a.integer() < 0 ? integers(Op::Subtract, 0, a.integer()) : Result(a);
-        case Op::Truncate: return truncated(a.real());
-        case Op::Sqrt: return value_of(std::sqrt(a.real()));
-        default: return a;  // NodeToInt
+        case Op::Negate:
+            return a.is_real() ? value_of(-a.real()) : integers(Op::Subtract, 0, a.integer());
+        case Op::Not:
+            return value_of(!a.truth());
+        case Op::ToFloat:
+            return value_of(static_cast<double>(a.integer()));
+        case Op::Abs:
+            return a.is_real() ? value_of(std::fabs(a.real())) : a.integer() < 0 ? integers(Op::Subtract, 0, a.integer()) : Result(a);
+        case Op::Truncate:
+            return truncated(a.real());
+        case Op::Sqrt:
+            return value_of(std::sqrt(a.real()));
+        default:
+            return a;  // NodeToInt
     }
 }
 
@@ -87,10 +112,14 @@ Result binary(Op op, const Value& a, const Value& b) {
         case Op::Less:
         case Op::LessEqual:
         case Op::Greater:
-        case Op::GreaterEqual: return value_of(compared(op, a, b));
-        case Op::Min: return b < a ? b : a;
-        case Op::Max: return a < b ? b : a;
-        default: return a.is_real() ? reals(op, a.real(), b.real()) : integers(op, a.integer(), b.integer());
+        case Op::GreaterEqual:
+            return value_of(compared(op, a, b));
+        case Op::Min:
+            return b < a ? b : a;
+        case Op::Max:
+            return a < b ? b : a;
+        default:
+            return a.is_real() ? reals(op, a.real(), b.real()) : integers(op, a.integer(), b.integer());
     }
 }
 
@@ -155,11 +184,16 @@ Folded fold(const Scene& scene, const FoldRule& rule, const Values& values) {
     Result total = rule.initial;
     if (rule.aggregate == Aggregate::Sum) total = is_real(rule.type) ? value_of(0.0) : value_of(I{0});
     for (const Value& v : values) {
-        if (rule.aggregate == Aggregate::Sum) total = v.is_real() ? reals(Op::Add, total->real(), v.real()) : integers(Op::Add, total->integer(), v.integer());
-        else if (!total) total = v;
-        else if (rule.aggregate == Aggregate::Min) total = std::min(*total, v);
-        else if (rule.aggregate == Aggregate::Max) total = std::max(*total, v);
-        else total = call(scene, rule.function, {*total, v});
+        if (rule.aggregate == Aggregate::Sum)
+            total = v.is_real() ? reals(Op::Add, total->real(), v.real()) : integers(Op::Add, total->integer(), v.integer());
+        else if (!total)
+            total = v;
+        else if (rule.aggregate == Aggregate::Min)
+            total = std::min(*total, v);
+        else if (rule.aggregate == Aggregate::Max)
+            total = std::max(*total, v);
+        else
+            total = call(scene, rule.function, {*total, v});
         if (!total) return {.failed = true};
     }
     return {.value = total};
@@ -173,17 +207,26 @@ bool all_bound(const Term& term, const Environment& env) {
 
 std::optional<Value> evaluate(const Scene& scene, const Term& term, const Environment& env) {
     switch (term.op) {
-        case Op::Variable: return env[term.variable.index()];
+        case Op::Variable:
+            return env[term.variable.index()];
         case Op::Int:
         case Op::Bool:
-        case Op::Node: return value_of(term.integer);
-        case Op::Float: return value_of(term.real);
-        case Op::String: return Value{term.text};
-        case Op::Constant: return constant_of(scene.program->constants[term.constant]);
-        case Op::WorldSize: return value_of(scene.first_catoms);
-        case Op::Now: return value_of(scene.tick);
+        case Op::Node:
+            return value_of(term.integer);
+        case Op::Float:
+            return value_of(term.real);
+        case Op::String:
+            return Value{term.text};
+        case Op::Constant:
+            return constant_of(scene.program->constants[term.constant]);
+        case Op::WorldSize:
+            return value_of(scene.first_catoms);
+        case Op::Now:
+            return value_of(scene.tick);
         // Values that nobody else has: ints from 0, and ids of no catom.
-        case Op::Fresh: return value_of(static_cast<I>(term.type == check::Type::Node ? scene.chance->next() | (std::uint64_t{1} << 63) : scene.chance->next() >> 1));
+        case Op::Fresh:
+            return value_of(static_cast<I>(term.type == check::Type::Node ? scene.chance->next() | (std::uint64_t{1} << 63)
+                                                                          : scene.chance->next() >> 1));
         case Op::And:
         case Op::Or:
         case Op::If: {
@@ -198,7 +241,8 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
             inner[term.variable.index()] = evaluate(scene, term.operands[0], env);
             return inner[term.variable.index()] ? evaluate(scene, term.operands[1], inner) : std::nullopt;
         }
-        default: break;
+        default:
+            break;
     }
     Values operands;
     for (const Term& operand : term.operands) {
@@ -209,17 +253,24 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
     switch (term.op) {
         case Op::List:
         case Op::Struct:
-        case Op::Tuple: return value_of(std::move(operands));
-        case Op::Cons: return cons(operands[0], operands[1]);
-        case Op::Append: return joined(operands[0], operands[1]);
-        case Op::Ticks: return ticks_in(operands[0].real());
+        case Op::Tuple:
+            return value_of(std::move(operands));
+        case Op::Cons:
+            return cons(operands[0], operands[1]);
+        case Op::Append:
+            return joined(operands[0], operands[1]);
+        case Op::Ticks:
+            return ticks_in(operands[0].real());
         case Op::Library: {
             if (term.text == "randint" || term.text == "randfloat" || term.text == "random") return drawn(scene, term.text, operands);
-            Result result = term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
+            Result result =
+                term.text == "intpower" ? power(operands[0].integer(), operands[1].integer()) : call_library(term.text, operands);
             return result && is_finite(*result) ? result : std::nullopt;
         }
-        case Op::Call: return call(scene, term.function, operands);
-        default: break;
+        case Op::Call:
+            return call(scene, term.function, operands);
+        default:
+            break;
     }
     if (operands.size() == 1) return unary(term.op, operands[0]);
     const bool arithmetic = term.op >= Op::Add && term.op <= Op::Power;

@@ -11,7 +11,7 @@ namespace meld::reference {
 namespace {
 
 constexpr int kTries = 12;
-constexpr std::size_t kMostFacts = 6000;
+constexpr std::size_t kMaxFacts = 6000;
 
 // The world that new rules are tried on, before anything changes.
 class Sample {
@@ -29,7 +29,7 @@ class Sample {
         if (model.failed || model.too_large || !model.settled) return false;
         std::size_t facts = 0;
         for (const Rows& rows : model.facts) facts += rows.size();
-        return facts <= kMostFacts && productive(program, block, scene, model.facts);
+        return facts <= kMaxFacts && productive(program, block, scene, model.facts);
     }
 
   private:
@@ -79,7 +79,11 @@ class Generator {
 
     MakeBlock any_block() {
         const std::int64_t way = below(random_, 100);
-        return way < 50 ? view_block : way < 54 ? rounds_block : way < 72 ? set_recursion_block : way < 92 ? best_recursion_block : tree_block;
+        return way < 50   ? view_block
+               : way < 54 ? rounds_block
+               : way < 72 ? set_recursion_block
+               : way < 92 ? best_recursion_block
+                          : tree_block;
     }
 
     void constant() {

@@ -50,7 +50,8 @@ std::string Child::answer() {
     waitpid(pid_, &status, 0);
     const std::size_t answer = text.find(kAnswer);
     if (answer != std::string::npos && WIFEXITED(status) && WEXITSTATUS(status) == 0) return text.substr(answer + kAnswer.size());
-    return fmt::format("crash: {} {}\n{}", WIFEXITED(status) ? "exit code" : "signal", WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status), text);
+    return fmt::format("crash: {} {}\n{}", WIFEXITED(status) ? "exit code" : "signal",
+                       WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status), text);
 }
 
 }  // namespace meld::reference

@@ -24,6 +24,8 @@ class Child {
 };
 
 // One child, and its answer.
-inline std::string isolated(const std::function<std::string()>& body, unsigned limit_seconds = 120) { return Child(body, limit_seconds).answer(); }
+inline std::string isolated(const std::function<std::string()>& body, unsigned limit_seconds = 120) {
+    return Child(body, limit_seconds).answer();
+}
 
 }  // namespace meld::reference

@@ -74,7 +74,8 @@ std::string substring(const std::string& text, I from, I count) {
     const std::vector<std::size_t> starts = characters(text);
     const I all = static_cast<I>(starts.size()) - 1;
     const I begin = std::clamp<I>(from, 0, all), end = std::clamp<I>(from + std::clamp<I>(count, 0, all + 64), begin, all);
-    return text.substr(starts[static_cast<std::size_t>(begin)], starts[static_cast<std::size_t>(end)] - starts[static_cast<std::size_t>(begin)]);
+    return text.substr(starts[static_cast<std::size_t>(begin)],
+                       starts[static_cast<std::size_t>(end)] - starts[static_cast<std::size_t>(begin)]);
 }
 
 Values letters(const std::string& text) {
@@ -131,12 +132,22 @@ const std::map<std::string, Function>& functions() {
         f["ltake"] = [](const Values& a) { return value_of(between(a[0].items(), 0, a[1].integer())); };
         f["ldrop"] = [](const Values& a) { return value_of(between(a[0].items(), a[1].integer(), static_cast<I>(a[0].items().size()))); };
         f["lsublist"] = [](const Values& a) { return value_of(between(a[0].items(), a[1].integer(), a[2].integer())); };
-        f["lremove"] = f["ldelete"] = f["sremove"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return x != a[1]; })); };
-        f["ldiff"] = f["sdiff"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return !contains(a[1].items(), x); })); };
-        f["linter"] = f["sinter"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return contains(a[1].items(), x); })); };
-        f["lunion"] = [](const Values& a) { return value_of(joined(a[0].items(), filtered(a[1].items(), [&](const Value& x) { return !contains(a[0].items(), x); }))); };
+        f["lremove"] = f["ldelete"] =
+            f["sremove"] = [](const Values& a) { return value_of(filtered(a[0].items(), [&](const Value& x) { return x != a[1]; })); };
+        f["ldiff"] = f["sdiff"] = [](const Values& a) {
+            return value_of(filtered(a[0].items(), [&](const Value& x) { return !contains(a[1].items(), x); }));
+        };
+        f["linter"] = f["sinter"] = [](const Values& a) {
+            return value_of(filtered(a[0].items(), [&](const Value& x) { return contains(a[1].items(), x); }));
+        };
+        f["lunion"] = [](const Values& a) {
+            return value_of(joined(a[0].items(), filtered(a[1].items(), [&](const Value& x) { return !contains(a[0].items(), x); })));
+        };
         f["lunique"] = [](const Values& a) { return value_of(once(a[0].items())); };
-        f["lsubset"] = f["ssubset"] = [](const Values& a) { return value_of(std::all_of(a[0].items().begin(), a[0].items().end(), [&](const Value& x) { return contains(a[1].items(), x); })); };
+        f["lsubset"] = f["ssubset"] = [](const Values& a) {
+            return value_of(
+                std::all_of(a[0].items().begin(), a[0].items().end(), [&](const Value& x) { return contains(a[1].items(), x); }));
+        };
         f["lequal"] = [](const Values& a) { return value_of(a[0] == a[1]); };
         f["lsum"] = [](const Values& a) { return sum(a[0].items()); };
         f["lmin"] = [](const Values& a) { return nth(sorted(a[0].items()), 0); };

@@ -21,9 +21,11 @@ std::string atom(const Token& t, const std::string& at, const std::string& value
 class LinearRules {
   public:
     LinearRules(Random& random, const std::vector<Known>& known, int names) : random_(random), known_(known) {
-        for (std::int64_t i = 0, n = 1 + below(random, 3); i < n; ++i) tokens_.push_back({fmt::format("t{}", names + static_cast<int>(i)), chance(random, 70), i > 0 && chance(random, 30)});
+        for (std::int64_t i = 0, n = 1 + below(random, 3); i < n; ++i)
+            tokens_.push_back({fmt::format("t{}", names + static_cast<int>(i)), chance(random, 70), i > 0 && chance(random, 30)});
         ticket_ = {.name = fmt::format("t{}", names + static_cast<int>(tokens_.size()) + 1), .arguments = {Kind::Node}};
-        mark_ = {.name = fmt::format("t{}", names + static_cast<int>(tokens_.size())), .arguments = chance(random, 60) ? std::vector{Kind::Int} : std::vector<Kind>{}};
+        mark_ = {.name = fmt::format("t{}", names + static_cast<int>(tokens_.size())),
+                 .arguments = chance(random, 60) ? std::vector{Kind::Int} : std::vector<Kind>{}};
     }
 
     Block make() {
@@ -46,19 +48,27 @@ class LinearRules {
   private:
     // What cannot be delivered is told.
     void undelivered(const Token& t) {
-        block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name, t.counts ? ", int" : "", t.carries ? ", list int" : "")});
-        if (chance(random_, 60)) block_.rules.push_back({.heads = {mark_with("A", t.counts ? "L" : "node2int(U) % 5")}, .body = {fmt::format("undelivered-{}", atom(t, "A, U", "L", "_"))}, .linear = true});
+        block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name,
+                                                                            t.counts ? ", int" : "", t.carries ? ", list int" : "")});
+        if (chance(random_, 60))
+            block_.rules.push_back({.heads = {mark_with("A", t.counts ? "L" : "node2int(U) % 5")},
+                                    .body = {fmt::format("undelivered-{}", atom(t, "A, U", "L", "_"))},
+                                    .linear = true});
     }
 
     void declare(std::size_t i) {
         const Token& t = tokens_[i];
-        block_.declarations.push_back({t.name, fmt::format("type linear {}(node{}{}).", t.name, t.counts ? ", int" : "", t.carries ? ", list int" : "")});
+        block_.declarations.push_back(
+            {t.name, fmt::format("type linear {}(node{}{}).", t.name, t.counts ? ", int" : "", t.carries ? ", list int" : "")});
         if (i == 0 || (!t.carries && chance(random_, 40))) {
-            retraction::Given given{.predicate = t.name, .arguments = {}, .per_mille = static_cast<int>(40 + below(random_, 250)), .linear = true};
+            retraction::Given given{
+                .predicate = t.name, .arguments = {}, .per_mille = static_cast<int>(40 + below(random_, 250)), .linear = true};
             if (t.counts) given.arguments.push_back({0, 3});
             block_.given.push_back(given);
         }
-        if (chance(random_, 30)) block_.rules.push_back({.heads = {atom(t, chance(random_, 40) ? "@1" : "A", std::to_string(below(random_, 4)), "[3]") + delay(10)}});
+        if (chance(random_, 30))
+            block_.rules.push_back(
+                {.heads = {atom(t, chance(random_, 40) ? "@1" : "A", std::to_string(below(random_, 4)), "[3]") + delay(10)}});
     }
 
     void rule() {
@@ -71,7 +81,8 @@ class LinearRules {
         if (chance(random_, 30)) {
             const std::size_t second = static_cast<std::size_t>(below(random_, static_cast<std::int64_t>(tokens_.size())));
             latest_ = std::max(latest_, second);
-            body.clause((chance(random_, 25) ? "$" : "") + atom(tokens_[second], "A", chance(random_, 50) ? "M" : "L", chance(random_, 70) ? "_" : "[_ | _]"));
+            body.clause((chance(random_, 25) ? "$" : "") +
+                        atom(tokens_[second], "A", chance(random_, 50) ? "M" : "L", chance(random_, 70) ? "_" : "[_ | _]"));
         }
         places_ = {"A"};
         if (chance(random_, 40)) places_.push_back(body.link("A"));
@@ -100,27 +111,43 @@ class LinearRules {
         block_.rules.push_back(std::move(rule));
     }
 
-    std::string delay(int percent) { return chance(random_, percent) ? pick(random_, std::vector<std::string>{"@+1", "@+2", "@+5", "@+3ms"}) : ""; }
+    std::string delay(int percent) {
+        return chance(random_, percent) ? pick(random_, std::vector<std::string>{"@+1", "@+2", "@+5", "@+3ms"}) : "";
+    }
     std::string small() { return chance(random_, 40) ? "randint(4)" : std::to_string(below(random_, 4)); }
-    std::string list() { return lists_.empty() ? "[" + small() + "]" : chance(random_, 50) ? lists_[0] : fmt::format("ltake([{} | {}], 3)", small(), lists_[0]); }
+    std::string list() {
+        return lists_.empty()        ? "[" + small() + "]"
+               : chance(random_, 50) ? lists_[0]
+                                     : fmt::format("ltake([{} | {}], 3)", small(), lists_[0]);
+    }
 
     // A token that this rule may make without running for ever, or none.
     std::string token(const std::string& at) {
         if (guarded_ && chance(random_, 60) && first_ == latest_) return atom(tokens_[first_], at, "L - 1", list()) + delay(15);
         if (latest_ + 1 >= tokens_.size()) return "";
-        const Token& next = tokens_[latest_ + 1 + static_cast<std::size_t>(below(random_, static_cast<std::int64_t>(tokens_.size() - latest_ - 1)))];
+        const Token& next =
+            tokens_[latest_ + 1 + static_cast<std::size_t>(below(random_, static_cast<std::int64_t>(tokens_.size() - latest_ - 1)))];
         return atom(next, at, small(), list()) + delay(15);
     }
 
-    std::string mark(Body& body, const std::string& at) { return mark_with(at, counted_ && chance(random_, 50) ? "L" : chance(random_, 25) ? small() : body.expression(Kind::Int)) + delay(12); }
-    std::string mark_with(const std::string& at, const std::string& value) { return fmt::format("{}({}{})", mark_.name, at, mark_.arguments.empty() ? "" : ", " + value); }
+    std::string mark(Body& body, const std::string& at) {
+        return mark_with(at, counted_ && chance(random_, 50) ? "L"
+                             : chance(random_, 25)           ? small()
+                                                             : body.expression(Kind::Int)) +
+               delay(12);
+    }
+    std::string mark_with(const std::string& at, const std::string& value) {
+        return fmt::format("{}({}{})", mark_.name, at, mark_.arguments.empty() ? "" : ", " + value);
+    }
 
     std::string head(Body& body) {
         const std::string there = pick(random_, places_);
         switch (below(random_, 10)) {
-            case 0: return token(there);
+            case 0:
+                return token(there);
             case 1:
-            case 2: return mark(body, there);
+            case 2:
+                return mark(body, there);
             case 3: {
                 const std::string inner = chance(random_, 50) ? token("Y") : mark(body, "Y");
                 return inner.empty() ? "" : "{ Y | neighbor(A, Y) | " + inner + " }";
@@ -130,14 +157,21 @@ class LinearRules {
                 const Token& t = pick(random_, tokens_);
                 return fmt::format("{{ U | {} | {} }}", atom(t, "A", "U", "_"), mark_with("A", t.counts ? "U % 5" : "1"));
             }
-            case 5: return mark_.arguments.empty() ? "" : fmt::format("{{ U | {0}(A, U){1} | {0}(A, (U + 1) % 4) }}", mark_.name, chance(random_, 50) ? ", U < 3" : "");
-            case 6: return aggregate();
+            case 5:
+                return mark_.arguments.empty()
+                           ? ""
+                           : fmt::format("{{ U | {0}(A, U){1} | {0}(A, (U + 1) % 4) }}", mark_.name, chance(random_, 50) ? ", U < 3" : "");
+            case 6:
+                return aggregate();
             case 7: {
                 const std::string yes = mark(body, there), no = chance(random_, 60) ? mark(body, "A") : "1";
-                return fmt::format("(if {} > {} then {} otherwise {} end)", counted_ ? "L" : body.expression(Kind::Int), below(random_, 3), yes, no);
+                return fmt::format("(if {} > {} then {} otherwise {} end)", counted_ ? "L" : body.expression(Kind::Int), below(random_, 3),
+                                   yes, no);
             }
-            case 8: return fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
-            default: return "setColor(A, 1, 2, 3)" + delay(30);
+            case 8:
+                return fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
+            default:
+                return "setColor(A, 1, 2, 3)" + delay(30);
         }
     }
 
@@ -147,9 +181,11 @@ class LinearRules {
         const std::string result = mark_with("A", "S % 7"), each = chance(random_, 40) ? " | " + mark_with("A", "9") : "";
         if (!t.counts || chance(random_, 25)) return fmt::format("[count => S | | {}{} | {}]", atom(t, "A", "_", "_"), each, result);
         const std::string op = pick(random_, std::vector<std::string>{"sum", "min", "max", "custom mixed", "custom mixed 3"});
-        if (chance(random_, 25)) return fmt::format("[collect => S | | {}{} | {}]", atom(t, "A", "S", "_"), each, mark_with("A", "lsum(S) % 7"));
+        if (chance(random_, 25))
+            return fmt::format("[collect => S | | {}{} | {}]", atom(t, "A", "S", "_"), each, mark_with("A", "lsum(S) % 7"));
         const std::string count = chance(random_, 30) ? ", count => N" : "";
-        return fmt::format("[{} => S{} | | {}{} | {}]", op, count, atom(t, "A", "S", "_"), each, count.empty() ? result : mark_with("A", "(S + N) % 7"));
+        return fmt::format("[{} => S{} | | {}{} | {}]", op, count, atom(t, "A", "S", "_"), each,
+                           count.empty() ? result : mark_with("A", "(S + N) % 7"));
     }
 
     Random& random_;

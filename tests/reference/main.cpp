@@ -1,7 +1,7 @@
 // test_random: random programs in random worlds under random changes, compiled and run, beside the reference evaluator.
 // Prints a failing trial made small, and the command that runs it again. docs/design.md, "How it is checked".
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <sys/mman.h>
 
@@ -21,9 +21,9 @@ namespace {
 
 struct Options {
     std::uint64_t first = 1, seeds = 200, worlds = 3;
-    double minutes = 0;                 // 0: as long as it takes.
-    int jobs = 1;                       // Processes that work at once.
-    std::uint64_t shipped = 10;         // One in so many programs is compiled as it is shipped, the others as quickly as can be.
+    double minutes = 0;          // 0: as long as it takes.
+    int jobs = 1;                // Processes that work at once.
+    std::uint64_t shipped = 10;  // One in so many programs is compiled as it is shipped, the others as quickly as can be.
     int shrink_attempts = 3000;
     std::string out = "random_failures";
     std::string replay, show;
@@ -34,7 +34,9 @@ struct Options {
 const std::vector<Setting> kSettings = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
 
 // The first words of a trouble say its kind; a smaller trial must show the same.
-std::string kind_of(const std::string& trouble) { return trouble.substr(0, trouble.find_first_of(trouble.starts_with("refused") ? "]\n" : ":\n")); }
+std::string kind_of(const std::string& trouble) {
+    return trouble.substr(0, trouble.find_first_of(trouble.starts_with("refused") ? "]\n" : ":\n"));
+}
 
 Trial trial_of(const Draft& draft, std::uint64_t seed, std::uint64_t world) {
     return {draft, retraction::make_case(seed * 1000 + world, draft.given)};
@@ -73,27 +75,34 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
         v.trouble = alone.trouble;
         for (std::size_t i = w % 3; i < kSettings.size() && v.trouble.empty(); i += 3) {
             const Outcome other = run(v.trial, *program, info_of(*module), kSettings[i], Watch::States);
-            if (other.states != alone.states) v.trouble = fmt::format("states differ: {} parts, {} threads", kSettings[i].parts, kSettings[i].threads);
+            if (other.states != alone.states)
+                v.trouble = fmt::format("states differ: {} parts, {} threads", kSettings[i].parts, kSettings[i].threads);
         }
         if (!v.trouble.empty()) return v;
     }
     return v;
 }
 
-Level level_of(std::uint64_t seed, const Options& options) { return options.shipped > 0 && seed % options.shipped == 0 ? Level::Shipped : Level::Quick; }
+Level level_of(std::uint64_t seed, const Options& options) {
+    return options.shipped > 0 && seed % options.shipped == 0 ? Level::Shipped : Level::Quick;
+}
 
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts, t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.errors, t.too_large, v.trouble);
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
+                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.errors, t.too_large, v.trouble);
 }
 Verdict decode(const std::string& text, std::uint64_t seed) {
     Verdict v;
     std::istringstream in(text);
     std::uint64_t world = 0;
     Tally& t = v.tally;
-    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >> t.quiet >> t.ticks >> t.errors >> t.too_large)) v.trouble = text;
-    else v.trouble = text.substr(text.find('\n') + 1);
+    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >>
+                                       t.quiet >> t.ticks >> t.errors >> t.too_large))
+        v.trouble = text;
+    else
+        v.trouble = text.substr(text.find('\n') + 1);
     if (!v.trouble.empty()) v.trial = trial_of(make_program(seed).draft, seed, world);
     return v;
 }
@@ -102,7 +111,9 @@ Trial make_small(const Trial& trial, const std::string& trouble, const Options& 
     const std::string kind = kind_of(trouble);
     std::vector<Setting> settings;
     if (kind == "states differ" || kind == "crash") settings = kSettings;
-    return shrink(trial, [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings); }, 30)) == kind; }, options.shrink_attempts);
+    return shrink(
+        trial, [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings); }, 30)) == kind; },
+        options.shrink_attempts);
 }
 
 void report(const Verdict& v, std::uint64_t seed, const Options& options, Workshop& workshop) {
@@ -150,7 +161,8 @@ struct Sum {
 };
 // Out of a job into its parent.
 std::string encode(const Sum& s) {
-    return fmt::format("{} {} {}", s.done, s.failures, encode(Verdict{.tally = s.tally, .tried = s.tried, .kept = s.kept, .rules = s.rules}));
+    return fmt::format("{} {} {}", s.done, s.failures,
+                       encode(Verdict{.tally = s.tally, .tried = s.tried, .kept = s.kept, .rules = s.rules}));
 }
 Sum decode(const std::string& text) {
     Sum s;
@@ -201,8 +213,12 @@ int run_seeds(const Options& options) {
         sum.add(decode(answer));
     }
     const Tally& t = sum.tally;
-    fmt::print("{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too large; {} failures\n", sum.done, sum.rules, sum.kept, sum.tried,
-               options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors, t.too_large, sum.failures);
+    fmt::print(
+        "{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost "
+        "later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too "
+        "large; {} failures\n",
+        sum.done, sum.rules, sum.kept, sum.tried, options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors,
+        t.too_large, sum.failures);
     return sum.failures > 0;
 }
 

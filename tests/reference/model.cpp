@@ -20,7 +20,8 @@ constexpr std::size_t kMaxDerivations = 1'000'000;
 // Lists of floats and vectors element by element, as long as both have one.
 Value added(const Value& a, const Value& b) {
     Values sum;
-    for (std::size_t i = 0; i < std::min(a.items().size(), b.items().size()); ++i) sum.push_back(value_of(a.items()[i].real() + b.items()[i].real()));
+    for (std::size_t i = 0; i < std::min(a.items().size(), b.items().size()); ++i)
+        sum.push_back(value_of(a.items()[i].real() + b.items()[i].real()));
     return value_of(std::move(sum));
 }
 
@@ -90,7 +91,8 @@ Row best(const Predicate& p, const std::vector<Row>& group, const Rows* chosen) 
     const std::size_t at = p.aggregate_at;
     std::vector<Row> equals;
     for (const Row& row : group) {
-        const bool better = !equals.empty() && (p.aggregate == Aggregate::Min ? row[at] < equals[0][at] : p.aggregate == Aggregate::Max && row[at] > equals[0][at]);
+        const bool better = !equals.empty() && (p.aggregate == Aggregate::Min ? row[at] < equals[0][at]
+                                                                              : p.aggregate == Aggregate::Max && row[at] > equals[0][at]);
         const bool equal = equals.empty() || p.aggregate == Aggregate::First || row[at] == equals[0][at];
         if (better) equals.clear();
         if (better || equal) equals.push_back(row);
@@ -108,7 +110,8 @@ bool left_to_history(const Predicate& p, const Component& c) {
     return p.aggregate == Aggregate::First || ((p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max) && rides && c.recursive);
 }
 
-bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen, Rows& out) {
+bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
+            Rows& out) {
     out.clear();
     if (p.aggregate == Aggregate::None) {
         for (const Derived& d : derived) out.insert(d.row);
@@ -133,14 +136,22 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
             case Aggregate::Sum:
                 if (!add_up(group, p.aggregate_at, result.back())) return false;
                 break;
-            case Aggregate::Count: result.back() = value_of(static_cast<std::int64_t>(group.size())); break;
-            case Aggregate::SetUnion: result.back() = united(group, p.aggregate_at); break;
-            case Aggregate::Append: result.back() = appended(group, p.aggregate_at); break;
+            case Aggregate::Count:
+                result.back() = value_of(static_cast<std::int64_t>(group.size()));
+                break;
+            case Aggregate::SetUnion:
+                result.back() = united(group, p.aggregate_at);
+                break;
+            case Aggregate::Append:
+                result.back() = appended(group, p.aggregate_at);
+                break;
             case Aggregate::Custom:
                 if (!folded(scene, p, group, result.back())) return false;
                 break;
-            case Aggregate::Collect: return false;
-            default: result = best(p, group, chosen);
+            case Aggregate::Collect:
+                return false;
+            default:
+                result = best(p, group, chosen);
         }
         out.insert(std::move(result));
     }
@@ -210,7 +221,9 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
             for (const PredicateId p : c.predicates) {
                 Rows rows;
                 const Predicate& predicate = program.predicates[p];
-                m.failed = !reduce(scene, m.facts, predicate, derived[p], left_to_history(predicate, c) ? &chosen[p.index()] : nullptr, rows) || m.failed;
+                m.failed =
+                    !reduce(scene, m.facts, predicate, derived[p], left_to_history(predicate, c) ? &chosen[p.index()] : nullptr, rows) ||
+                    m.failed;
                 changing = changing || rows != m.facts[p.index()];
                 m.facts[p.index()] = std::move(rows);
             }

@@ -10,9 +10,9 @@ namespace meld::reference {
 
 struct Model {
     Facts facts;
-    bool failed = false;   // Some expression had no value, or sums grew too large.
+    bool failed = false;     // Some expression had no value, or sums grew too large.
     bool too_large = false;  // More than this slow evaluator can do: it gave up, and knows nothing.
-    bool settled = true;   // False: the rounds did not end. The program has no model, or not by this way.
+    bool settled = true;     // False: the rounds did not end. The program has no model, or not by this way.
 };
 
 // given: facts from outside and those that linear rules have made. chosen: which of several possible facts the runtime has
@@ -28,7 +28,8 @@ struct Derived {
 };
 // The facts of one predicate, of all that was given or derived, with repeats. chosen: null where the language decides. facts: what
 // it waits for is seen there. Returns false where a sum grew too large.
-bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, const std::vector<Derived>& derived, const Rows* chosen, Rows& out);
+bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
+            Rows& out);
 
 // Whether one of several facts that a group may have is chosen by history.
 bool left_to_history(const check::Predicate& p, const check::Component& component);

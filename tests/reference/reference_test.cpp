@@ -53,7 +53,8 @@ coin(A, 1). coin(A, 2). coin(A, 3). coin(A, 4).
 purse(A, 0, []).
 watch(A).
 watch(A), delta(N; near(A, N)) > 0 -o told(A, N), watch(A)@+1.
-purse(A, S, [X | _]), S > 3, neighbor(A, B), neighbor(B, C) -o told(C, S * X + randint(3))@+3, [sum => T, count => K | | coin(A, T) | told(A, T * K)], exists V. (ticket(A, V)).
+purse(A, S, [X | _]), S > 3, neighbor(A, B), neighbor(B, C) -o
+    told(C, S * X + randint(3))@+3, [sum => T, count => K | | coin(A, T) | told(A, T * K)], exists V. (ticket(A, V)).
 [desc => N | coin(A, N), source(A, X), purse(A, S, L)] -o spent(A, N), (if N > 1 then purse(A, S + N, [N | L]) otherwise much(A) end).
 )";
 
@@ -67,9 +68,24 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 void expect_noticed(const char* original, const std::vector<std::pair<std::string, std::string>>& changes);
 
 TEST(Tester, NoticesOtherPrograms) {
-    expect_noticed(kProgram, {
-        {"D + 1", "D + 2"}, {"dist(B, D).", "dist(B, _)."}, {"sum int", "max int"}, {"not (neighbor(A, B), dist(B, D), D < 3)", "not (neighbor(A, B), dist(B, D), D < 2)"}, {"N - 1", "N - 2"}, {"walker(A, 0) -o", "walker(A, 1) -o"}, {"min int", "max int"}});
-    expect_noticed(kMoreProgram, {{"@+2", "@+3"}, {") < 1", ") < 0"}, {"desc", "asc"}, {"if N > 1", "if N > 2"}, {"> 0 -o", "> 9 -o"}, {"told(C", "told(B"}, {"randint(3))@+3", "randint(3))@+6"}, {"randint(3)", "0"}, {"sum => T", "max => T"}, {"[N | L]", "[7 | L]"}, {"exists V. (ticket(A, V))", "1"}});
+    expect_noticed(kProgram, {{"D + 1", "D + 2"},
+                              {"dist(B, D).", "dist(B, _)."},
+                              {"sum int", "max int"},
+                              {"not (neighbor(A, B), dist(B, D), D < 3)", "not (neighbor(A, B), dist(B, D), D < 2)"},
+                              {"N - 1", "N - 2"},
+                              {"walker(A, 0) -o", "walker(A, 1) -o"},
+                              {"min int", "max int"}});
+    expect_noticed(kMoreProgram, {{"@+2", "@+3"},
+                                  {") < 1", ") < 0"},
+                                  {"desc", "asc"},
+                                  {"if N > 1", "if N > 2"},
+                                  {"> 0 -o", "> 9 -o"},
+                                  {"told(C", "told(B"},
+                                  {"randint(3))@+3", "randint(3))@+6"},
+                                  {"randint(3)", "0"},
+                                  {"sum => T", "max => T"},
+                                  {"[N | L]", "[7 | L]"},
+                                  {"exists V. (ticket(A, V))", "1"}});
 }
 
 void expect_noticed(const char* original, const std::vector<std::pair<std::string, std::string>>& changes) {
@@ -78,12 +94,14 @@ void expect_noticed(const char* original, const std::vector<std::pair<std::strin
     ASSERT_TRUE(program) << program.error().message();
     for (const auto& [what, with] : changes) {
         // A value that holds itself up grows for ever as a maximum.
-        const std::string text = what == "min int" ? replaced(replaced(original, what, with), "D + 1", "D - 1") : replaced(original, what, with);
+        const std::string text =
+            what == "min int" ? replaced(replaced(original, what, with), "D + 1", "D - 1") : replaced(original, what, with);
         const Result<Module> module = workshop.module(text);
         ASSERT_TRUE(module) << module.error().message();
         int noticed = 0;
         for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-            const Trial trial{{.declarations = {}, .rules = {}, .text = text, .given = {source()}}, retraction::make_case(seed, {source()})};
+            const Trial trial{{.declarations = {}, .rules = {}, .text = text, .given = {source()}},
+                              retraction::make_case(seed, {source()})};
             noticed += !run(trial, *program, info_of(*module), {}, Watch::Reference).trouble.empty();
         }
         EXPECT_GE(noticed, 3) << what << " for " << with;
@@ -94,14 +112,16 @@ TEST(Tester, FindsNoDifferenceWhereThereIsNone) {
     Workshop workshop;
     for (const char* program : {kProgram, kMoreProgram})
         for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-            const Trial trial{{.declarations = {}, .rules = {}, .text = program, .given = {source()}}, retraction::make_case(seed, {source()})};
+            const Trial trial{{.declarations = {}, .rules = {}, .text = program, .given = {source()}},
+                              retraction::make_case(seed, {source()})};
             EXPECT_EQ(trouble_of(trial, workshop, {{3, 1}, {2, 2}}), "");
         }
 }
 
 TEST(Tester, SaysWhatDoesNotCompile) {
     Workshop workshop;
-    const Trial trial{{.declarations = {}, .rules = {}, .text = "type p(node).\np(A) :- q(A).\n", .given = {}}, retraction::make_case(1, {source()})};
+    const Trial trial{{.declarations = {}, .rules = {}, .text = "type p(node).\np(A) :- q(A).\n", .given = {}},
+                      retraction::make_case(1, {source()})};
     EXPECT_TRUE(trouble_of(trial, workshop, {}).starts_with("refused: ")) << trouble_of(trial, workshop, {});
 }
 
@@ -109,7 +129,11 @@ TEST(Isolated, ReturnsWhatIsSaidAndWhatGoesWrong) {
     EXPECT_EQ(isolated([] { return std::string("fine\nindeed"); }), "fine\nindeed");
     const std::string ended = isolated([]() -> std::string { std::_Exit(70); });
     EXPECT_TRUE(ended.starts_with("crash: exit code 70")) << ended;
-    const std::string endless = isolated([]() -> std::string { for (;;) pause(); }, 1);
+    const std::string endless = isolated(
+        []() -> std::string {
+            for (;;) pause();
+        },
+        1);
     EXPECT_TRUE(endless.starts_with("crash: signal")) << endless;
 }
 
@@ -148,7 +172,13 @@ TEST(TrialFile, ReadsWhatItWrote) {
 TEST(Generator, MakesProgramsOfAllConstructs) {
     std::string all;
     for (std::uint64_t seed = 1; seed <= 150; ++seed) all += print(make_program(seed).draft);
-    for (const char* what : {"not ", "not (neighbor", "forall ", "min int", "max int", "sum int", "sum float", "count int", "first ", "route ", " -o ", "{ Y | neighbor", "$t", "% 7", "if ", "float(", "const k0", "neighborCount(", "position(", "vacant(", ", @", "linear t", "[desc => ", "[random => ", "[sum => ", "custom mixed", "exists V", "otherwise", "@+2", "@+3ms", "delta(", "proved(", "collect G", "randint(", "list int", " in L", "folded(", "append list", "set_union set", "[<- ", "[-> ", "stable(", "undelivered-t", "route w", "distance(", "vec3("})
+    for (const char* what :
+         {"not ",      "not (neighbor",  "forall ",       "min int",        "max int",   "sum int",     "sum float",     "count int",
+          "first ",    "route ",         " -o ",          "{ Y | neighbor", "$t",        "% 7",         "if ",           "float(",
+          "const k0",  "neighborCount(", "position(",     "vacant(",        ", @",       "linear t",    "[desc => ",     "[random => ",
+          "[sum => ",  "custom mixed",   "exists V",      "otherwise",      "@+2",       "@+3ms",       "delta(",        "proved(",
+          "collect G", "randint(",       "list int",      " in L",          "folded(",   "append list", "set_union set", "[<- ",
+          "[-> ",      "stable(",        "undelivered-t", "route w",        "distance(", "vec3("})
         EXPECT_NE(all.find(what), std::string::npos) << what;
 }
 

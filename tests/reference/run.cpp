@@ -31,7 +31,8 @@ struct Found {
 };
 
 Value value_at(tuple::Type type, meld::Value v) {
-    if (type.kind() == ValueType::String) return {v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count)};
+    if (type.kind() == ValueType::String)
+        return {v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count)};
     if (!type.compound()) return type.kind() == ValueType::Float ? value_of(v.real) : value_of(v.integer);
     Values items;
     for (std::size_t i = 0; i < tuple::length(v.list); ++i) items.push_back(value_at(type.item(i), tuple::item(v.list, i)));
@@ -50,8 +51,10 @@ Found collect(sim::PartState& part, const check::Program& program) {
             tuple::each_fact(part.module, part.columns, part.abi.geometry, *index, c, [&](const meld::Value* v) {
                 Row row{value_of(static_cast<std::int64_t>(part.ensemble.id(c)))};
                 for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(part.module, info.fields[i]), v[i]));
-                if (p.linear()) found.linear[id.index()].insert(row);
-                else found.facts[id.index()].insert(row);
+                if (p.linear())
+                    found.linear[id.index()].insert(row);
+                else
+                    found.facts[id.index()].insert(row);
             });
         }
     }
@@ -62,7 +65,8 @@ Found collect(sim::PartState& part, const check::Program& program) {
 constexpr int kTold = 12;
 
 template <class Container>
-void tell_missing(const check::Program& program, PredicateId p, const Container& from, const Container& in, const char* what, std::string& text) {
+void tell_missing(const check::Program& program, PredicateId p, const Container& from, const Container& in, const char* what,
+                  std::string& text) {
     std::vector<Row> rows;
     std::set_difference(from.begin(), from.end(), in.begin(), in.end(), std::back_inserter(rows));
     int told = 0;
@@ -76,11 +80,15 @@ void tell_difference(const check::Program& program, PredicateId p, const Contain
 }
 
 // Whether the runtime stores the predicate under its name. What is stable it need not: rules read what waits.
-bool stored(const check::Predicate& p) { return p.name.find("@stable") == std::string::npos && p.world == check::WorldSource::None && p.kind != check::PredicateKind::Action && !p.prelude; }
+bool stored(const check::Predicate& p) {
+    return p.name.find("@stable") == std::string::npos && p.world == check::WorldSource::None && p.kind != check::PredicateKind::Action &&
+           !p.prelude;
+}
 
 class Watcher {
   public:
-    Watcher(const Trial& trial, const check::Program& program) : trial_(trial), program_(program), ticks_(program, trial.world.seed), mirror_(trial.world, trial.draft.given) {
+    Watcher(const Trial& trial, const check::Program& program)
+        : trial_(trial), program_(program), ticks_(program, trial.world.seed), mirror_(trial.world, trial.draft.given) {
         for (const check::Rule& rule : program.rules) linear_ = linear_ || rule.linear;
     }
 
@@ -107,8 +115,10 @@ class Watcher {
             const PredicateId p = predicate_of(program_, trial_.draft.given[c.given]);
             retraction::Row raw{id};
             raw.insert(raw.end(), c.arguments.begin(), c.arguments.end());
-            if (c.kind == Change::Kind::Give) ticks_.give(p, row_of(program_, p, raw));
-            else ticks_.take(p, row_of(program_, p, raw));
+            if (c.kind == Change::Kind::Give)
+                ticks_.give(p, row_of(program_, p, raw));
+            else
+                ticks_.take(p, row_of(program_, p, raw));
         }
     }
 
@@ -127,8 +137,10 @@ class Watcher {
             if (!stored(program_.predicates[p])) continue;
             for (const Row& row : arriving[p.index()])
                 if (!views[p.index()].contains(row)) found.facts[p.index()].erase(row);
-            if (program_.predicates[p].linear()) tell_difference(program_, p, linear[p.index()], found.linear[p.index()], text);
-            else if (ticks_.certain(p)) tell_difference(program_, p, views[p.index()], found.facts[p.index()], text);
+            if (program_.predicates[p].linear())
+                tell_difference(program_, p, linear[p.index()], found.linear[p.index()], text);
+            else if (ticks_.certain(p))
+                tell_difference(program_, p, views[p.index()], found.facts[p.index()], text);
             tally.tick_facts += linear[p.index()].size() + views[p.index()].size();
         }
         return text.empty() ? "" : fmt::format("tick by tick: at the end of tick {}\n{}", now, text);
@@ -162,14 +174,17 @@ class Watcher {
     bool lost_track() const { return ticks_.ran_away() || ticks_.failed(); }
     // Whether the model has an error, so that a trap is right.
     bool model_fails(std::int64_t now) {
-        const Model model = make_model(scene(now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
+        const Model model =
+            make_model(scene(now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
         return model.failed || model.too_large || !model.settled;
     }
 
   private:
     const Scene& scene(std::int64_t now) {
-        if (scene_is_old_) scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
-        else set_tick(scene_, now);
+        if (scene_is_old_)
+            scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
+        else
+            set_tick(scene_, now);
         scene_is_old_ = false;
         return scene_;
     }
@@ -198,7 +213,7 @@ struct Shared {
     const Setting& setting;
     const world::World& world;
     const world::Target& target;
-    Watcher* watcher;              // Null: nobody watches.
+    Watcher* watcher;  // Null: nobody watches.
     bool linear;
     Outcome outcome = {};
 };
@@ -226,7 +241,8 @@ End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::s
         }
         if (s.watcher) {
             s.outcome.trouble = s.watcher->compare_tick(part.abi.now, part, trapped);
-            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.abi.now)) s.outcome.trouble = "trap";
+            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.abi.now))
+                s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(part.module, totals.failure);
             if (!s.outcome.trouble.empty()) return End::Failed;
             if (s.watcher->lost_track() && !trapped) return End::Failed;
@@ -275,7 +291,8 @@ PredicateId predicate_of(const check::Program& program, const retraction::Given&
 
 Row row_of(const check::Program& program, PredicateId predicate, const retraction::Row& raw) {
     Row row;
-    for (std::size_t i = 0; i < raw.size(); ++i) row.push_back(is_real(program.predicates[predicate].arguments[i].type) ? value_of(retraction::quarters(raw[i])) : value_of(raw[i]));
+    for (std::size_t i = 0; i < raw.size(); ++i)
+        row.push_back(is_real(program.predicates[predicate].arguments[i].type) ? value_of(retraction::quarters(raw[i])) : value_of(raw[i]));
     return row;
 }
 
@@ -298,7 +315,13 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     if (!target) throw std::runtime_error(target.error().message());
     Watcher watcher(trial, program);
-    Shared shared{.trial = trial, .module = module, .setting = setting, .world = world, .target = *target, .watcher = watch == Watch::Reference ? &watcher : nullptr, .linear = watcher.linear()};
+    Shared shared{.trial = trial,
+                  .module = module,
+                  .setting = setting,
+                  .world = world,
+                  .target = *target,
+                  .watcher = watch == Watch::Reference ? &watcher : nullptr,
+                  .linear = watcher.linear()};
     if (setting.parts == 1) {
         const auto comm = comm::make_single();
         run_part(*comm, shared);
@@ -324,7 +347,8 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
         const std::size_t known = std::min(alone.states.size(), other.states.size());
         std::size_t same = 0;
         while (same < known && alone.states[same] == other.states[same]) ++same;
-        if (same < known) return fmt::format("states differ: {} parts, {} threads, after tick {}", setting.parts, setting.threads, same + 1);
+        if (same < known)
+            return fmt::format("states differ: {} parts, {} threads, after tick {}", setting.parts, setting.threads, same + 1);
     }
     return "";
 }

@@ -14,14 +14,14 @@ struct Setting {
 };
 
 struct Tally {
-    std::uint64_t facts = 0;        // Compared at quiescence,
-    std::uint64_t tick_facts = 0;   // and tick by tick.
-    std::uint64_t lost = 0;         // Facts of one quiescence that were gone at the next.
-    std::uint64_t linear = 0;       // Facts that linear rules gave.
-    std::uint64_t quiet = 0;        // Bursts that came to rest.
+    std::uint64_t facts = 0;       // Compared at quiescence,
+    std::uint64_t tick_facts = 0;  // and tick by tick.
+    std::uint64_t lost = 0;        // Facts of one quiescence that were gone at the next.
+    std::uint64_t linear = 0;      // Facts that linear rules gave.
+    std::uint64_t quiet = 0;       // Bursts that came to rest.
     std::uint64_t ticks = 0;
-    std::uint64_t errors = 0;       // Runs that ended with an arithmetic error, as they should.
-    std::uint64_t too_large = 0;    // Bursts that were more than the reference can do, or a run may.
+    std::uint64_t errors = 0;     // Runs that ended with an arithmetic error, as they should.
+    std::uint64_t too_large = 0;  // Bursts that were more than the reference can do, or a run may.
     void add(const Tally& other);
 };
 
@@ -33,8 +33,8 @@ struct State {
 };
 
 struct Outcome {
-    std::string trouble = {};            // Empty: all is as it should be. Its first words say what kind it is.
-    std::vector<State> states = {};      // After every tick.
+    std::string trouble = {};        // Empty: all is as it should be. Its first words say what kind it is.
+    std::vector<State> states = {};  // After every tick.
     Tally tally = {};
 };
 

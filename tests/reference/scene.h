@@ -17,7 +17,7 @@ struct Chance {
 struct Link {
     int port = 0;
     std::int64_t other = 0;
-    int back = 0;       // The port at which the other sees this catom.
+    int back = 0;  // The port at which the other sees this catom.
 };
 
 using Links = std::map<std::int64_t, std::vector<Link>>;  // By catom, in the order of ports.
@@ -25,13 +25,14 @@ using Links = std::map<std::int64_t, std::vector<Link>>;  // By catom, in the or
 struct Scene {
     const Program* program = nullptr;
     std::int64_t tick = 0;
-    std::int64_t first_catoms = 0;                    // How many there were at the start: @world.
-    Links links;                                      // Every catom has an entry.
-    Facts world;                                      // Of the world predicates, except those that are links.
-    Chance* chance = nullptr;                         // Where linear rules are applied.
+    std::int64_t first_catoms = 0;  // How many there were at the start: @world.
+    Links links;                    // Every catom has an entry.
+    Facts world;                    // Of the world predicates, except those that are links.
+    Chance* chance = nullptr;       // Where linear rules are applied.
 };
 
-Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind lattice, std::int64_t tick, std::size_t first_catoms);
+Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind lattice, std::int64_t tick,
+                 std::size_t first_catoms);
 // The same at another time.
 void set_tick(Scene& scene, std::int64_t tick);
 

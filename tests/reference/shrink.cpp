@@ -8,7 +8,8 @@ namespace {
 
 class Shrinker {
   public:
-    Shrinker(Trial trial, const std::function<bool(const Trial&)>& fails, int attempts) : trial_(std::move(trial)), fails_(fails), attempts_(attempts) {}
+    Shrinker(Trial trial, const std::function<bool(const Trial&)>& fails, int attempts)
+        : trial_(std::move(trial)), fails_(fails), attempts_(attempts) {}
 
     Trial run() {
         for (bool smaller = true; smaller && attempts_ > 0;) {
@@ -16,7 +17,8 @@ class Shrinker {
             // Large pieces first: half of the list at a time, then ever less.
             smaller = thin([](Trial& t) -> auto& { return t.draft.rules; }) || smaller;
             smaller = thin([](Trial& t) -> auto& { return t.world.bursts; }) || smaller;
-            for (std::size_t b = trial_.world.bursts.size(); b-- > 0;) smaller = thin([b](Trial& t) -> auto& { return t.world.bursts[b]; }) || smaller;
+            for (std::size_t b = trial_.world.bursts.size(); b-- > 0;)
+                smaller = thin([b](Trial& t) -> auto& { return t.world.bursts[b]; }) || smaller;
             smaller = thin([](Trial& t) -> auto& { return t.world.cells; }) || smaller;
             for (std::size_t r = trial_.draft.rules.size(); r-- > 0;) {
                 smaller = thin([r](Trial& t) -> auto& { return t.draft.rules[r].body; }) || smaller;
@@ -45,7 +47,8 @@ class Shrinker {
                 i -= std::min(i, size);
                 Trial less = trial_;
                 auto& list = list_of(less);
-                const auto from = list.begin() + static_cast<std::ptrdiff_t>(i), to = list.begin() + static_cast<std::ptrdiff_t>(std::min(i + size, list.size()));
+                const auto from = list.begin() + static_cast<std::ptrdiff_t>(i),
+                           to = list.begin() + static_cast<std::ptrdiff_t>(std::min(i + size, list.size()));
                 if (from == to) continue;
                 list.erase(from, to);
                 any = attempt(std::move(less)) || any;
@@ -71,6 +74,8 @@ class Shrinker {
 
 }  // namespace
 
-Trial shrink(Trial trial, const std::function<bool(const Trial&)>& fails, int attempts) { return Shrinker(std::move(trial), fails, attempts).run(); }
+Trial shrink(Trial trial, const std::function<bool(const Trial&)>& fails, int attempts) {
+    return Shrinker(std::move(trial), fails, attempts).run();
+}
 
 }  // namespace meld::reference

@@ -46,17 +46,24 @@ bool Solver::solve(const std::vector<Clause>& body, Environment& env, const Foun
 bool Solver::step(Clauses open, Environment& env, const Found& found) {
     Next next = next_test(open, env);
     if (next == open.end()) next = next_choice(open, env);
-    if (next == open.end()) next = std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Aggregate; });
+    if (next == open.end())
+        next = std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Aggregate; });
     if (next == open.end()) return finish(open, env, found);
     const Clause& clause = **next;
     open.erase(next);
     switch (clause.kind) {
-        case Clause::Kind::Test: return try_test(clause, std::move(open), env, found);
-        case Clause::Kind::Atom: return try_atom(clause.atom, std::move(open), env, found);
-        case Clause::Kind::Delta: return try_change(clause, std::move(open), env, found);
-        case Clause::Kind::Element: return try_elements(clause, std::move(open), env, found);
-        case Clause::Kind::Aggregate: return try_aggregate(clause, std::move(open), env, found);
-        default: return false;
+        case Clause::Kind::Test:
+            return try_test(clause, std::move(open), env, found);
+        case Clause::Kind::Atom:
+            return try_atom(clause.atom, std::move(open), env, found);
+        case Clause::Kind::Delta:
+            return try_change(clause, std::move(open), env, found);
+        case Clause::Kind::Element:
+            return try_elements(clause, std::move(open), env, found);
+        case Clause::Kind::Aggregate:
+            return try_aggregate(clause, std::move(open), env, found);
+        default:
+            return false;
     }
 }
 
@@ -91,14 +98,18 @@ bool Solver::try_test(const Clause& clause, Clauses rest, Environment& env, cons
 
 Solver::Next Solver::next_choice(const Clauses& open, const Environment& env) const {
     const auto first = std::find_if(open.begin(), open.end(), [&](const Clause* c) {
-        return (c->kind == Clause::Kind::Atom && readable(c->atom, env)) || ((c->kind == Clause::Kind::Element || c->kind == Clause::Kind::Delta) && all_bound(c->test, env));
+        return (c->kind == Clause::Kind::Atom && readable(c->atom, env)) ||
+               ((c->kind == Clause::Kind::Element || c->kind == Clause::Kind::Delta) && all_bound(c->test, env));
     });
-    return first != open.end() ? first : std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Atom; });
+    return first != open.end() ? first
+                               : std::find_if(open.begin(), open.end(), [](const Clause* c) { return c->kind == Clause::Kind::Atom; });
 }
 
 bool Solver::readable(const Atom& a, const Environment& env) const {
     for (std::size_t i = 1; i < a.arguments.size(); ++i)
-        if (!a.arguments[i].is_variable() && !is_pattern(a.arguments[i]) && a.arguments[i].op != Op::Anonymous && !all_bound(a.arguments[i], env)) return false;
+        if (!a.arguments[i].is_variable() && !is_pattern(a.arguments[i]) && a.arguments[i].op != Op::Anonymous &&
+            !all_bound(a.arguments[i], env))
+            return false;
     if (env[a.arguments[0].variable.index()]) return true;
     return program_.predicates[a.predicate].route && a.arguments[1].is_variable() && env[a.arguments[1].variable.index()];
 }
@@ -124,9 +135,12 @@ bool Solver::try_change(const Clause& clause, Clauses rest, Environment& env, co
         const Mark mark(*this, env);
         if (!match(clause.atom, row, env)) continue;
         const double change = change_of(clause, row);
-        const bool fits = clause.compare == Op::Greater ? change > bound : clause.compare == Op::GreaterEqual ? change >= bound
-                          : clause.compare == Op::Less ? change < bound : clause.compare == Op::LessEqual ? change <= bound
-                          : clause.compare == Op::Equal ? change == bound : change != bound;
+        const bool fits = clause.compare == Op::Greater        ? change > bound
+                          : clause.compare == Op::GreaterEqual ? change >= bound
+                          : clause.compare == Op::Less         ? change < bound
+                          : clause.compare == Op::LessEqual    ? change <= bound
+                          : clause.compare == Op::Equal        ? change == bound
+                                                               : change != bound;
         if (fits && step(rest, env, found)) return true;
     }
     return false;
@@ -141,7 +155,8 @@ double Solver::change_of(const Clause& clause, const Row& row) const {
     for (Row other : (*sight_.before)[clause.atom.predicate.index()]) {
         const Value was = std::exchange(other[at], row[at]);
         if (other != row) continue;
-        const double change = was.is_real() ? std::fabs(was.real() - row[at].real()) : std::fabs(static_cast<double>(was.integer() - row[at].integer()));
+        const double change =
+            was.is_real() ? std::fabs(was.real() - row[at].real()) : std::fabs(static_cast<double>(was.integer() - row[at].integer()));
         least = std::min(least, change);
     }
     return least;
@@ -227,7 +242,9 @@ bool Solver::unify(const Term& t, const Value& is, Environment& env) {
         return true;
     }
     const Values& items = is.items();
-    if (t.op == Op::Cons) return !items.empty() && unify(t.operands[0], items[0], env) && unify(t.operands[1], value_of(Values(items.begin() + 1, items.end())), env);
+    if (t.op == Op::Cons)
+        return !items.empty() && unify(t.operands[0], items[0], env) &&
+               unify(t.operands[1], value_of(Values(items.begin() + 1, items.end())), env);
     if (t.operands.size() != items.size()) return false;
     for (std::size_t i = 0; i < items.size(); ++i)
         if (!unify(t.operands[i], items[i], env)) return false;
@@ -271,7 +288,8 @@ std::vector<Row> Solver::linked(const Atom& atom, const std::optional<Value>& pl
         rows.push_back({value_of(from), value_of(to)});
         if (with_port) rows.back().push_back(value_of(std::int64_t{port}));
     };
-    const bool from_here = atom.arguments[0].variable == sight_.home || (atom.arguments[1].is_variable() && atom.arguments[1].variable == sight_.home);
+    const bool from_here =
+        atom.arguments[0].variable == sight_.home || (atom.arguments[1].is_variable() && atom.arguments[1].variable == sight_.home);
     const Links& links = sight_.links_before == nullptr || from_here ? scene_.links : *sight_.links_before;
     if (place) {
         if (const auto found = links.find(place->integer()); found != links.end())

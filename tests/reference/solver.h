@@ -26,7 +26,8 @@ struct Sight {
 
 class Solver {
   public:
-    explicit Solver(const Sight& sight) : program_(*sight.scene.program), sight_(sight), scene_(sight.scene), facts_(sight.facts), linear_(sight.linear) {}
+    explicit Solver(const Sight& sight)
+        : program_(*sight.scene.program), sight_(sight), scene_(sight.scene), facts_(sight.facts), linear_(sight.linear) {}
 
     // Calls found() for each way to satisfy the body after what env binds, until it returns true; returns whether it did.
     // Facts are tried in the order of the text, as soon as their catom is known, lowest fact first, neighbours by port.

@@ -81,7 +81,8 @@ void Ticks::find_certain() {
 void Ticks::name_anonymous() {
     for (const check::RuleId id : program_.rules.ids()) {
         const Rule& rule = program_.rules[id];
-        if (rule.linear || rule.heads[0].delay.op == check::Op::Anonymous || !program_.predicates[rule.heads[0].atom.predicate].needs_all()) continue;
+        if (rule.linear || rule.heads[0].delay.op == check::Op::Anonymous || !program_.predicates[rule.heads[0].atom.predicate].needs_all())
+            continue;
         Rule named = rule;
         for (Clause& c : named.body)
             for (check::Term& t : c.atom.arguments) {
@@ -97,8 +98,10 @@ void Ticks::name_anonymous() {
 
 void Ticks::give(PredicateId p, Row row) {
     Catom& catom = catoms_.try_emplace(row[0].integer(), empty()).first->second;
-    if (program_.predicates[p].linear()) catom.linear[p.index()].insert(std::move(row));
-    else catom.given[p.index()].insert(std::move(row));
+    if (program_.predicates[p].linear())
+        catom.linear[p.index()].insert(std::move(row));
+    else
+        catom.given[p.index()].insert(std::move(row));
 }
 
 void Ticks::take(PredicateId p, const Row& row) { catoms_.at(row[0].integer()).given[p.index()].erase(row); }
@@ -133,7 +136,9 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
         settle(scene, id, catom);
         if (receive_one(scene.tick, catom)) continue;
         const Facts seen = visible(scene, id, catom);
-        const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) { return rule.linear && !rule.birth && fire(rule, scene, seen, id, catom); });
+        const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) {
+            return rule.linear && !rule.birth && fire(rule, scene, seen, id, catom);
+        });
         if (!fired) return;
     }
 }
@@ -143,9 +148,12 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
 void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) {
     if (program_.predicates[made.predicate].kind == check::PredicateKind::Action) return;
     Later fact{made.delay > 0 ? scene.tick + made.delay : 0, made.predicate, std::move(made.row)};
-    if (!made.way.empty()) send(scene, id, {std::move(made.way), std::move(fact)});
-    else if (fact.due > 0) catom.waiting.insert(std::move(fact));
-    else give(fact.predicate, std::move(fact.row));
+    if (!made.way.empty())
+        send(scene, id, {std::move(made.way), std::move(fact)});
+    else if (fact.due > 0)
+        catom.waiting.insert(std::move(fact));
+    else
+        give(fact.predicate, std::move(fact.row));
 }
 
 // Where the link is gone, so is the fact, or it is told here, with the catom that it was for.
@@ -164,9 +172,12 @@ void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
 void Ticks::deliver(Message&& message) {
     Catom& to = catoms_.at(message.way[0]);
     message.way.erase(message.way.begin());
-    if (!message.way.empty()) to.passing.push_back(std::move(message));
-    else if (message.fact.due > 0) to.waiting.insert(std::move(message.fact));
-    else give(message.fact.predicate, std::move(message.fact.row));
+    if (!message.way.empty())
+        to.passing.push_back(std::move(message));
+    else if (message.fact.due > 0)
+        to.waiting.insert(std::move(message.fact));
+    else
+        give(message.fact.predicate, std::move(message.fact.row));
 }
 
 // What is due comes before any rule looks.
@@ -209,7 +220,8 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
                 const Predicate& predicate = program_.predicates[p];
                 const std::size_t i = p.index();
                 Rows rows;
-                failed_ = !reduce(scene, seen, predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows) || failed_;
+                failed_ =
+                    !reduce(scene, seen, predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows) || failed_;
                 if (rows == catom.views[i]) continue;
                 changing = c.recursive;
                 for (const Row& row : catom.views[i]) seen[i].erase(row);
@@ -221,23 +233,25 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
 }
 
 // A delayed fact is there when its derivation has held without a break for so long.
-void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows) {
+void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen,
+                      std::vector<Derived>& rows) {
     const check::Head& head = program_.rules[rule].heads[0];
     const bool delayed = head.delay.op != check::Op::Anonymous, counted = counted_.contains(rule);
     std::map<Row, std::int64_t> since;
-    const bool done = derive(counted ? counted_.at(rule) : program_.rules[rule], {scene, seen, nullptr, &catom.before}, id, [&](Derived made, const Environment& env) {
-        if (delayed) {
-            Row key = made.row;
-            for (const std::optional<Value>& v : env)
-                if (counted && v) key.push_back(*v);
-            const auto held = catom.since[rule].find(key);
-            const std::int64_t from = held == catom.since[rule].end() ? scene.tick : held->second;
-            since[key] = from;
-            if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
-        }
-        rows.push_back(std::move(made));
-        return true;
-    });
+    const bool done = derive(counted ? counted_.at(rule) : program_.rules[rule], {scene, seen, nullptr, &catom.before}, id,
+                             [&](Derived made, const Environment& env) {
+                                 if (delayed) {
+                                     Row key = made.row;
+                                     for (const std::optional<Value>& v : env)
+                                         if (counted && v) key.push_back(*v);
+                                     const auto held = catom.since[rule].find(key);
+                                     const std::int64_t from = held == catom.since[rule].end() ? scene.tick : held->second;
+                                     since[key] = from;
+                                     if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
+                                 }
+                                 rows.push_back(std::move(made));
+                                 return true;
+                             });
     failed_ = failed_ || !done;
     if (delayed) catom.since[rule] = std::move(since);
 }

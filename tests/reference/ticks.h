@@ -26,8 +26,8 @@ class Ticks {
     void step(const Scene& scene);
 
     // As of the end of the last tick.
-    Facts views() const;   // Certain ones.
-    Facts given() const;   // Persistent facts from outside and from linear rules.
+    Facts views() const;  // Certain ones.
+    Facts given() const;  // Persistent facts from outside and from linear rules.
     std::vector<Bag> linear() const;
     // Persistent facts that were sent in it. The next tick sees them; where they are stored they may be found already.
     Facts arriving() const;
@@ -49,10 +49,10 @@ class Ticks {
     };
     struct Catom {
         Facts given, views;
-        Facts before;                   // The views at the end of the last tick.
+        Facts before;  // The views at the end of the last tick.
         std::vector<Bag> linear;
         std::multiset<Later> waiting = {};
-        std::vector<Message> passing = {};   // To be handed on.
+        std::vector<Message> passing = {};  // To be handed on.
         // Of delayed views, by rule: since when each derivation has held. It is the head's row, and where derivations are
         // counted, all variables of the body behind it.
         std::map<check::RuleId, std::map<Row, std::int64_t>> since = {};

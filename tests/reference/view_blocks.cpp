@@ -9,9 +9,11 @@ namespace meld::reference {
 
 namespace {
 
-std::string signature(const std::string& name, const std::vector<Kind>& arguments, const std::string& modifiers = "", const std::string& aggregate = "", std::size_t at = 0, const std::string& waits = "") {
+std::string signature(const std::string& name, const std::vector<Kind>& arguments, const std::string& modifiers = "",
+                      const std::string& aggregate = "", std::size_t at = 0, const std::string& waits = "") {
     std::string text = "type " + modifiers + name + "(node";
-    for (std::size_t i = 0; i < arguments.size(); ++i) text += std::string(", ") + (!aggregate.empty() && at == i ? aggregate + " " : "") + name_of(arguments[i]) + (at == i ? waits : "");
+    for (std::size_t i = 0; i < arguments.size(); ++i)
+        text += std::string(", ") + (!aggregate.empty() && at == i ? aggregate + " " : "") + name_of(arguments[i]) + (at == i ? waits : "");
     return text + ").";
 }
 
@@ -30,8 +32,10 @@ std::vector<Kind> some_kinds(Random& random, std::int64_t most, int compound) {
 void fill(Body& body, Random& random, std::int64_t links) {
     for (std::int64_t i = 0; i < links; ++i) {
         // A chain more often than a star.
-        if (i > 0 && chance(random, 65)) body.link(body.catoms().back());
-        else body.link();
+        if (i > 0 && chance(random, 65))
+            body.link(body.catoms().back());
+        else
+            body.link();
     }
     for (const std::string& at : std::vector<std::string>(body.catoms()))
         if (chance(random, body.catoms().size() == 1 ? 100 : 70)) body.read_any(at);
@@ -41,8 +45,10 @@ void fill(Body& body, Random& random, std::int64_t links) {
     if (chance(random, 8)) body.proved();
     if (chance(random, 6)) body.compare_places();
     for (std::int64_t i = below(random, 3); i > 0; --i) {
-        if (chance(random, 30)) body.set();
-        else body.test();
+        if (chance(random, 30))
+            body.set();
+        else
+            body.test();
     }
     if (chance(random, 25)) body.negate();
     if (chance(random, 10)) body.negate();
@@ -61,19 +67,23 @@ std::string atom(const std::string& name, const std::string& at, const std::vect
 }
 
 // Another way to write a head or two: by a condition, for every neighbour, or of all facts of a kind.
-std::string several(Body& body, Random& random, const std::string& name, const std::string& place, std::vector<std::string> arguments, const std::vector<Kind>& kinds) {
+std::string several(Body& body, Random& random, const std::string& name, const std::string& place, std::vector<std::string> arguments,
+                    const std::vector<Kind>& kinds) {
     const std::string one = atom(name, place, arguments);
     switch (below(random, 3)) {
         case 0: {
             for (std::size_t i = 0; i < kinds.size(); ++i)
                 if (chance(random, 50)) arguments[i] = body.literal(kinds[i]);
-            return fmt::format("(if {} > {} then {} otherwise {} end)", body.expression(Kind::Int), below(random, 4), one, chance(random, 30) ? "1" : atom(name, place, arguments));
+            return fmt::format("(if {} > {} then {} otherwise {} end)", body.expression(Kind::Int), below(random, 4), one,
+                               chance(random, 30) ? "1" : atom(name, place, arguments));
         }
-        case 1: return fmt::format("{}, {{ U | neighbor({}, U) | {} }}", one, place, atom(name, chance(random, 50) ? place : "U", arguments));
+        case 1:
+            return fmt::format("{}, {{ U | neighbor({}, U) | {} }}", one, place, atom(name, chance(random, 50) ? place : "U", arguments));
         default: {
             const auto number = std::find(kinds.begin(), kinds.end(), Kind::Int);
             if (number != kinds.end()) arguments[static_cast<std::size_t>(number - kinds.begin())] = "V % 20";
-            return fmt::format("[{} => V | U | neighbor({}, U{} | {}]", number == kinds.end() || chance(random, 50) ? "count" : "sum", place, number == kinds.end() ? ")" : ", V)", atom(name, place, arguments));
+            return fmt::format("[{} => V | U | neighbor({}, U{} | {}]", number == kinds.end() || chance(random, 50) ? "count" : "sum",
+                               place, number == kinds.end() ? ")" : ", V)", atom(name, place, arguments));
         }
     }
 }
@@ -82,9 +92,13 @@ std::string several(Body& body, Random& random, const std::string& name, const s
 
 Block given_block(Random& random, const std::vector<Known>&, int names) {
     Block block;
-    retraction::Given given{.predicate = fmt::format("g{}", names), .arguments = {}, .per_mille = static_cast<int>(80 + below(random, 600))};
+    retraction::Given given{
+        .predicate = fmt::format("g{}", names), .arguments = {}, .per_mille = static_cast<int>(80 + below(random, 600))};
     std::vector<Kind> kinds = some_kinds(random, 2, 0);
-    for (const Kind k : kinds) given.arguments.push_back(k == Kind::Bool ? std::pair<std::int64_t, std::int64_t>(0, 1) : k == Kind::Node ? std::pair<std::int64_t, std::int64_t>(0, 12) : std::pair<std::int64_t, std::int64_t>(0, 5));
+    for (const Kind k : kinds)
+        given.arguments.push_back(k == Kind::Bool   ? std::pair<std::int64_t, std::int64_t>(0, 1)
+                                  : k == Kind::Node ? std::pair<std::int64_t, std::int64_t>(0, 12)
+                                                    : std::pair<std::int64_t, std::int64_t>(0, 5));
     block.declarations.push_back({given.predicate, signature(given.predicate, kinds)});
     block.known.push_back({.name = given.predicate, .arguments = kinds});
     block.given.push_back(std::move(given));
@@ -97,8 +111,14 @@ Block error_block(Random& random, const std::vector<Known>&, int names) {
     block.declarations = {{given, signature(given, {Kind::Int})}, {name, signature(name, {Kind::Float})}};
     block.given.push_back({.predicate = given, .arguments = {{0, 30}}, .per_mille = 120});
     // Each has no value for 29 alone.
-    const std::vector<std::string> expressions = {"60 / (X - 29)",        "7 % (29 - X)",          "9223372036854775806 + X / 29 + X / 29 * (30 - X)", "3.0 / float(X - 29)", "2 ^ (if X = 29 then -1 else 3 end)",
-                                                  "sqrt(if X = 29 then -1.0 else 4.0 end)", "truncate(if X = 29 then 1e30 else 2.5 end)",     "(if X = 29 then -9223372036854775807 - 1 else X end) / (-1)"};
+    const std::vector<std::string> expressions = {"60 / (X - 29)",
+                                                  "7 % (29 - X)",
+                                                  "9223372036854775806 + X / 29 + X / 29 * (30 - X)",
+                                                  "3.0 / float(X - 29)",
+                                                  "2 ^ (if X = 29 then -1 else 3 end)",
+                                                  "sqrt(if X = 29 then -1.0 else 4.0 end)",
+                                                  "truncate(if X = 29 then 1e30 else 2.5 end)",
+                                                  "(if X = 29 then -9223372036854775807 - 1 else X end) / (-1)"};
     const std::string value = pick(random, expressions);
     block.rules.push_back({.heads = {atom(name, "A", {chance(random, 60) ? value : "F"})}, .body = {atom(given, "A", {"X"})}});
     if (block.rules[0].heads[0].ends_with("F)")) block.rules[0].body.push_back("F = 0.0 + " + value);
@@ -118,7 +138,8 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         if (chance(random, 15)) {
             // One that is not commutative, so that the order shows.
             aggregate = fmt::format("f{}", names);
-            block.declarations.push_back({aggregate, fmt::format("fun {}(int SoFar, int Value) : int = (3 * (SoFar % 1000) - Value % 1000) % 1000.", aggregate)});
+            block.declarations.push_back(
+                {aggregate, fmt::format("fun {}(int SoFar, int Value) : int = (3 * (SoFar % 1000) - Value % 1000) % 1000.", aggregate)});
         }
         const bool function = aggregate.starts_with("f") && aggregate != "first";
         if (aggregate == "sum" || aggregate == "count" || function) at = kinds.size() - 1;
@@ -126,8 +147,10 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         if (!function && aggregate != "sum" && aggregate != "count" && chance(random, 10)) kinds[at] = Kind::List;
         if (kinds[at] == Kind::List || kinds[at] == Kind::String) {
             const std::int64_t way = below(random, 100);
-            if (way < 40) aggregate = "append";
-            else if (way < 80 && kinds[at] == Kind::List) aggregate = "set_union";
+            if (way < 40)
+                aggregate = "append";
+            else if (way < 80 && kinds[at] == Kind::List)
+                aggregate = "set_union";
             if (way < 80) kinds.resize(at + 1);
         }
         if (aggregate == "sum") kinds[at] = chance(random, 70) ? Kind::Int : Kind::Float;
@@ -147,13 +170,15 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         body.may_wait = true;
         fill(body, random, waits.empty() ? some_links(random) : 1 + below(random, 2));
         std::vector<std::string> arguments;
-        for (std::size_t i = 0; i < kinds.size(); ++i) arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
+        for (std::size_t i = 0; i < kinds.size(); ++i)
+            arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
         if (aggregate == "set_union") arguments[at] = "list2set(" + arguments[at] + ")";
         // A change is seen where the rule runs, which is where its head is.
         const bool changes = chance(random, 6);
         if (changes) body.change();
         const std::string place = changes ? "A" : body.any_catom();
-        const std::string delay = aggregate != "first" && chance(random, 10) ? pick(random, std::vector<std::string>{"@+1", "@+2", "@+3", "@+2ms"}) : "";
+        const std::string delay =
+            aggregate != "first" && chance(random, 10) ? pick(random, std::vector<std::string>{"@+1", "@+2", "@+3", "@+2ms"}) : "";
         const bool many = delay.empty() && !changes && chance(random, 12);
         const std::string head = many ? several(body, random, name, place, arguments, kinds) : atom(name, place, arguments) + delay;
         block.rules.push_back({.heads = {head}, .body = body.shuffled()});
@@ -185,12 +210,16 @@ Block rounds_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
     const std::string value = fmt::format("u{}", names), around = fmt::format("u{}", names + 1), arrow = chance(random, 50) ? "<-" : "->";
     const std::string aggregate = pick(random, std::vector<std::string>{"sum", "min", "max", "count", "mixed"});
-    block.declarations = {{value, signature(value, {Kind::Int, Kind::Int})}, {around, signature(around, {Kind::Int, Kind::Int}, "", aggregate, 1, fmt::format(" [{} neighbor]", arrow))}};
+    block.declarations = {{value, signature(value, {Kind::Int, Kind::Int})},
+                          {around, signature(around, {Kind::Int, Kind::Int}, "", aggregate, 1, fmt::format(" [{} neighbor]", arrow))}};
     Body body(random, known);
     fill(body, random, below(random, 2));
     block.rules.push_back({.heads = {atom(value, body.any_catom(), {"0", body.bounded(Kind::Int) + " % 7"})}, .body = body.shuffled()});
-    block.rules.push_back({.heads = {atom(around, "A", {"R", chance(random, 30) ? "V + R" : "V"})}, .body = {chance(random, 50) ? "neighbor(A, B)" : "neighbor(B, A)", atom(value, "B", {"R", "V"})}});
-    block.rules.push_back({.heads = {atom(value, "A", {"R + 1", "(V + S) % 7"})}, .body = {atom(around, "A", {"R", "S"}), atom(value, "A", {"R", "V"}), fmt::format("R < {}", 1 + below(random, 4))}});
+    block.rules.push_back({.heads = {atom(around, "A", {"R", chance(random, 30) ? "V + R" : "V"})},
+                           .body = {chance(random, 50) ? "neighbor(A, B)" : "neighbor(B, A)", atom(value, "B", {"R", "V"})}});
+    block.rules.push_back(
+        {.heads = {atom(value, "A", {"R + 1", "(V + S) % 7"})},
+         .body = {atom(around, "A", {"R", "S"}), atom(value, "A", {"R", "V"}), fmt::format("R < {}", 1 + below(random, 4))}});
     block.known.push_back({.name = value, .arguments = {Kind::Int, Kind::Int}});
     return block;
 }
@@ -223,7 +252,8 @@ Block set_recursion_block(Random& random, const std::vector<Known>& known, int n
         }
         for (std::int64_t n = 1 + below(random, 2); n > 0; --n) {
             Body body(random, known);
-            for (std::int64_t links = local ? 0 : pick(random, std::vector<std::int64_t>{0, 1, 1, 1, 1, 2}); links > 0; --links) body.link();
+            for (std::int64_t links = local ? 0 : pick(random, std::vector<std::int64_t>{0, 1, 1, 1, 1, 2}); links > 0; --links)
+                body.link();
             // One that comes before in the circle, and maybe another.
             body.read(own[(i + own.size() - 1) % own.size()], body.any_catom());
             if (chance(random, 30)) body.read(pick(random, own), body.any_catom());
@@ -266,7 +296,11 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
         if (i == 0 || chance(random, 30)) {
             Body body(random, known);
             fill(body, random, below(random, 2));
-            block.rules.push_back({.heads = {atom(own[i].name, "A", arguments(body.bounded(group_kind), chance(random, 50) ? body.literal(kind) : body.bounded(kind), body.any_catom()))}, .body = body.shuffled()});
+            block.rules.push_back(
+                {.heads = {atom(
+                     own[i].name, "A",
+                     arguments(body.bounded(group_kind), chance(random, 50) ? body.literal(kind) : body.bounded(kind), body.any_catom()))},
+                 .body = body.shuffled()});
         }
         for (std::int64_t n = chance(random, 25) ? 2 : 1; n > 0; --n) {
             Body body(random, known);
@@ -278,7 +312,8 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
             std::string key = "K";
             if (group && group_kind == Kind::Int && chance(random, 40)) key = body.bounded(Kind::Int);
             const std::string other = body.has(kind) ? body.variable(kind) : body.literal(kind);
-            const std::string value = chance(random, 25) ? fmt::format("{}(D, {})", least ? "max" : "min", other) : fmt::format("D {} {}", least ? "+" : "-", step);
+            const std::string value = chance(random, 25) ? fmt::format("{}(D, {})", least ? "max" : "min", other)
+                                                         : fmt::format("D {} {}", least ? "+" : "-", step);
             const std::string rider = chance(random, 50) ? from : "R";
             if (chance(random, 20)) body.negate();
             std::vector<std::string> read = arguments("K", "D", rider == "R" ? "R" : "_");
@@ -301,7 +336,8 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
         if (!better) some.body.push_back(fmt::format("D {}3{}", least ? "< " : "> -", real ? ".0" : ""));
         block.rules.push_back(std::move(some));
         const std::string value = fmt::format("{}{}{}", least == better ? "-" : "", better ? 9 : 4, real ? ".0" : "");
-        block.rules.push_back({.heads = {atom(own[0].name, "B", arguments("", value, "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
+        block.rules.push_back(
+            {.heads = {atom(own[0].name, "B", arguments("", value, "A"))}, .body = {"neighbor(A, B)", atom(name, "A", {})}});
         block.known.push_back({.name = name});
     }
     block.known.insert(block.known.end(), own.begin(), own.end());
@@ -315,19 +351,32 @@ Block tree_block(Random& random, const std::vector<Known>& known, int names) {
     block.declarations.push_back({dist, signature(dist, ride ? std::vector{Kind::Int, Kind::Node} : std::vector{Kind::Int}, "", "min", 0)});
     Body source(random, known);
     fill(source, random, 0);
-    block.rules.push_back({.heads = {atom(dist, "A", ride ? std::vector<std::string>{"0", "A"} : std::vector<std::string>{"0"})}, .body = source.shuffled()});
-    block.rules.push_back({.heads = {atom(dist, "B", ride ? std::vector<std::string>{"D + 1", "A"} : std::vector<std::string>{"D + 1"})}, .body = {"neighbor(A, B)", atom(dist, "A", ride ? std::vector<std::string>{"D", "_"} : std::vector<std::string>{"D"})}});
-    block.declarations.push_back({parent, ride ? signature(parent, {Kind::Node}, "route ") : signature(parent, {Kind::Node}, "route ", chance(random, 50) ? "min" : "max", 0)});
-    if (ride) block.rules.push_back({.heads = {atom(parent, "A", {"P"})}, .body = {atom(dist, "A", {"D", "P"}), "D > 0"}});
-    else block.rules.push_back({.heads = {atom(parent, "A", {"P"})}, .body = {"neighbor(A, P)", atom(dist, "P", {"D"}), atom(dist, "A", {chance(random, 50) ? "E" : "D + 1"}), "E = D + 1"}});
+    block.rules.push_back(
+        {.heads = {atom(dist, "A", ride ? std::vector<std::string>{"0", "A"} : std::vector<std::string>{"0"})}, .body = source.shuffled()});
+    block.rules.push_back(
+        {.heads = {atom(dist, "B", ride ? std::vector<std::string>{"D + 1", "A"} : std::vector<std::string>{"D + 1"})},
+         .body = {"neighbor(A, B)", atom(dist, "A", ride ? std::vector<std::string>{"D", "_"} : std::vector<std::string>{"D"})}});
+    block.declarations.push_back({parent, ride ? signature(parent, {Kind::Node}, "route ")
+                                               : signature(parent, {Kind::Node}, "route ", chance(random, 50) ? "min" : "max", 0)});
+    if (ride)
+        block.rules.push_back({.heads = {atom(parent, "A", {"P"})}, .body = {atom(dist, "A", {"D", "P"}), "D > 0"}});
+    else
+        block.rules.push_back(
+            {.heads = {atom(parent, "A", {"P"})},
+             .body = {"neighbor(A, P)", atom(dist, "P", {"D"}), atom(dist, "A", {chance(random, 50) ? "E" : "D + 1"}), "E = D + 1"}});
     if (!ride && block.rules.back().body[2].find('E') == std::string::npos) block.rules.back().body.pop_back();
     block.declarations.push_back({total, signature(total, {real ? Kind::Float : Kind::Int}, "", count ? "count" : "sum", 0)});
     Body weight(random, known);
     fill(weight, random, 0);
     block.rules.push_back({.heads = {atom(total, "A", {weight.expression(real ? Kind::Float : Kind::Int)})}, .body = weight.shuffled()});
-    if (chance(random, 75)) block.rules.push_back({.heads = {atom(total, "A", {"S"})}, .body = {atom(parent, "B", {"A"}), atom(total, "B", {"S"})}});
-    else block.rules.push_back({.heads = {atom(total, "A", {real ? "S * 0.5" : "S + 1"})}, .body = {atom(parent, "A", {"B"}), atom(total, "B", {"S"})}});
-    block.known = {{.name = dist, .arguments = ride ? std::vector{Kind::Int, Kind::Node} : std::vector{Kind::Int}}, {.name = parent, .arguments = {Kind::Node}, .route = true}, {.name = total, .arguments = {real ? Kind::Float : Kind::Int}}};
+    if (chance(random, 75))
+        block.rules.push_back({.heads = {atom(total, "A", {"S"})}, .body = {atom(parent, "B", {"A"}), atom(total, "B", {"S"})}});
+    else
+        block.rules.push_back(
+            {.heads = {atom(total, "A", {real ? "S * 0.5" : "S + 1"})}, .body = {atom(parent, "A", {"B"}), atom(total, "B", {"S"})}});
+    block.known = {{.name = dist, .arguments = ride ? std::vector{Kind::Int, Kind::Node} : std::vector{Kind::Int}},
+                   {.name = parent, .arguments = {Kind::Node}, .route = true},
+                   {.name = total, .arguments = {real ? Kind::Float : Kind::Int}}};
     return block;
 }
 

@@ -27,8 +27,11 @@ std::vector<Cell> choose_space(Random& random, LatticeKind lattice) {
     const bool flat = lattice == LatticeKind::Square || lattice == LatticeKind::Hex;
     const auto size = [&](int least, int most) { return static_cast<std::int32_t>(least + below(random, most - least + 1)); };
     const bool line = below(random, 6) == 0;
-    const Cell extent = line ? Cell{size(4, 30), size(1, 2), 1} : flat ? Cell{size(2, 8), size(2, 7), 1} : Cell{size(2, 5), size(2, 4), size(2, 4)};
-    const Cell first{-static_cast<std::int32_t>(below(random, extent.x)), -static_cast<std::int32_t>(below(random, extent.y)), -static_cast<std::int32_t>(below(random, extent.z))};
+    const Cell extent = line   ? Cell{size(4, 30), size(1, 2), 1}
+                        : flat ? Cell{size(2, 8), size(2, 7), 1}
+                               : Cell{size(2, 5), size(2, 4), size(2, 4)};
+    const Cell first{-static_cast<std::int32_t>(below(random, extent.x)), -static_cast<std::int32_t>(below(random, extent.y)),
+                     -static_cast<std::int32_t>(below(random, extent.z))};
     return box(flat ? Cell{first.x, first.y, 0} : first, extent);
 }
 
@@ -64,7 +67,8 @@ std::optional<Change> take_some(Random& random, const Mirror& mirror) {
         const auto facts = mirror.facts.find(mirror.given[g].predicate);
         if (mirror.given[g].linear || facts == mirror.facts.end()) continue;
         for (const auto& [cell, id] : mirror.at)
-            for (auto row = facts->second.lower_bound(Row{static_cast<std::int64_t>(id)}); row != facts->second.end() && (*row)[0] == static_cast<std::int64_t>(id); ++row)
+            for (auto row = facts->second.lower_bound(Row{static_cast<std::int64_t>(id)});
+                 row != facts->second.end() && (*row)[0] == static_cast<std::int64_t>(id); ++row)
                 all.push_back({.kind = Change::Kind::Take, .cell = cell, .given = g, .arguments = Row(row->begin() + 1, row->end())});
     }
     if (all.empty()) return std::nullopt;
@@ -77,9 +81,11 @@ std::optional<Change> choose_change(Random& random, const Mirror& mirror, const 
         if (!mirror.at.contains(c)) empty.push_back(c);
     const std::int64_t kind = below(random, 100);
     if (kind < 30) return take_some(random, mirror);
-    if (mirror.at.empty() || kind >= 80) return empty.empty() ? std::nullopt : std::optional(Change{.kind = Change::Kind::Add, .cell = pick(random, empty)});
+    if (mirror.at.empty() || kind >= 80)
+        return empty.empty() ? std::nullopt : std::optional(Change{.kind = Change::Kind::Add, .cell = pick(random, empty)});
     const Cell cell = pick(random, mirror.at).first;
-    if (kind < 50) return give_to(random, mirror.given, static_cast<std::size_t>(below(random, static_cast<std::int64_t>(mirror.given.size()))), cell);
+    if (kind < 50)
+        return give_to(random, mirror.given, static_cast<std::size_t>(below(random, static_cast<std::int64_t>(mirror.given.size()))), cell);
     if (kind < 68) return Change{.kind = Change::Kind::Remove, .cell = cell};
     if (empty.empty()) return std::nullopt;
     return Change{.kind = Change::Kind::Move, .cell = cell, .to = pick(random, empty)};
@@ -97,7 +103,9 @@ bool Mirror::apply(const Change& c) {
     const auto here = at.find(c.cell);
     if ((c.kind == Change::Kind::Add) == (here != at.end())) return false;
     switch (c.kind) {
-        case Change::Kind::Add: at[c.cell] = next_id++; return true;
+        case Change::Kind::Add:
+            at[c.cell] = next_id++;
+            return true;
         case Change::Kind::Remove: {
             const Row from{static_cast<std::int64_t>(here->second)}, to{static_cast<std::int64_t>(here->second + 1)};
             for (auto& [name, rows] : facts) rows.erase(rows.lower_bound(from), rows.lower_bound(to));
@@ -112,7 +120,8 @@ bool Mirror::apply(const Change& c) {
             return true;
         }
         case Change::Kind::Give:
-        case Change::Kind::Take: break;
+        case Change::Kind::Take:
+            break;
     }
     Row row{static_cast<std::int64_t>(here->second)};
     row.insert(row.end(), c.arguments.begin(), c.arguments.end());
@@ -125,7 +134,8 @@ bool Mirror::apply(const Change& c) {
 namespace {
 
 // What is given at first, and changes at random ticks, each of which makes sense.
-void add_bursts(Random& random, Case& c, const std::vector<Given>& given, const std::vector<Cell>& space, std::int64_t bursts, const std::function<std::pair<std::int64_t, std::int64_t>()>& size) {
+void add_bursts(Random& random, Case& c, const std::vector<Given>& given, const std::vector<Cell>& space, std::int64_t bursts,
+                const std::function<std::pair<std::int64_t, std::int64_t>()>& size) {
     Mirror mirror(c, given);
     for (std::int64_t b = 0; b < bursts; ++b) {
         std::vector<Change>& burst = c.bursts.emplace_back();

@@ -24,24 +24,24 @@ using Facts = std::map<std::string, std::set<Row>>;
 struct Given {
     std::string predicate;
     std::vector<std::pair<std::int64_t, std::int64_t>> arguments = {};
-    int per_mille = 100;     // Of the catoms have one at first.
-    bool linear = false;     // Turns into a persistent fact `becomes`, which nothing takes away; empty: no matter into what.
+    int per_mille = 100;  // Of the catoms have one at first.
+    bool linear = false;  // Turns into a persistent fact `becomes`, which nothing takes away; empty: no matter into what.
     std::string becomes = {};
 };
 
 struct Change {
     enum class Kind { Give, Take, Remove, Add, Move } kind = Kind::Give;
-    int tick = 0;                     // After the start of its burst.
+    int tick = 0;  // After the start of its burst.
     Cell cell = {};
-    Cell to = {};                     // Move
-    std::size_t given = 0;            // Give, Take: which predicate,
-    Row arguments = {};               // and its arguments after the catom.
+    Cell to = {};           // Move
+    std::size_t given = 0;  // Give, Take: which predicate,
+    Row arguments = {};     // and its arguments after the catom.
 };
 
 struct Case {
     std::uint64_t seed = 0;
     world::LatticeKind lattice = world::LatticeKind::Square;
-    std::vector<Cell> cells;          // As World::cells.
+    std::vector<Cell> cells;  // As World::cells.
     std::vector<std::vector<Change>> bursts;
 };
 
@@ -54,7 +54,7 @@ struct Mirror {
     const std::vector<Given>& given;
     std::map<Cell, std::uint64_t> at;
     std::uint64_t next_id = 0;
-    Facts facts;                      // Given ones.
+    Facts facts;  // Given ones.
 };
 
 using Random = std::mt19937_64;

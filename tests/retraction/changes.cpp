@@ -14,7 +14,9 @@ Result<void> Changes::step(PartState& part) {
     const std::vector<Change>& burst = case_.bursts[burst_];
     for (; next_ < burst.size() && start_ + burst[next_].tick < part.abi.now; ++next_) {
         const Change& change = burst[next_];
-        const std::uint64_t id = change.kind == Change::Kind::Add ? mirror_.next_id : mirror_.at.contains(change.cell) ? mirror_.at.at(change.cell) : 0;
+        const std::uint64_t id = change.kind == Change::Kind::Add   ? mirror_.next_id
+                                 : mirror_.at.contains(change.cell) ? mirror_.at.at(change.cell)
+                                                                    : 0;
         if (mirror_.apply(change) && &change != lost_) apply(part, change, id);
     }
     part.refresh();
@@ -24,12 +26,15 @@ Result<void> Changes::step(PartState& part) {
 void Changes::apply(PartState& part, const Change& change, std::uint64_t id) {
     switch (change.kind) {
         case Change::Kind::Give:
-        case Change::Kind::Take: return give_or_take(part, mirror_.given[change.given], change);
+        case Change::Kind::Take:
+            return give_or_take(part, mirror_.given[change.given], change);
         case Change::Kind::Remove:
             if (const auto catom = part.ensemble.at(change.cell)) part.remove_catom(*catom);
             return;
-        case Change::Kind::Add: return add(part, id, change.cell);
-        case Change::Kind::Move: return move(part, id, change.cell, change.to);
+        case Change::Kind::Add:
+            return add(part, id, change.cell);
+        case Change::Kind::Move:
+            return move(part, id, change.cell, change.to);
     }
 }
 
@@ -41,12 +46,16 @@ void Changes::give_or_take(PartState& part, const Given& given, const Change& ch
     std::vector<Value> values(change.arguments.size());
     const FieldInfo* fields = part.module.predicates[*predicate].fields;
     for (std::size_t i = 0; i < values.size(); ++i) {
-        if (fields[i].type == ValueType::Float) values[i].real = quarters(change.arguments[i]);
-        else values[i].integer = change.arguments[i];
+        if (fields[i].type == ValueType::Float)
+            values[i].real = quarters(change.arguments[i]);
+        else
+            values[i].integer = change.arguments[i];
     }
     const u32 base = part.module.predicates[*predicate].base;
-    if (change.kind == Change::Kind::Give) part.give(base, *catom, values.data());
-    else part.take(base, *catom, values.data());
+    if (change.kind == Change::Kind::Give)
+        part.give(base, *catom, values.data());
+    else
+        part.take(base, *catom, values.data());
 }
 
 void Changes::add(PartState& part, std::uint64_t id, Cell cell) {
@@ -67,8 +76,10 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
         for (const int other : part.halo->listeners(to)) {
             if (other == me) continue;
             comm::Packet& packet = packets.emplace_back(comm::Packet{other, {}});
-            if (other == owner) part.pack_catom(*known, packet.bytes);
-            else part.columns.pack(*known, tuple::Columns::Which::Exported, packet.bytes);
+            if (other == owner)
+                part.pack_catom(*known, packet.bytes);
+            else
+                part.columns.pack(*known, tuple::Columns::Which::Exported, packet.bytes);
         }
     }
     std::vector<std::byte> exports;

@@ -12,7 +12,8 @@ namespace {
 
 bool holds(const sim::PartState& part, const char* predicate, sim::Catom catom) {
     bool any = false;
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, *tuple::find_predicate(part.module, predicate, 0), catom, [&](const Value*) { any = true; });
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, *tuple::find_predicate(part.module, predicate, 0), catom,
+                     [&](const Value*) { any = true; });
     return any;
 }
 

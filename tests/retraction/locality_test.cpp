@@ -45,8 +45,10 @@ class Locality : public testing::Test {
         settled_ = settle();
     }
     void set_source(Cell cell, bool on) {
-        if (on) part_->give(source_, *part_->ensemble.at(cell), nullptr);
-        else part_->take(source_, *part_->ensemble.at(cell), nullptr);
+        if (on)
+            part_->give(source_, *part_->ensemble.at(cell), nullptr);
+        else
+            part_->take(source_, *part_->ensemble.at(cell), nullptr);
     }
     Cost settle() {
         Cost cost;
@@ -63,8 +65,10 @@ class Locality : public testing::Test {
         return cost;
     }
     static void tell(const char* what, const Cost& cost, std::uint64_t times = 1) {
-        std::printf("%s: %.1f ticks, %.1f evaluations, %.1f exported changes\n", what, static_cast<double>(cost.ticks) / static_cast<double>(times),
-                    static_cast<double>(cost.evaluations) / static_cast<double>(times), static_cast<double>(cost.changes) / static_cast<double>(times));
+        std::printf("%s: %.1f ticks, %.1f evaluations, %.1f exported changes\n", what,
+                    static_cast<double>(cost.ticks) / static_cast<double>(times),
+                    static_cast<double>(cost.evaluations) / static_cast<double>(times),
+                    static_cast<double>(cost.changes) / static_cast<double>(times));
     }
 
     world::World world_;

@@ -14,7 +14,9 @@ namespace {
 
 // A program whose rules are compared with nothing but themselves.
 Program rows() {
-    const auto arguments = [](std::int64_t keys, std::int64_t values) { return std::vector<std::pair<std::int64_t, std::int64_t>>{{1, keys}, {0, values}}; };
+    const auto arguments = [](std::int64_t keys, std::int64_t values) {
+        return std::vector<std::pair<std::int64_t, std::int64_t>>{{1, keys}, {0, values}};
+    };
     return {.name = "rows",
             .given = {{.predicate = "item", .arguments = arguments(6, 5), .per_mille = 700},
                       {.predicate = "item", .arguments = arguments(6, 5), .per_mille = 600},
@@ -38,23 +40,30 @@ bool same_course(std::vector<Digest> a, std::vector<Digest> b) {
 }
 
 // How many cases; few where the pass has little to do with evaluation.
-void compare(const Program& program, const std::string& pass, std::uint64_t cases, std::uint64_t& derived_with, std::uint64_t& derived_without) {
+void compare(const Program& program, const std::string& pass, std::uint64_t cases, std::uint64_t& derived_with,
+             std::uint64_t& derived_without) {
     const Result<Module> with = compiled(program.name), without = compiled(program.name, "--without " + pass);
     ASSERT_TRUE(with) << with.error().message();
     ASSERT_TRUE(without) << without.error().message();
     for (std::uint64_t seed = 1; seed <= cases; ++seed) {
         const Case c = make_case(seed, program.given);
         const std::vector<Facts> nothing(c.bursts.size());
-        const auto one_way = [&](const Case& less, const Result<Module>& module, Setting setting) { return run(less, program, info_of(*module), nothing, setting); };
+        const auto one_way = [&](const Case& less, const Result<Module>& module, Setting setting) {
+            return run(less, program, info_of(*module), nothing, setting);
+        };
         const Setting alone{.deep = true};
-        const auto differs = [&](const Case& less) { return !same_course(one_way(less, with, alone).states, one_way(less, without, alone).states); };
+        const auto differs = [&](const Case& less) {
+            return !same_course(one_way(less, with, alone).states, one_way(less, without, alone).states);
+        };
         const Outcome a = one_way(c, with, alone), b = one_way(c, without, alone);
         ASSERT_EQ(a.trouble, "");
-        ASSERT_TRUE(same_course(a.states, b.states)) << program.name << ".meld without " << pass << ", seed " << seed << "\n" << print(shrink(c, differs), program.given);
+        ASSERT_TRUE(same_course(a.states, b.states)) << program.name << ".meld without " << pass << ", seed " << seed << "\n"
+                                                     << print(shrink(c, differs), program.given);
         if (seed % 4 == 0) {
             const Setting parts{.parts = 2 + static_cast<int>(seed) % 3, .threads = 1 + static_cast<int>(seed / 4) % 2, .deep = true};
             const Outcome divided = one_way(c, with, parts);
-            ASSERT_TRUE(divided.states == a.states) << "other states on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
+            ASSERT_TRUE(divided.states == a.states)
+                << "other states on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
             ASSERT_EQ(divided.derivations, a.derivations) << "on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
         }
         derived_with += a.derivations;
@@ -66,7 +75,8 @@ TEST_P(Passes, DeltasChangeNothing) {
     std::uint64_t with = 0, without = 0;
     compare(GetParam(), "deltas", 60, with, without);
     const std::string& name = GetParam().name;
-    std::printf("%s: %llu derivations, %llu without deltas\n", name.c_str(), static_cast<unsigned long long>(with), static_cast<unsigned long long>(without));
+    std::printf("%s: %llu derivations, %llu without deltas\n", name.c_str(), static_cast<unsigned long long>(with),
+                static_cast<unsigned long long>(without));
     EXPECT_LE(with, without);
     if (name == "rows" || name == "keyed" || name == "flood") {
         EXPECT_LT(with, without);
@@ -78,7 +88,8 @@ TEST(Rewriting, ChangesNothing) {
     for (const char* pass : {"fold", "dead", "push", "merge", "gather", "narrow", "share"}) {
         std::uint64_t with = 0, without = 0;
         compare(rows(), pass, 8, with, without);
-        std::printf("%llu derivations, %llu without %s\n", static_cast<unsigned long long>(with), static_cast<unsigned long long>(without), pass);
+        std::printf("%llu derivations, %llu without %s\n", static_cast<unsigned long long>(with), static_cast<unsigned long long>(without),
+                    pass);
         // The best of a neighbour's rows is found there, before anybody asks: that spares messages, not always derivations.
         if (pass != std::string("push")) {
             EXPECT_LE(with, without);

@@ -14,7 +14,8 @@ std::vector<Row> rows(const Facts& facts, const std::string& predicate, I id) {
     std::vector<Row> out;
     const auto found = facts.find(predicate);
     if (found == facts.end()) return out;
-    for (auto row = found->second.lower_bound(Row{id}); row != found->second.end() && (*row)[0] == id; ++row) out.emplace_back(row->begin() + 1, row->end());
+    for (auto row = found->second.lower_bound(Row{id}); row != found->second.end() && (*row)[0] == id; ++row)
+        out.emplace_back(row->begin() + 1, row->end());
     return out;
 }
 bool holds(const Facts& facts, const std::string& predicate, I id) { return !rows(facts, predicate, id).empty(); }
@@ -258,9 +259,12 @@ Facts reduce(const std::map<std::string, std::vector<Row>>& derived, const Progr
             const Row key(row.begin(), row.end() - 1);
             const auto [at, first] = groups.emplace(key, row.back());
             if (first) continue;
-            if (aggregate->second == "min") at->second = std::min(at->second, row.back());
-            else if (aggregate->second == "max") at->second = std::max(at->second, row.back());
-            else at->second += row.back();
+            if (aggregate->second == "min")
+                at->second = std::min(at->second, row.back());
+            else if (aggregate->second == "max")
+                at->second = std::max(at->second, row.back());
+            else
+                at->second += row.back();
         }
         for (const auto& [key, value] : groups) {
             Row row = key;
@@ -275,23 +279,75 @@ std::vector<Program> make_programs() {
     const Given source{.predicate = "source", .per_mille = 80};
     std::vector<Program> all;
     all.push_back({.name = "hops", .given = {source}, .aggregates = {{"dist", "min"}}, .strata = {gradient_rules("source", "dist")}});
-    all.push_back({.name = "weighted", .given = {source, {.predicate = "cost", .arguments = {{0, 5}}, .per_mille = 600}}, .aggregates = {{"dist", "min"}}, .strata = {weighted}});
-    all.push_back({.name = "leader", .given = {{.predicate = "candidate", .arguments = {{0, 99}}, .per_mille = 150}}, .aggregates = {{"leader", "max"}}, .strata = {spread_rules("candidate", "leader")}});
+    all.push_back({.name = "weighted",
+                   .given = {source, {.predicate = "cost", .arguments = {{0, 5}}, .per_mille = 600}},
+                   .aggregates = {{"dist", "min"}},
+                   .strata = {weighted}});
+    all.push_back({.name = "leader",
+                   .given = {{.predicate = "candidate", .arguments = {{0, 99}}, .per_mille = 150}},
+                   .aggregates = {{"leader", "max"}},
+                   .strata = {spread_rules("candidate", "leader")}});
     all.push_back({.name = "reach", .given = {source}, .aggregates = {}, .strata = {spread_rules("source", "reach")}});
-    all.push_back({.name = "widest", .given = {{.predicate = "source", .arguments = {{20, 50}}, .per_mille = 80}, {.predicate = "width", .arguments = {{1, 40}}, .per_mille = 850}}, .aggregates = {{"widest", "max"}}, .strata = {widest}});
-    all.push_back({.name = "joins", .given = {{.predicate = "give-p", .per_mille = 250}, {.predicate = "give-q", .per_mille = 200}, {.predicate = "red", .per_mille = 500}}, .aggregates = {}, .strata = {joins}});
+    all.push_back({.name = "widest",
+                   .given = {{.predicate = "source", .arguments = {{20, 50}}, .per_mille = 80},
+                             {.predicate = "width", .arguments = {{1, 40}}, .per_mille = 850}},
+                   .aggregates = {{"widest", "max"}},
+                   .strata = {widest}});
+    all.push_back({.name = "joins",
+                   .given = {{.predicate = "give-p", .per_mille = 250},
+                             {.predicate = "give-q", .per_mille = 200},
+                             {.predicate = "red", .per_mille = 500}},
+                   .aggregates = {},
+                   .strata = {joins}});
     all.push_back({.name = "keyed", .given = {source}, .aggregates = {{"dist", "min"}}, .strata = {keyed}});
-    all.push_back({.name = "parent", .given = {source}, .aggregates = {{"dist", "min"}}, .strata = {gradient_rules("source", "dist")}, .parent_of = "dist"});
-    all.push_back({.name = "multihop", .given = {{.predicate = "mark", .arguments = {{0, 3}}, .per_mille = 250}}, .aggregates = {{"sum-near", "sum"}}, .strata = {multihop}, .loses = false, .waits = false});
-    all.push_back({.name = "strata", .given = {source}, .aggregates = {{"depth", "min"}, {"lost-near", "count"}}, .strata = {spread_rules("source", "reach"), strata_lost, strata_depth}});
-    all.push_back({.name = "tree", .given = {source, {.predicate = "weight", .arguments = {{1, 9}}, .per_mille = 700}}, .aggregates = {{"dist", "min"}, {"parent", "min"}, {"total", "sum"}}, .strata = {gradient_rules("source", "dist"), tree_parent, tree_total}});
-    all.push_back({.name = "linear", .given = {source, {.predicate = "token", .per_mille = 80, .linear = true, .becomes = "mark"}}, .aggregates = {}, .strata = {linear}});
-    all.push_back({.name = "mutual", .given = {source, {.predicate = "cost", .arguments = {{3, 6}}, .per_mille = 850}}, .aggregates = {{"arrive", "min"}, {"leave", "min"}}, .strata = {mutual}});
-    all.push_back({.name = "flood", .given = {{.predicate = "token", .arguments = {{1, 3}}, .per_mille = 80}, {.predicate = "wall", .per_mille = 150}}, .aggregates = {{"heard", "max"}}, .strata = {flood}, .waits = false});
-    all.push_back({.name = "closure", .given = {{.predicate = "edge", .arguments = {{0, 4}, {0, 4}}, .per_mille = 700}, {.predicate = "edge", .arguments = {{0, 4}, {0, 4}}, .per_mille = 500}}, .aggregates = {{"steps", "min"}}, .strata = {closure}, .loses = false, .waits = false});
-    all.push_back({.name = "twolinks", .given = {source, {.predicate = "bridge", .per_mille = 500}}, .aggregates = {{"jump", "min"}}, .strata = {jumps, both}});
+    all.push_back({.name = "parent",
+                   .given = {source},
+                   .aggregates = {{"dist", "min"}},
+                   .strata = {gradient_rules("source", "dist")},
+                   .parent_of = "dist"});
+    all.push_back({.name = "multihop",
+                   .given = {{.predicate = "mark", .arguments = {{0, 3}}, .per_mille = 250}},
+                   .aggregates = {{"sum-near", "sum"}},
+                   .strata = {multihop},
+                   .loses = false,
+                   .waits = false});
+    all.push_back({.name = "strata",
+                   .given = {source},
+                   .aggregates = {{"depth", "min"}, {"lost-near", "count"}},
+                   .strata = {spread_rules("source", "reach"), strata_lost, strata_depth}});
+    all.push_back({.name = "tree",
+                   .given = {source, {.predicate = "weight", .arguments = {{1, 9}}, .per_mille = 700}},
+                   .aggregates = {{"dist", "min"}, {"parent", "min"}, {"total", "sum"}},
+                   .strata = {gradient_rules("source", "dist"), tree_parent, tree_total}});
+    all.push_back({.name = "linear",
+                   .given = {source, {.predicate = "token", .per_mille = 80, .linear = true, .becomes = "mark"}},
+                   .aggregates = {},
+                   .strata = {linear}});
+    all.push_back({.name = "mutual",
+                   .given = {source, {.predicate = "cost", .arguments = {{3, 6}}, .per_mille = 850}},
+                   .aggregates = {{"arrive", "min"}, {"leave", "min"}},
+                   .strata = {mutual}});
+    all.push_back({.name = "flood",
+                   .given = {{.predicate = "token", .arguments = {{1, 3}}, .per_mille = 80}, {.predicate = "wall", .per_mille = 150}},
+                   .aggregates = {{"heard", "max"}},
+                   .strata = {flood},
+                   .waits = false});
+    all.push_back({.name = "closure",
+                   .given = {{.predicate = "edge", .arguments = {{0, 4}, {0, 4}}, .per_mille = 700},
+                             {.predicate = "edge", .arguments = {{0, 4}, {0, 4}}, .per_mille = 500}},
+                   .aggregates = {{"steps", "min"}},
+                   .strata = {closure},
+                   .loses = false,
+                   .waits = false});
+    all.push_back({.name = "twolinks",
+                   .given = {source, {.predicate = "bridge", .per_mille = 500}},
+                   .aggregates = {{"jump", "min"}},
+                   .strata = {jumps, both}});
     all.push_back({.name = "perlink", .given = {source}, .aggregates = {{"offer", "min"}, {"dist", "min"}}, .strata = {perlink}});
-    all.push_back({.name = "catoms", .given = {{.predicate = "marked", .per_mille = 120}}, .aggregates = {{"chief", "max"}, {"length", "min"}, {"same-chief", "count"}}, .strata = {chiefs, lengths}});
+    all.push_back({.name = "catoms",
+                   .given = {{.predicate = "marked", .per_mille = 120}},
+                   .aggregates = {{"chief", "max"}, {"length", "min"}, {"same-chief", "count"}},
+                   .strata = {chiefs, lengths}});
     return all;
 }
 
@@ -303,7 +359,8 @@ Scene make_scene(const Mirror& mirror, world::LatticeKind kind) {
     for (const auto& [cell, id] : mirror.at) {
         std::vector<I>& others = scene.neighbours[static_cast<I>(id)];
         for (int port = 0; port < lattice.ports(); ++port)
-            if (const auto other = mirror.at.find(lattice.neighbour(cell, port)); other != mirror.at.end()) others.push_back(static_cast<I>(other->second));
+            if (const auto other = mirror.at.find(lattice.neighbour(cell, port)); other != mirror.at.end())
+                others.push_back(static_cast<I>(other->second));
     }
     return scene;
 }

@@ -21,7 +21,7 @@ using Derive = std::function<void(const std::string& predicate, const Row& row)>
 using Rules = std::function<void(const Scene&, const Facts&, const Derive&)>;
 
 struct Program {
-    std::string name;                               // Of the .meld file.
+    std::string name;  // Of the .meld file.
     std::vector<Given> given;
     std::map<std::string, std::string> aggregates;  // Of a predicate's last argument: "min", "max", "sum", "count".
     std::vector<Rules> strata;

@@ -30,13 +30,15 @@ class Retraction : public testing::TestWithParam<Program> {
         module_ = std::make_unique<Module>(std::move(*module));
     }
     const ModuleInfo& module() const { return info_of(*module_); }
-    Outcome run_case(const Case& c, const Setting& setting) const { return run(c, GetParam(), module(), expectations(c, GetParam()), setting); }
+    Outcome run_case(const Case& c, const Setting& setting) const {
+        return run(c, GetParam(), module(), expectations(c, GetParam()), setting);
+    }
 
     // The failing case, made small, as text.
     std::string report(const Case& c, const Setting& setting, const std::function<bool(const Case&)>& in_trouble) const {
         const Case small = shrink(c, in_trouble);
-        return GetParam().name + ".meld with " + std::to_string(setting.parts) + " parts, " + std::to_string(setting.threads) + " threads; from seed " +
-               std::to_string(c.seed) + "\n" + print(small, GetParam().given) + run_case(small, setting).trouble;
+        return GetParam().name + ".meld with " + std::to_string(setting.parts) + " parts, " + std::to_string(setting.threads) +
+               " threads; from seed " + std::to_string(c.seed) + "\n" + print(small, GetParam().given) + run_case(small, setting).trouble;
     }
 
   private:
@@ -73,9 +75,13 @@ TEST_P(Retraction, LeavesNoTrace) {
         sum.compared += alone.compared;
         ticks += alone.states.size();
     }
-    std::printf("%s: %llu cases, %llu runs, %llu ticks a run, %llu facts compared, %llu retracted; %llu catoms remembered losses, %llu ticks of quarantine alone; parts spoke in %llu ticks\n", GetParam().name.c_str(),
-                static_cast<unsigned long long>(count), static_cast<unsigned long long>(runs), static_cast<unsigned long long>(ticks / count), static_cast<unsigned long long>(sum.compared),
-                static_cast<unsigned long long>(sum.retractions), static_cast<unsigned long long>(sum.tombstones), static_cast<unsigned long long>(sum.quarantines), static_cast<unsigned long long>(sum.exchanges));
+    std::printf(
+        "%s: %llu cases, %llu runs, %llu ticks a run, %llu facts compared, %llu retracted; %llu catoms remembered losses, %llu ticks of "
+        "quarantine alone; parts spoke in %llu ticks\n",
+        GetParam().name.c_str(), static_cast<unsigned long long>(count), static_cast<unsigned long long>(runs),
+        static_cast<unsigned long long>(ticks / count), static_cast<unsigned long long>(sum.compared),
+        static_cast<unsigned long long>(sum.retractions), static_cast<unsigned long long>(sum.tombstones),
+        static_cast<unsigned long long>(sum.quarantines), static_cast<unsigned long long>(sum.exchanges));
     if (count < 100) return;
     // The cases have really exercised what they are about.
     EXPECT_GT(sum.compared, 20 * count);
@@ -88,7 +94,8 @@ TEST_P(Retraction, LeavesNoTrace) {
 // A change that the runtime is not told of shows in most cases; some changes change nothing that holds.
 TEST_P(Retraction, NoticesALostChange) {
     int noticed = 0;
-    for (std::uint64_t seed = 1; seed <= 20; ++seed) noticed += !run_case(make_case(seed, GetParam().given), {.lose_last_change = true}).trouble.empty();
+    for (std::uint64_t seed = 1; seed <= 20; ++seed)
+        noticed += !run_case(make_case(seed, GetParam().given), {.lose_last_change = true}).trouble.empty();
     EXPECT_GE(noticed, 5);
 }
 
@@ -99,7 +106,8 @@ INSTANTIATE_TEST_SUITE_P(Programs, Retraction, testing::ValuesIn(programs()), na
 class Quarantine : public Retraction {};
 TEST_P(Quarantine, IsNeeded) {
     int noticed = 0;
-    for (std::uint64_t seed = 1; seed <= 40; ++seed) noticed += !run_case(make_case(seed, GetParam().given), {.no_quarantine = true}).trouble.empty();
+    for (std::uint64_t seed = 1; seed <= 40; ++seed)
+        noticed += !run_case(make_case(seed, GetParam().given), {.no_quarantine = true}).trouble.empty();
     EXPECT_GE(noticed, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0], programs()[3]}), name_of);
@@ -132,7 +140,9 @@ TEST(Memory, IsKeptEquallyLongOnAnyNumberOfParts) {
     ASSERT_TRUE(module) << module.error().message();
     Case c{.seed = 0, .lattice = world::LatticeKind::Square, .cells = {}, .bursts = {{}}};
     std::vector<Change>& changes = c.bursts[0];
-    const auto give = [&](int tick, Cell cell, std::size_t given, Row arguments) { changes.push_back({.kind = Change::Kind::Give, .tick = tick, .cell = cell, .given = given, .arguments = std::move(arguments)}); };
+    const auto give = [&](int tick, Cell cell, std::size_t given, Row arguments) {
+        changes.push_back({.kind = Change::Kind::Give, .tick = tick, .cell = cell, .given = given, .arguments = std::move(arguments)});
+    };
     std::vector<Cell> crowd;
     for (std::int32_t y = 10; y < 40; ++y)
         for (std::int32_t x = 0; x < 40; ++x) crowd.push_back({x, y, 0});

@@ -86,7 +86,8 @@ std::string check_parents(Facts& facts, const std::string& predicate, const Scen
         const auto found = scene.neighbours.find(id);
         const std::vector<std::int64_t> others = found == scene.neighbours.end() ? std::vector<std::int64_t>{} : found->second;
         const bool is_root = row[1] == 0 && via == id;
-        const bool is_child = std::find(others.begin(), others.end(), via) != others.end() && value.contains(via) && value[via] == row[1] - 1;
+        const bool is_child =
+            std::find(others.begin(), others.end(), via) != others.end() && value.contains(via) && value[via] == row[1] - 1;
         if (!is_root && !is_child) return fmt::format("@{} has {} {} by way of @{}\n", id, predicate, row[1], via);
     }
     facts[predicate] = plain;

@@ -23,13 +23,13 @@ struct Setting {
 };
 
 struct Outcome {
-    std::string trouble;            // Empty: all is as it should be.
-    std::vector<Digest> states = {}; // After every tick.
-    std::uint64_t retractions = 0;  // Facts that held at the end of a burst and not at the end of the next.
-    std::uint64_t tombstones = 0;   // The most catoms that remembered losses at a time.
-    std::uint64_t quarantines = 0;  // Ticks that ended with nothing left but waiting.
-    std::uint64_t exchanges = 0;    // Ticks in which parts told each other something.
-    std::uint64_t compared = 0;     // Facts.
+    std::string trouble;              // Empty: all is as it should be.
+    std::vector<Digest> states = {};  // After every tick.
+    std::uint64_t retractions = 0;    // Facts that held at the end of a burst and not at the end of the next.
+    std::uint64_t tombstones = 0;     // The most catoms that remembered losses at a time.
+    std::uint64_t quarantines = 0;    // Ticks that ended with nothing left but waiting.
+    std::uint64_t exchanges = 0;      // Ticks in which parts told each other something.
+    std::uint64_t compared = 0;       // Facts.
     std::uint64_t derivations = 0;
 };
 

@@ -6,6 +6,7 @@
 #include "compiler/build/backend/link_module.h"
 
 const meld::Backend* meld_backend() {
-    static constexpr meld::Backend backend = {.compile_object = &meld::compile_object, .compile_extern = &meld::compile_extern, .link_module = &meld::link_module};
+    static constexpr meld::Backend backend = {
+        .compile_object = &meld::compile_object, .compile_extern = &meld::compile_extern, .link_module = &meld::link_module};
     return &backend;
 }

@@ -33,7 +33,8 @@ struct ExternObject {
 // What the library offers; compile_object.h, compile_extern.h and link_module.h say what the functions do.
 struct Backend {
     Result<std::vector<std::string>> (*compile_object)(const std::string& cpp_text, const std::string& name,
-                                                       const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options);
+                                                       const std::vector<std::pair<std::string, std::string>>& headers,
+                                                       const ObjectOptions& options);
     Result<ExternObject> (*compile_extern)(const ExternSource& source, const std::string& header, const ObjectOptions& options);
     Result<void> (*link_module)(const std::vector<std::string>& object_paths, const std::string& output_path);
 };

@@ -102,7 +102,8 @@ std::vector<std::string> defined_symbols(const std::string& object) {
     for (const llvm::object::SymbolRef& symbol : (*file)->symbols()) {
         auto flags = symbol.getFlags();
         auto name = symbol.getName();
-        if (flags && name && !(*flags & llvm::object::SymbolRef::SF_Undefined) && (*flags & llvm::object::SymbolRef::SF_Global)) names.push_back(name->str());
+        if (flags && name && !(*flags & llvm::object::SymbolRef::SF_Undefined) && (*flags & llvm::object::SymbolRef::SF_Global))
+            names.push_back(name->str());
         if (!flags) llvm::consumeError(flags.takeError());
         if (!name) llvm::consumeError(name.takeError());
     }
@@ -115,7 +116,9 @@ Result<ExternObject> compile_extern(const ExternSource& source, const std::strin
     const bool cpp = !source.path.ends_with(".c");
     const std::string path = kMemoryRoot + source.path.substr(source.path.find_last_of('/') + 1);
     auto memory = llvm::makeIntrusiveRefCnt<llvm::vfs::InMemoryFileSystem>();
-    const auto add = [&](const std::string& name, llvm::StringRef text) { memory->addFile(name, 0, llvm::MemoryBuffer::getMemBuffer(text, name, true)); };
+    const auto add = [&](const std::string& name, llvm::StringRef text) {
+        memory->addFile(name, 0, llvm::MemoryBuffer::getMemBuffer(text, name, true));
+    };
     for (const CompilerHeader& own : kCompilerHeaders) add(fmt::format("{}compiler/{}", kMemoryRoot, own.name), own.text);
     add(kMemoryRoot + "meld/extern.h", header);
     add(path, source.text);
@@ -123,7 +126,8 @@ Result<ExternObject> compile_extern(const ExternSource& source, const std::strin
     files->pushOverlay(memory);
     ClangRun run = run_clang(arguments(path, cpp, options), files);
     if (run.output.empty())
-        return fail(fmt::format("{} does not compile:\n{}", source.path, run.messages), "One file is compiled at a time; of its own project it sees <meld/extern.h> only", ExitCode::ProgramWrong);
+        return fail(fmt::format("{} does not compile:\n{}", source.path, run.messages),
+                    "One file is compiled at a time; of its own project it sees <meld/extern.h> only", ExitCode::ProgramWrong);
     std::vector<std::string> symbols = defined_symbols(run.output);
     return ExternObject{std::move(run.output), std::move(symbols)};
 }

@@ -18,7 +18,8 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         "-triple", llvm::sys::getDefaultTargetTriple(), "-target-cpu", options.target_cpu,
         "-emit-obj", "-x", "c++", "-std=c++20", "-O" + std::to_string(options.optimisation),
         "-ffp-contract=off", "-fno-rtti", "-mrelocation-model", "pic", "-pic-level", "2",
-        "-fvisibility-inlines-hidden", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++", "-I", kMemoryRoot, "-isystem", kMemoryRoot + "freestanding",
+        "-fvisibility-inlines-hidden", "-nostdsysteminc", "-nobuiltininc", "-nostdinc++",
+        "-I", kMemoryRoot, "-isystem", kMemoryRoot + "freestanding",
         // Expressions nest up to 300 deep, and each level takes up to five brackets.
         "-fbracket-depth", "4096", "-w", "-main-file-name", source,
         // Loops here are over a dozen ports or a handful of rows: unrolled they are only larger, and take a third longer to compile.
@@ -34,7 +35,8 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> in_memory_files(const std::strin
     const auto add = [&](const std::string& path, llvm::StringRef text) {
         files->addFile(path, 0, llvm::MemoryBuffer::getMemBuffer(text, path, true));
     };
-    for (const FreestandingHeader& header : kFreestandingHeaders) add(fmt::format("{}freestanding/{}", kMemoryRoot, header.name), header.text);
+    for (const FreestandingHeader& header : kFreestandingHeaders)
+        add(fmt::format("{}freestanding/{}", kMemoryRoot, header.name), header.text);
     for (const auto& [path, text] : headers) add(kMemoryRoot + path, text);
     add(source, cpp_text);
     return files;
@@ -43,7 +45,8 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> in_memory_files(const std::strin
 }  // namespace
 
 Result<std::vector<std::string>> compile_object(const std::string& cpp_text, const std::string& name,
-                                                const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options) {
+                                                const std::vector<std::pair<std::string, std::string>>& headers,
+                                                const ObjectOptions& options) {
     const std::string source = kMemoryRoot + name + ".cpp";
     const bool halved = cpp_text.size() >= kLongModule && options.optimisation == 1;  // Elsewhere nothing is a step, or nothing takes time.
     std::vector<std::string> arguments = front_end_arguments(source, options);

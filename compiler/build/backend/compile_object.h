@@ -15,6 +15,7 @@ namespace meld {
 // always meant to compile. A long text (kLongModule) becomes two objects at -O1, made side by side; all are to be linked.
 // May be called from several threads at once.
 Result<std::vector<std::string>> compile_object(const std::string& cpp_text, const std::string& name,
-                                                const std::vector<std::pair<std::string, std::string>>& headers, const ObjectOptions& options);
+                                                const std::vector<std::pair<std::string, std::string>>& headers,
+                                                const ObjectOptions& options);
 
 }  // namespace meld

@@ -98,7 +98,10 @@ void optimise(llvm::Module& module, llvm::TargetMachine& machine, int optimisati
 }
 
 Result<std::string> compile_half(const std::string& bitcode, std::size_t half, const ObjectOptions& options) {
-    const auto broken = [](const std::string& why) { return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program", ExitCode::OurBug); };
+    const auto broken = [](const std::string& why) {
+        return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program",
+                    ExitCode::OurBug);
+    };
     llvm::LLVMContext context;
     llvm::Expected<std::unique_ptr<llvm::Module>> module = llvm::parseBitcodeFile(llvm::MemoryBufferRef(bitcode, "module"), context);
     if (!module) return broken(llvm::toString(module.takeError()));
@@ -113,7 +116,8 @@ Result<std::string> compile_half(const std::string& bitcode, std::size_t half, c
     llvm::SmallVector<char, 0> object;
     llvm::raw_svector_ostream out(object);
     llvm::legacy::PassManager passes;
-    if (machine->addPassesToEmitFile(passes, out, nullptr, llvm::CodeGenFileType::ObjectFile)) return broken("no object files for this machine");
+    if (machine->addPassesToEmitFile(passes, out, nullptr, llvm::CodeGenFileType::ObjectFile))
+        return broken("no object files for this machine");
     passes.run(**module);
     return std::string(object.begin(), object.end());
 }

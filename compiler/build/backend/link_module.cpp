@@ -15,17 +15,9 @@ namespace meld {
 Result<void> link_module(const std::vector<std::string>& object_paths, const std::string& output_path) {
     static std::mutex one_at_a_time;
     const std::scoped_lock lock(one_at_a_time);
-    std::vector<const char*> arguments = {"ld.lld",
-                                     "-shared",
-                                     "-Bsymbolic",
-                                     "-z",
-                                     "lazy",
-                                     "--hash-style=gnu",
-                                     "--threads=1",
-                                     "-O0",
-                                     "--build-id=none",
-                                     "-o",
-                                     output_path.c_str()};
+    std::vector<const char*> arguments = {
+        "ld.lld",          "-shared", "-Bsymbolic",       "-z", "lazy", "--hash-style=gnu", "--threads=1", "-O0",
+        "--build-id=none", "-o",      output_path.c_str()};
     for (const std::string& path : object_paths) arguments.push_back(path.c_str());
     std::string messages;
     llvm::raw_string_ostream stream(messages);

@@ -46,8 +46,10 @@ ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRef
     compiler.createFileManager(std::move(files));
     compiler.setOutputStream(std::make_unique<llvm::raw_svector_ostream>(bytes));
     std::unique_ptr<clang::CodeGenAction> action;
-    if (output == ClangOutput::Object) action = std::make_unique<clang::EmitObjAction>();
-    else action = std::make_unique<clang::EmitBCAction>();
+    if (output == ClangOutput::Object)
+        action = std::make_unique<clang::EmitObjAction>();
+    else
+        action = std::make_unique<clang::EmitBCAction>();
     if (compiler.ExecuteAction(*action)) out.output.assign(bytes.begin(), bytes.end());
     return out;
 }

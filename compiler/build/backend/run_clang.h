@@ -15,11 +15,12 @@ inline const std::string kMemoryRoot = "/claymeld/";
 enum class ClangOutput { Object, Bitcode };
 
 struct ClangRun {
-    std::string output;    // Empty: it did not compile.
+    std::string output;  // Empty: it did not compile.
     std::string messages;
 };
 
 // Compiles as Clang's compiler proper does with these arguments. May be called from several threads at once.
-ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files, ClangOutput output = ClangOutput::Object);
+ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files,
+                   ClangOutput output = ClangOutput::Object);
 
 }  // namespace meld

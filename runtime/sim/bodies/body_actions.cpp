@@ -18,7 +18,9 @@ void BodyActions::start(const PartState& part, const world::World& world) {
     roll_ = {find("roll", 3), find("roll", 1)};
     // A program may call something else of its own so.
     const std::optional<u32> failed = tuple::find_predicate(part.module, "failed", 1);
-    if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear || part.module.predicates[*failed].fields[0].type != ValueType::Int) return;
+    if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear ||
+        part.module.predicates[*failed].fields[0].type != ValueType::Int)
+        return;
     const u16 base = part.module.predicates[*failed].base;
     if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
 }
@@ -78,8 +80,10 @@ void BodyActions::tell_holders(PartState& part, const DividedBodies& divided, bo
     told_.clear();
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            if (take_value<bool>(at)) switched_.push_back(take_value<Switched>(at));
-            else told_.push_back(take_value<Pushed>(at));
+            if (take_value<bool>(at))
+                switched_.push_back(take_value<Switched>(at));
+            else
+                told_.push_back(take_value<Pushed>(at));
         }
 }
 
@@ -96,7 +100,8 @@ void BodyActions::follow(PartState& part, const DividedBodies& divided) {
         return owner != part.comm.part();
     });
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) pushed_.push_back(take_value<Pushed>(at));
+        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();)
+            pushed_.push_back(take_value<Pushed>(at));
     tell_holders(part, divided, false);
 }
 

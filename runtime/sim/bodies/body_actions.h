@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/part_state.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::sim {
 

@@ -39,7 +39,8 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
 }  // namespace
 
 void BodySenses::find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
-    if (const auto base = stored(part, name, arity)) sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
+    if (const auto base = stored(part, name, arity))
+        sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
 }
 
 bool BodySenses::feels_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
@@ -75,13 +76,16 @@ void BodySenses::note_obstacles(PartState& part, std::span<const physics::TouchE
         Value obstacle{};
         obstacle.integer = e.touch.other;
         const Catom catom = *part.ensemble.find(e.touch.body);
-        if (e.began) part.give(*touches_obstacle_, catom, &obstacle);
-        else part.take(*touches_obstacle_, catom, &obstacle);
+        if (e.began)
+            part.give(*touches_obstacle_, catom, &obstacle);
+        else
+            part.take(*touches_obstacle_, catom, &obstacle);
     }
 }
 
 void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
-    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; })) sum_normal_forces(part, *physics.scene, divided);
+    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; }))
+        sum_normal_forces(part, *physics.scene, divided);
     const auto count = static_cast<Catom>(part.ensemble.index_count());
     const auto each_catom = [&](const auto& visit) {
         part.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
@@ -123,14 +127,21 @@ void BodySenses::feel(PartState& part, const physics::Scene& scene, Catom catom,
     if (news != 0) part.mark_shared(catom, news);
 }
 
-tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const {
+tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body,
+                                   const physics::BodyState& state) const {
     const auto numbers = [](physics::Vec3 v) { return tuple::Numbers{{v.x, v.y, v.z, 0}, 3}; };
     switch (quantity) {
-        case Quantity::Orientation: return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
-        case Quantity::Velocity: return numbers(state.velocity_m_s);
-        case Quantity::Acceleration: return numbers(scene.acceleration(body));
-        case Quantity::Pressure: return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0}, 1};
-        case Quantity::Energy: return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
+        case Quantity::Orientation:
+            return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
+        case Quantity::Velocity:
+            return numbers(state.velocity_m_s);
+        case Quantity::Acceleration:
+            return numbers(scene.acceleration(body));
+        case Quantity::Pressure:
+            return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0},
+                    1};
+        case Quantity::Energy:
+            return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
     }
     return {};
 }
@@ -152,7 +163,8 @@ bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& told, const
 // Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
 void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
     std::vector<std::pair<u64, i64>> told, now;
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom, [&](const Value* v) { told.emplace_back(v[0].catom, v[1].integer); });
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom,
+                     [&](const Value* v) { told.emplace_back(v[0].catom, v[1].integer); });
     const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
     const world::Vec3 here = part.ensemble.position(catom);
     for (int port = 0; port < kMaxPorts; ++port) {
@@ -172,9 +184,11 @@ void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Cat
         return v;
     };
     for (const auto& fact : told)
-        if (!std::binary_search(now.begin(), now.end(), fact)) tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+        if (!std::binary_search(now.begin(), now.end(), fact))
+            tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
     for (const auto& fact : now)
-        if (!std::binary_search(told.begin(), told.end(), fact)) tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+        if (!std::binary_search(told.begin(), told.end(), fact))
+            tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
     part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
 }
 

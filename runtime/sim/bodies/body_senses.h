@@ -7,8 +7,8 @@
 
 #include "runtime/base/exact_sum.h"
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/part_state.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -46,7 +46,7 @@ class BodySenses {
 
     const world::World* world_ = nullptr;
     std::vector<Sensor> sensors_;
-    std::vector<ExactSum> normal_force_n_;  // By slot of the scene.
+    std::vector<ExactSum> normal_force_n_;              // By slot of the scene.
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
 };
 

@@ -75,7 +75,12 @@ std::vector<Neighbour> neighbours_of(const PartState& part, const NewOwners& own
     for (int port = 0; port < kMaxPorts; ++port) {
         const std::optional<Catom> other = part.ensemble.linked(catom, port);
         if (!other) continue;
-        found.push_back({port, part.ensemble.id(*other), *part.ensemble.port_towards(*other, catom), owner_after(part, owners, *other), part.ensemble.position(*other), {}});
+        found.push_back({port,
+                         part.ensemble.id(*other),
+                         *part.ensemble.port_towards(*other, catom),
+                         owner_after(part, owners, *other),
+                         part.ensemble.position(*other),
+                         {}});
     }
     return found;
 }
@@ -93,7 +98,8 @@ Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
     return waits;
 }
 
-void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, std::vector<std::byte>& out) {
+void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom,
+          std::vector<std::byte>& out) {
     const std::uint64_t id = part.ensemble.id(catom);
     put(out, id);
     put(out, part.ensemble.position(catom));
@@ -189,7 +195,8 @@ void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks&
     if (owners.empty()) return;
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
     const Waits waits = waits_of(divided, links);
-    for (const auto& [body, owner] : divided.departed()) pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
+    for (const auto& [body, owner] : divided.departed())
+        pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
     std::vector<Arrival> arrivals;
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) arrivals.push_back(unpack(at));

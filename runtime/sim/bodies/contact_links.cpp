@@ -37,7 +37,8 @@ void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> fo
     std::vector<physics::TouchEvent> told;
     if (divided != nullptr) found = told = share(part, found, *divided);
     std::vector<Pair> begun, ended;
-    const auto beginnings = std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
+    const auto beginnings =
+        std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
     begun.reserve(static_cast<std::size_t>(beginnings));
     for (const physics::TouchEvent& e : found)
         if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
@@ -55,7 +56,8 @@ void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
 }
 
 // The part that owns a pair's block has seen what befell it; the owners of both catoms are told.
-std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const {
+std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events,
+                                                     const DividedBodies& divided) const {
     std::vector<physics::TouchEvent> mine;
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
     for (const physics::TouchEvent& e : events) {
@@ -129,7 +131,8 @@ void ContactLinks::make_offers(const PartState& part) {
     offered_.assign(waiting_.size(), {-1, -1});
     taken_.resize(part.ensemble.index_count());
     const auto offer = [&](std::size_t i, physics::BodyId from, std::size_t end) {
-        if (const std::optional<Catom> catom = ours(part, from)) offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(part, *catom));
+        if (const std::optional<Catom> catom = ours(part, from))
+            offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(part, *catom));
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         offer(i, waiting_[i].first, 0);
@@ -191,7 +194,8 @@ void ContactLinks::connect_promised(PartState& part) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         const auto [first, second] = waiting_[i];
-        const bool both = (offered_[i][0] >= 0 || offers_.contains({first, second})) && (offered_[i][1] >= 0 || offers_.contains({second, first}));
+        const bool both =
+            (offered_[i][0] >= 0 || offers_.contains({first, second})) && (offered_[i][1] >= 0 || offers_.contains({second, first}));
         if (!both) {
             waiting_[kept++] = waiting_[i];
             continue;

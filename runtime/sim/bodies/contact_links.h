@@ -45,7 +45,8 @@ class ContactLinks {
         world::Vec3 position = {};
         std::vector<std::byte> exports = {};
     };
-    std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies& divided) const;
+    std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events,
+                                           const DividedBodies& divided) const;
     void end(PartState& part, const std::vector<Pair>& ended);
     void begin(std::vector<Pair> begun);
     void make_offers(const PartState& part);

@@ -18,7 +18,7 @@ constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
 
 // Space is divided anew when a part has more than so many times the mean, if that helps: blocks are not cut, so a small
 // ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
-constexpr double kMostLoad = 1.25, kWorthMoving = 0.9;
+constexpr double kMaxLoad = 1.25, kWorthMoving = 0.9;
 
 // The greatest of these in shares of their mean.
 double load_of(const std::vector<std::uint64_t>& work) {
@@ -120,12 +120,12 @@ void DividedBodies::balance(PartState& part) {
             all[p] += take_value<std::uint64_t>(at);
         }
     double load = load_of(all);
-    if (load > kMostLoad) {
+    if (load > kMaxLoad) {
         const Weights weights = weigh_all(part);
         partition::Partition better(weights, part.comm.parts());
         std::fill(all.begin(), all.end(), 0);
         for (const auto& [key, weight] : weights) all[static_cast<std::size_t>(better.owner(key))] += weight;
-        if (const double load_there = load_of(all); load_there <= kMostLoad || load_there < kWorthMoving * load) {
+        if (const double load_there = load_of(all); load_there <= kMaxLoad || load_there < kWorthMoving * load) {
             partition_ = std::move(better);
             owners_.clear();
             load = load_there;
@@ -158,7 +158,8 @@ Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, 
         if (fine) fine = bodies_->run(stage, part.workers);
         if (!stage.must_exchange()) continue;
         // A part that has failed says nothing more; the others find out at the end.
-        const std::vector<comm::Packet> received = part.comm.exchange(fine ? packets_of(bodies_->pack(stage)) : std::vector<comm::Packet>{});
+        const std::vector<comm::Packet> received =
+            part.comm.exchange(fine ? packets_of(bodies_->pack(stage)) : std::vector<comm::Packet>{});
         for (const comm::Packet& packet : received)
             if (fine) bodies_->unpack(stage, packet.bytes);
     }
@@ -167,7 +168,8 @@ Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, 
 }
 
 void DividedBodies::complete(PartState& part, std::vector<ExactSum>& normal_forces) const {
-    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_sums(normal_forces)))) bodies_->unpack_sums(normal_forces, packet.bytes);
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_sums(normal_forces))))
+        bodies_->unpack_sums(normal_forces, packet.bytes);
 }
 
 }  // namespace meld::sim

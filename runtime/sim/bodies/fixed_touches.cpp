@@ -5,12 +5,13 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/bytes.h"
 
 namespace meld::sim {
 
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m) {
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m,
+                                               double touch_m) {
     const double reach_m = 2 * largest_radius_m + touch_m;
     std::vector<std::byte> bytes;
     for (const FixedBody& body : mine) put(bytes, body);

@@ -16,6 +16,7 @@ struct FixedBody {
 };
 
 // The touches among those of all parts, sorted; every part calls it with its own. Surfaces nearer than `touch_m` touch.
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m, double touch_m);
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m,
+                                               double touch_m);
 
 }  // namespace meld::sim

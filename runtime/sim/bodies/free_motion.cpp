@@ -9,16 +9,18 @@
 #include "runtime/base/log.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/bodies/catom_migration.h"
+#include "runtime/sim/core/bytes.h"
 
 namespace meld::sim {
 
 Result<void> FreeMotion::start(PartState& part) {
-    if (part.next_id > physics::kMostBodies)
-        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id, physics::kMostBodies), "Make the body smaller", ExitCode::LimitHit);
+    if (part.next_id > physics::kMaxBodies)
+        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id, physics::kMaxBodies),
+                    "Make the body smaller", ExitCode::LimitHit);
     if (!part.alone() && world_.physics.engine != "blocks")
-        return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine), "Write [motion] engine = \"blocks\", or leave out -n");
+        return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
+                    "Write [motion] engine = \"blocks\", or leave out -n");
     if (auto done = agree_on_error(part, make_scene(part)); !done) return done;
     actions_.start(part, world_);
     if (auto started = senses_.start(part, world_); !started) return started;
@@ -75,7 +77,9 @@ Result<void> FreeMotion::make_scene(PartState& part) {
     give_back(part.start_cells);
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     if (radii.least != world_.radius || radii.largest != world_.radius)
-        part.diameter_of = [this, &part](Catom c) { return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius; };
+        part.diameter_of = [this, &part](Catom c) {
+            return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius;
+        };
     return {};
 }
 
@@ -127,7 +131,8 @@ Result<physics::StepReport> FreeMotion::move(PartState& part) {
     const double step_s = world_.physics.step;
     const int substeps = world_.physics.substeps;
     if (actions_.any_pushes())
-        if (auto pushed = agree_on_error(part, actions_.push(*physics_.scene, step_s)); !pushed) return tl::unexpected<Error>(pushed.error());
+        if (auto pushed = agree_on_error(part, actions_.push(*physics_.scene, step_s)); !pushed)
+            return tl::unexpected<Error>(pushed.error());
     if (!divided_) return physics_.scene->step(step_s, substeps, part.workers);
     const auto changed_hands = hand_over(part, step_s, substeps);
     if (!changed_hands) return tl::unexpected<Error>(changed_hands.error());
@@ -164,12 +169,15 @@ void FreeMotion::finish(PartState& part) {
     }
 }
 
-std::string FreeMotion::status() const { return fmt::format("{} of {} bodies awake", format_count(static_cast<double>(awake_)), format_count(static_cast<double>(bodies_))); }
+std::string FreeMotion::status() const {
+    return fmt::format("{} of {} bodies awake", format_count(static_cast<double>(awake_)), format_count(static_cast<double>(bodies_)));
+}
 
 SimModule::Stages FreeMotion::stages() const {
     if (!physics_.scene) return {};
     const physics::StageTimes t = physics_.scene->stage_times();
-    Stages stages = {{"sort", t.sort}, {"pairs", t.pairs}, {"contacts", t.refresh}, {"features", t.actuation}, {"sweeps", t.solve}, {"move", t.move}, {"touches", t.events}, {"links", linking_s_}, {"senses", sensing_s_}};
+    Stages stages = {{"sort", t.sort}, {"pairs", t.pairs},    {"contacts", t.refresh}, {"features", t.actuation}, {"sweeps", t.solve},
+                     {"move", t.move}, {"touches", t.events}, {"links", linking_s_},   {"senses", sensing_s_}};
     if (divided_) stages.emplace_back("hand_over", handing_over_s_);
     return stages;
 }
@@ -178,7 +186,8 @@ std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (crossed_ > 0) text += fmt::format("; {} times a catom has come to another process", crossed_);
     if (divided_ && divided_->divisions() > 0)
-        text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(), divided_->greatest_load());
+        text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(),
+                            divided_->greatest_load());
     return text;
 }
 

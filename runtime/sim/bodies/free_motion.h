@@ -11,10 +11,10 @@
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/extension.h"
 #include "runtime/sim/bodies/fixed_touches.h"
-#include "runtime/sim/core/part_state.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/part_state.h"
 
 namespace meld::sim {
 

@@ -59,8 +59,10 @@ Result<void> add_features(const World& world, PhysicsScene& out) {
         for (const world::Vec3& d : options.directions) directions.push_back(vector_of(d));
         if (options.count > 0) directions = physics::feature_directions(options.count);
         for (const physics::Vec3 direction : directions) out.features.push_back(feature_of(options, direction));
-        if (out.features.size() > physics::kMostFeatures)
-            return fail(fmt::format("{}: a catom has {} features, and {} are the most", options.place, out.features.size(), physics::kMostFeatures), "List fewer directions");
+        if (out.features.size() > physics::kMaxFeatures)
+            return fail(
+                fmt::format("{}: a catom has {} features, and {} are the most", options.place, out.features.size(), physics::kMaxFeatures),
+                "List fewer directions");
     }
     if (out.features.empty()) return {};
     const auto table = out.scene->add_feature_table(out.features);
@@ -76,7 +78,8 @@ physics::Shape shape_of(const World& world, const ObstacleOptions& o) {
         return physics::Box{to_metres(world, o.centre), to_metres(world, o.size), {std::cos(half), 0, 0, std::sin(half)}};
     }
     if (o.kind == "terrain") {
-        physics::Terrain terrain{to_metres(world, o.centre), d * o.cell, static_cast<int>(o.heights[0].size()), static_cast<int>(o.heights.size()), {}};
+        physics::Terrain terrain{
+            to_metres(world, o.centre), d * o.cell, static_cast<int>(o.heights[0].size()), static_cast<int>(o.heights.size()), {}};
         for (const std::vector<double>& row : o.heights)
             for (const double height : row) terrain.heights_m.push_back(d * height);
         return terrain;
@@ -94,8 +97,8 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
         all.insert(all.begin(), ground);
     }
     for (const ObstacleOptions& o : all) {
-        const auto material = scene.add_material(
-            {.friction = static_cast<float>(o.friction.value_or(p.friction)), .restitution = static_cast<float>(o.restitution.value_or(p.restitution))});
+        const auto material = scene.add_material({.friction = static_cast<float>(o.friction.value_or(p.friction)),
+                                                  .restitution = static_cast<float>(o.restitution.value_or(p.restitution))});
         if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
         const auto added = scene.add_obstacle(shape_of(world, o), *material);
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
@@ -179,7 +182,8 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
 
 Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
     for (const Surface& s : surfaces) {
-        const auto made = scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
+        const auto made =
+            scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
         if (!made) return tl::unexpected<Error>(made.error());
         materials_[s] = *made;
     }

@@ -36,7 +36,8 @@ struct Surface {
 class BodyMaker {
   public:
     // `catoms`: of all parts; the last of them are those at listed positions.
-    BodyMaker(const world::World& world, std::uint64_t catoms) : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
+    BodyMaker(const world::World& world, std::uint64_t catoms)
+        : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
     void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }

@@ -23,7 +23,7 @@ class CodeModules {
   private:
     struct Entry {
         CodeModule* shared = nullptr;
-        std::unique_ptr<CodeModule> owned;                                   // The same, unless it is a component.
+        std::unique_ptr<CodeModule> owned;  // The same, unless it is a component.
         Registry::MakeCode make;
         std::unordered_map<std::uint64_t, std::unique_ptr<CodeModule>> own;  // By id
     };

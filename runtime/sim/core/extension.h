@@ -85,7 +85,9 @@ class Registry {
     using MakeComponent = std::function<Result<std::unique_ptr<Component>>(const world::World&)>;
     void add_sim(const std::string& interface, const std::string& name, MakeSim make) { sims_[interface][name] = std::move(make); }
     void add_code(const std::string& interface, const std::string& name, MakeCode make) { codes_[interface][name] = std::move(make); }
-    void add_component(const std::string& interface, const std::string& name, MakeComponent make) { components_[interface][name] = std::move(make); }
+    void add_component(const std::string& interface, const std::string& name, MakeComponent make) {
+        components_[interface][name] = std::move(make);
+    }
 
     // What a world chose for an interface: one of the three kinds, whichever has an implementation of that name.
     using Choice = std::variant<MakeSim, MakeCode, MakeComponent>;

@@ -20,13 +20,20 @@ namespace {
 // A value as an example, as TOML has it.
 std::string some_value(tuple::Type type) {
     switch (type.kind()) {
-        case ValueType::Int: return "1";
-        case ValueType::Float: return "0.5";
-        case ValueType::Bool: return "true";
-        case ValueType::Node: return "\"@0\"";
-        case ValueType::String: return "\"text\"";
-        case ValueType::List: return "[" + some_value(type.item(0)) + "]";
-        default: return tuple::type_name(type);
+        case ValueType::Int:
+            return "1";
+        case ValueType::Float:
+            return "0.5";
+        case ValueType::Bool:
+            return "true";
+        case ValueType::Node:
+            return "\"@0\"";
+        case ValueType::String:
+            return "\"text\"";
+        case ValueType::List:
+            return "[" + some_value(type.item(0)) + "]";
+        default:
+            return tuple::type_name(type);
     }
 }
 
@@ -46,10 +53,13 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
         if (p.base != kNone16) known.emplace_back(p.name);
         if (p.name != fact.predicate) continue;
         const auto arguments = [](std::size_t n) { return fmt::format("{} argument{}", n, n == 1 ? "" : "s"); };
-        return fail(fmt::format("{}: {} has {} after the catom, and is given {}", fact.place, p.name, arguments(p.arity), arguments(fact.arguments.size())),
-                    p.base != kNone16 ? "Write " + as_given(module, p) : "Rules derive it or the world senses it: give facts to a predicate of its own");
+        return fail(fmt::format("{}: {} has {} after the catom, and is given {}", fact.place, p.name, arguments(p.arity),
+                                arguments(fact.arguments.size())),
+                    p.base != kNone16 ? "Write " + as_given(module, p)
+                                      : "Rules derive it or the world senses it: give facts to a predicate of its own");
     }
-    return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) + " arguments after the catom",
+    return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) +
+                    " arguments after the catom",
                 known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
 }
 
@@ -81,8 +91,10 @@ Result<void> PartState::change_given(const world::GivenFact& fact, Given how, u6
         if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), cell_in_regions(c), ensemble.position(c))) continue;
         if (matched != nullptr) ++*matched;
         if (how == Given::Check) continue;
-        if (how == Given::Give) give(p.base, c, values.data());
-        else take(p.base, c, values.data());
+        if (how == Given::Give)
+            give(p.base, c, values.data());
+        else
+            take(p.base, c, values.data());
     }
     for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
     return fits;
@@ -124,7 +136,9 @@ void PartState::warn_of_nobody(const std::vector<const world::GivenFact*>& facts
     }
     if (comm.part() != 0) return;
     for (std::size_t i = 0; i < facts.size(); ++i)
-        if (matched[i] == 0) log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(), facts[i]->predicate);
+        if (matched[i] == 0)
+            log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),
+                         facts[i]->predicate);
 }
 
 // Nor is a rule at a catom that is not there and never will be.
@@ -147,8 +161,10 @@ void PartState::warn_of_missing_catoms() {
 void PartState::happen() {
     for (const world::Event& event : world.events) {
         if (!event.happens_in(abi.now)) continue;
-        for (const world::GivenFact& fact : event.take) MELD_CHECK(change_given(fact, Given::Take).has_value(), "an event at {} that was checked", fact.place);
-        for (const world::GivenFact& fact : event.give) MELD_CHECK(change_given(fact, Given::Give).has_value(), "an event at {} that was checked", fact.place);
+        for (const world::GivenFact& fact : event.take)
+            MELD_CHECK(change_given(fact, Given::Take).has_value(), "an event at {} that was checked", fact.place);
+        for (const world::GivenFact& fact : event.give)
+            MELD_CHECK(change_given(fact, Given::Give).has_value(), "an event at {} that was checked", fact.place);
     }
 }
 

@@ -19,7 +19,8 @@ bool reads_places_of(const ModuleInfo& module) {
 
 }  // namespace
 
-PartState::PartState(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target, comm::Communicator& communicator, int threads)
+PartState::PartState(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target,
+                     comm::Communicator& communicator, int threads)
     : module(module_info),
       world(the_world),
       comm(communicator),
@@ -36,7 +37,8 @@ PartState::PartState(const ModuleInfo& module_info, const world::World& the_worl
       outgoing_(static_cast<std::size_t>(threads), std::vector<std::vector<Export>>(static_cast<std::size_t>(communicator.parts()))),
       packets_(static_cast<std::size_t>(communicator.parts())) {
     if (!world.is_free()) return;
-    ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); } : std::function<bool(const world::Vec3&)>());
+    ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
+                                   : std::function<bool(const world::Vec3&)>());
 }
 
 PartState::~PartState() {
@@ -166,8 +168,8 @@ void PartState::unpack_catom(Catom catom, const std::byte*& from) {
 }
 
 std::size_t PartState::bytes() const {
-    return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes() + motion_bytes + sensed_positions.capacity() * sizeof(world::Vec3) +
-           owners.capacity() * sizeof(owners[0]);
+    return ensemble.bytes() + columns.bytes() + evaluator.agenda().bytes() + motion_bytes +
+           sensed_positions.capacity() * sizeof(world::Vec3) + owners.capacity() * sizeof(owners[0]);
 }
 
 }  // namespace meld::sim

@@ -1,9 +1,9 @@
 // Everything one part holds during a run: its catoms, columns, agenda, and what it says to other parts.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,17 +28,17 @@ using world::CellKey;
 
 // What every part tells every other at the end of a tick, summed up.
 struct Totals {
-    eval::Statistics tick;           // Of this tick.
+    eval::Statistics tick;  // Of this tick.
     std::uint64_t catoms = 0;
     std::uint64_t bytes = 0;
     std::uint64_t actions = 0;
-    std::uint64_t births_wanted = 0; // `create` actions among them.
-    std::uint64_t teleports = 0;     // `moveTo` actions among them.
-    std::uint64_t sent_bytes = 0;    // Between parts.
-    bool awake = false;              // Something is left to do: an agenda, a message, an action.
-    bool waiting = false;            // Only timers are left.
-    bool stop = false;               // Somebody outside asked for the end.
-    bool finished = false;           // A catom did, with `stop-program`.
+    std::uint64_t births_wanted = 0;  // `create` actions among them.
+    std::uint64_t teleports = 0;      // `moveTo` actions among them.
+    std::uint64_t sent_bytes = 0;     // Between parts.
+    bool awake = false;               // Something is left to do: an agenda, a message, an action.
+    bool waiting = false;             // Only timers are left.
+    bool stop = false;                // Somebody outside asked for the end.
+    bool finished = false;            // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
 };
@@ -72,8 +72,10 @@ class PartState {
     void mark(Catom catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
     // The same from all workers at once.
     void mark_shared(Catom catom, u64 bits) {
-        if (workers.threads() > 1) evaluator.agenda().mark_shared(catom, bits);
-        else mark(catom, bits);
+        if (workers.threads() > 1)
+            evaluator.agenda().mark_shared(catom, bits);
+        else
+            mark(catom, bits);
     }
     // Catoms come and go; links around the cell are marked. Arrays may move.
     Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
@@ -158,7 +160,8 @@ class PartState {
     void write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const;
     void exchange();
     // What a packet says; the facts in it are added to the arrivals, their arguments and lists to the other two.
-    void receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
+    void receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments,
+                 tuple::Arena& lists);
     void agree();
 
     // setup.cpp

@@ -42,7 +42,8 @@ bool is_run_argument(std::string_view name) { return name.size() == 4 && name.st
 
 tl::unexpected<Error> missing_argument(const ModuleInfo& module, const ParameterInfo& parameter) {
     const std::string name = parameter.name, type = tuple::type_name({module.types, parameter.deep});
-    if (!is_run_argument(name)) return fail("the program needs a value for the constant " + name + ", of the type " + type, "Give --set " + name + "=VALUE");
+    if (!is_run_argument(name))
+        return fail("the program needs a value for the constant " + name + ", of the type " + type, "Give --set " + name + "=VALUE");
     return fail("the program needs its argument @" + name + ", of the type " + type,
                 "Give --arg VALUE " + (name == "arg1" ? std::string("once") : name.substr(3) + " times") + ", or --set " + name + "=VALUE");
 }
@@ -61,8 +62,10 @@ Result<void> PartState::populate() {
     const int reach = world.motion.kind == "none" ? 1 : tuple::find_action(module, "moveAround", 2) ? 3 : 2;
     halo.emplace(ensemble, *partition, comm.part(), reach);
 
-    if (world.is_free()) populate_freely(counts);
-    else populate_cells(counts);
+    if (world.is_free())
+        populate_freely(counts);
+    else
+        populate_cells(counts);
 
     columns.resize(ensemble.index_count());
     evaluator.agenda().resize(ensemble.index_count());
@@ -156,7 +159,8 @@ void PartState::populate_freely(const Counts& counts) {
 Result<void> PartState::check_length(const std::string& what) {
     const auto [items, text] = columns.lists().too_long(0);
     if (items == 0) return {};
-    return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") + ", and " + std::to_string(abi.max_list) + " are the most",
+    return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") + ", and " +
+                    std::to_string(abi.max_list) + " are the most",
                 "Raise [limits] max_list in the world if it should", ExitCode::LimitHit);
 }
 
@@ -184,7 +188,8 @@ Result<void> PartState::set_parameters() {
             return fail("the program does not read the argument @" + name, "Leave out what it has no use for");
         if (!found) {
             return fail("the program has no constant '" + name + "' to set",
-                        known.empty() ? "Declare it in the program: const " + name + " = " + text + "." : "Constants: " + did_you_mean(name, known));
+                        known.empty() ? "Declare it in the program: const " + name + " = " + text + "."
+                                      : "Constants: " + did_you_mean(name, known));
         }
     }
     for (u32 i = 0; i < module.parameter_count; ++i)

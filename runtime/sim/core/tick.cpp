@@ -35,7 +35,8 @@ const Totals& PartState::end_tick() {
     abi.greatest_rank = totals.greatest_rank;
     {
         const StageClock clock(evaluation_s);
-        totals.failure = evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
+        totals.failure =
+            evaluator.evaluate(abi, [&](int thread, u32 catom, u16 column) { note_export(thread, catom, column, Pushed::Changed); });
     }
     const StageClock clock(exchange_s);
     sent_bytes_ = dropped_ = 0;
@@ -80,8 +81,10 @@ void PartState::deliver(std::vector<Arrival>& arrivals) {
             const Arrival& first = *from;
             together.clear();
             for (; from != to && from->predicate == first.predicate; ++from) together.push_back(from->arguments);
-            if (together.size() > 1) give_all(first.predicate, first.to, together);
-            else give(first.predicate, first.to, together[0]);
+            if (together.size() > 1)
+                give_all(first.predicate, first.to, together);
+            else
+                give(first.predicate, first.to, together[0]);
         }
     }
 }
@@ -107,8 +110,10 @@ void PartState::listeners(Catom catom, const Visit& visit) const {
 }
 
 void PartState::put_name(std::vector<std::byte>& out, Catom catom) const {
-    if (ensemble.is_free()) put(out, ensemble.id(catom));
-    else put(out, ensemble.cell(catom));
+    if (ensemble.is_free())
+        put(out, ensemble.id(catom));
+    else
+        put(out, ensemble.cell(catom));
 }
 
 Catom PartState::take_name(const std::byte*& from, int sender) const {
@@ -172,7 +177,8 @@ void PartState::exchange() {
     deliver(arrivals);
 }
 
-void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists) {
+void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments,
+                        tuple::Arena& lists) {
     const std::byte* at = packet.bytes.data();
     const std::byte* end = at + packet.bytes.size();
     while (at != end) {
@@ -215,7 +221,8 @@ void PartState::agree() {
     }
     mine.sent_bytes = sent_bytes_;
     mine.awake = !evaluator.agenda().empty() || mine.actions > 0 || moving;
-    mine.waiting = !evaluator.timers().empty() || std::any_of(world.events.begin(), world.events.end(), [&](const world::Event& e) { return e.last() > abi.now; });
+    mine.waiting = !evaluator.timers().empty() ||
+                   std::any_of(world.events.begin(), world.events.end(), [&](const world::Event& e) { return e.last() > abi.now; });
     mine.stop = stop_requested;
     mine.greatest_rank = evaluator.greatest_rank();
     mine.failure = totals.failure;

@@ -16,7 +16,7 @@ namespace meld::sim {
 namespace {
 
 // Hashes kept at a time: 64 MiB.
-constexpr u64 kMostHashes = u64{1} << 24;
+constexpr u64 kMaxHashes = u64{1} << 24;
 // What has not changed for so many ticks has settled, and a catom that has not is no example any more.
 constexpr i64 kPatience = 32;
 constexpr std::size_t kShownChanges = 3, kShownFacts = 3, kShownPredicates = 6, kShownRules = 6;
@@ -57,7 +57,7 @@ u32 Unsettled::hash_of(const PartState& part, u32 predicate, u32 catom) const {
 void Unsettled::before(PartState& part) {
     part.refresh();
     ++looked_;
-    stride_ = 1 + part.totals.tick.awake * followed_.size() / kMostHashes;
+    stride_ = 1 + part.totals.tick.awake * followed_.size() / kMaxHashes;
     awake_.clear();
     hashes_.clear();
     part.evaluator.agenda().each([&](u32 catom) {
@@ -146,7 +146,8 @@ std::string Unsettled::changes_of(PartState& part, const Followed& f) const {
     }
     std::sort(all.begin(), all.end(), [](const Change& a, const Change& b) { return a.tick < b.tick; });
     std::string text;
-    for (std::size_t i = all.size() - std::min(all.size(), kShownChanges); i < all.size(); ++i) text += fmt::format("\n    tick {}:{}", all[i].tick, all[i].text);
+    for (std::size_t i = all.size() - std::min(all.size(), kShownChanges); i < all.size(); ++i)
+        text += fmt::format("\n    tick {}:{}", all[i].tick, all[i].text);
     return text;
 }
 
@@ -211,9 +212,11 @@ std::string Unsettled::tell(PartState& part) const {
     // What has not changed for long has settled; others go on without it.
     for (const Followed& f : followed_)
         if (f.ticks > 0 && f.last > last - kPatience) changing.push_back(&f);
-    std::stable_sort(changing.begin(), changing.end(), [](const Followed* a, const Followed* b) { return std::pair(a->last, a->ticks) > std::pair(b->last, b->ticks); });
+    std::stable_sort(changing.begin(), changing.end(),
+                     [](const Followed* a, const Followed* b) { return std::pair(a->last, a->ticks) > std::pair(b->last, b->ticks); });
     const std::string pending = waiting(part);
-    std::string text = fmt::format("In the last {}{}", count_of(static_cast<u64>(looked_), "tick"), changing.empty() ? " no fact came or went" : "");
+    std::string text =
+        fmt::format("In the last {}{}", count_of(static_cast<u64>(looked_), "tick"), changing.empty() ? " no fact came or went" : "");
     for (std::size_t i = 0; i < std::min(changing.size(), kShownPredicates); ++i) {
         const Followed& f = *changing[i];
         text += fmt::format("\n  `{}` changed in {}, at up to {} in one; at @{}:", module_.predicates[f.predicate].name,
@@ -221,7 +224,8 @@ std::string Unsettled::tell(PartState& part) const {
         text += changes_of(part, f);
         text += rules_of(f.predicate);
     }
-    if (changing.size() > kShownPredicates) text += fmt::format("\n  and {}", count_of(changing.size() - kShownPredicates, "more predicate"));
+    if (changing.size() > kShownPredicates)
+        text += fmt::format("\n  and {}", count_of(changing.size() - kShownPredicates, "more predicate"));
     text += pending;
     if (changing.empty() && pending.empty()) text += next_timer(part);
     if (module_.reads_tick) text += "\n  The program reads `tick`, which is new in each: it ends with --ticks, or with stop-program";

@@ -39,11 +39,11 @@ class Unsettled {
     // Of a predicate; the numbers are the same on all parts.
     struct Followed {
         u32 predicate = 0;
-        i64 ticks = 0;            // In how many ticks it has changed,
-        i64 last = 0;             // the last of them,
-        u64 most = 0;             // and at how many catoms at most.
-        u64 id = kNobody;         // The catom that is followed,
-        i64 moved = 0;            // and when it changed last.
+        i64 ticks = 0;                        // In how many ticks it has changed,
+        i64 last = 0;                         // the last of them,
+        u64 most = 0;                         // and at how many catoms at most.
+        u64 id = kNobody;                     // The catom that is followed,
+        i64 moved = 0;                        // and when it changed last.
         std::vector<std::string> facts = {};  // What it held before this tick, where it is of this part.
         std::vector<Change> changes = {};     // The latest, where it was of this part.
     };
@@ -60,9 +60,9 @@ class Unsettled {
     const ModuleInfo& module_;
     std::vector<Followed> followed_;
     std::vector<Seen> awake_;
-    std::vector<u32> hashes_;     // [catom of awake_][predicate of followed_]
-    u64 stride_ = 1;              // Where many are awake, those whose number it divides stand for all.
-    i64 looked_ = 0;              // Ticks
+    std::vector<u32> hashes_;  // [catom of awake_][predicate of followed_]
+    u64 stride_ = 1;           // Where many are awake, those whose number it divides stand for all.
+    i64 looked_ = 0;           // Ticks
 };
 
 }  // namespace meld::sim

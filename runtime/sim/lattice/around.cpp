@@ -15,7 +15,13 @@ using world::LatticeKind;
 class Surroundings {
   public:
     Surroundings(const Lattice& lattice, const std::function<bool(Cell)>& full, Cell mover, int pivot, Cell beside)
-        : lattice_(lattice), full_(full), mover_(mover), pivot_(lattice.neighbour(mover, pivot)), beside_(beside), pivot_port_(pivot), ports_(lattice.ports()) {
+        : lattice_(lattice),
+          full_(full),
+          mover_(mover),
+          pivot_(lattice.neighbour(mover, pivot)),
+          beside_(beside),
+          pivot_port_(pivot),
+          ports_(lattice.ports()) {
         const world::Vec3 zero = lattice.position({});
         for (int port = 0; port < ports_; ++port) {
             const world::Vec3 at = lattice.position(lattice.neighbour({}, port));
@@ -98,9 +104,12 @@ class Surroundings {
     std::optional<std::vector<Cell>> needs(int a, int b) const {
         switch (lattice_.kind()) {
             case LatticeKind::Square:
-            case LatticeKind::Cubic: return turn(a, b);
-            case LatticeKind::Hex: return touching(a, b) ? all_free({at(b), beyond(pivot_, a, b)}) : std::nullopt;
-            case LatticeKind::Fcc: return roll(a, b);
+            case LatticeKind::Cubic:
+                return turn(a, b);
+            case LatticeKind::Hex:
+                return touching(a, b) ? all_free({at(b), beyond(pivot_, a, b)}) : std::nullopt;
+            case LatticeKind::Fcc:
+                return roll(a, b);
         }
         return std::nullopt;
     }
@@ -112,7 +121,8 @@ class Surroundings {
         if (!square(a, b)) return std::nullopt;
         const Cell here = at(a);
         const Cell outside = lattice_.neighbour(here, a), along = lattice_.neighbour(here, b);
-        return all_free({at(b), along, lattice_.neighbour(along, b), lattice_.neighbour(at(b), b), outside, lattice_.neighbour(outside, b)});
+        return all_free(
+            {at(b), along, lattice_.neighbour(along, b), lattice_.neighbour(at(b), b), outside, lattice_.neighbour(outside, b)});
     }
     // Over a face of the pivot, of three or four of its ports. The rest of the face is empty, nothing stands behind the ends as
     // seen from the pivot, and no two opposite neighbours enclose the end.

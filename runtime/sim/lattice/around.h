@@ -20,6 +20,7 @@ struct WayAround {
 // The shortest way of the catom at `mover` around the catom at its port `pivot` to a cell beside the catom at `beside`, which
 // is neither; of ways as short, along the pivot before around it, and then the one to the lowest port of the pivot.
 // The mover's own cell counts as empty. Cost: some hundred questions.
-std::optional<WayAround> way_around(const world::Lattice& lattice, const std::function<bool(world::Cell)>& full, world::Cell mover, int pivot, world::Cell beside);
+std::optional<WayAround> way_around(const world::Lattice& lattice, const std::function<bool(world::Cell)>& full, world::Cell mover,
+                                    int pivot, world::Cell beside);
 
 }  // namespace meld::sim

@@ -19,13 +19,23 @@ Result<void> LatticeMotion::start(PartState& part) {
     const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
         const std::optional<u32> p = tuple::find_predicate(part.module, name, 1);
         if (!p || part.module.predicates[*p].kind != kind || part.module.predicates[*p].fields[0].type != type) return std::nullopt;
-        if (part.module.predicates[*p].base == kNone16 || part.module.predicates[part.module.predicates[*p].base].column == kNone16) return std::nullopt;
+        if (part.module.predicates[*p].base == kNone16 || part.module.predicates[part.module.predicates[*p].base].column == kNone16)
+            return std::nullopt;
         return part.module.predicates[*p].base;
     };
-    known_ = {find("create", 1), find("destroy", 1), find("give", 1), find("moveTo", 3), find("slide", 2), find("turn", 2), find("moveAround", 2), given("holds", PredicateKind::Sensed, ValueType::Int),
-              given("failed", PredicateKind::Linear, ValueType::Int), given("created", PredicateKind::Linear, ValueType::Node)};
+    known_ = {find("create", 1),
+              find("destroy", 1),
+              find("give", 1),
+              find("moveTo", 3),
+              find("slide", 2),
+              find("turn", 2),
+              find("moveAround", 2),
+              given("holds", PredicateKind::Sensed, ValueType::Int),
+              given("failed", PredicateKind::Linear, ValueType::Int),
+              given("created", PredicateKind::Linear, ValueType::Node)};
     if (world_.held > world_.motion.capacity)
-        return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity), "Raise [motion] capacity or lower held");
+        return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity),
+                    "Raise [motion] capacity or lower held");
     held_.assign(part.ensemble.index_count(), world_.held);
     for (Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
@@ -64,8 +74,10 @@ Result<void> LatticeMotion::step(PartState& part) {
     const std::vector<bool> wins = decide(mine, share(part, mine));
     std::vector<Proposal> granted;
     for (std::size_t i = 0; i < mine.list.size(); ++i) {
-        if (wins[i]) granted.push_back(mine.list[i]);
-        else refuse(part, mine.list[i].mover, mine.list[i].kind);
+        if (wins[i])
+            granted.push_back(mine.list[i]);
+        else
+            refuse(part, mine.list[i].mover, mine.list[i].kind);
     }
     grant(part, granted);
     apply(part, exchange(part));
@@ -98,7 +110,9 @@ void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted)
         const Catom mover = p.mover;
         switch (p.kind) {
             case Kind::Create: {
-                const std::uint64_t id = part.next_id + static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
+                const std::uint64_t id =
+                    part.next_id +
+                    static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
                 tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
                 tell(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
                 if (known_.created) {
@@ -119,7 +133,9 @@ void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted)
             case Kind::MoveTo:
             case Kind::Slide:
             case Kind::Turn:
-            case Kind::MoveAround: relocate(part, p); break;
+            case Kind::MoveAround:
+                relocate(part, p);
+                break;
         }
     }
     part.next_id += births.size();
@@ -135,7 +151,8 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
     for (const int other : old_parts) {
         if (other == me && owner == me) continue;
         const Change change{.kind = Change::Kind::Remove, .cell = p.from};
-        if (other == me) mine_.push_back(change);
+        if (other == me)
+            mine_.push_back(change);
         else {
             put(packets_[static_cast<std::size_t>(other)], change.kind);
             put(packets_[static_cast<std::size_t>(other)], change.cell);
@@ -147,8 +164,10 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
             continue;
         }
         Change change{.kind = Change::Kind::Add, .held = held_[mover], .cell = p.to, .id = p.id};
-        if (other == owner) part.pack_catom(mover, change.state);
-        else part.columns.pack(mover, tuple::Columns::Which::Exported, change.state);
+        if (other == owner)
+            part.pack_catom(mover, change.state);
+        else
+            part.columns.pack(mover, tuple::Columns::Which::Exported, change.state);
         if (other == me) {
             mine_.push_back(std::move(change));
             continue;
@@ -219,7 +238,8 @@ std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
 }
 
 void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
-    std::stable_sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
+    std::stable_sort(changes.begin(), changes.end(),
+                     [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
     for (const Change& c : changes) {
         if (c.kind == Change::Kind::Add) {
             apply_add(part, c);
@@ -288,12 +308,15 @@ void LatticeMotion::finish(PartState& part) {
     }
 }
 
-std::string LatticeMotion::status() const { return world_.target ? fmt::format("{} outside the target, {} units held", outside_, units_) : ""; }
+std::string LatticeMotion::status() const {
+    return world_.target ? fmt::format("{} outside the target, {} units held", outside_, units_) : "";
+}
 
 std::string LatticeMotion::outcome() const {
     if (!world_.target) return "";
     if (all_outside_ == 0 && all_units_ == 0 && all_missing_ == 0) return fmt::format("target reached in {} ticks", last_change_);
-    return fmt::format("target not reached: {} catoms outside it, {} units still held, {} of its cells near the ensemble empty", all_outside_, all_units_, all_missing_);
+    return fmt::format("target not reached: {} catoms outside it, {} units still held, {} of its cells near the ensemble empty",
+                       all_outside_, all_units_, all_missing_);
 }
 
 }  // namespace meld::sim

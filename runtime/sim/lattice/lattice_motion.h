@@ -30,9 +30,9 @@ class LatticeMotion : public SimModule {
         Kind kind = Kind::Create;
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
         std::int32_t direction = 0;
-        std::uint64_t id = 0;        // Of the mover.
-        Catom mover = 0;             // Its index on its own part.
-        Cell from = {}, to = {};     // Its cell; the cell of the new place, the new catom, or the receiver.
+        std::uint64_t id = 0;     // Of the mover.
+        Catom mover = 0;          // Its index on its own part.
+        Cell from = {}, to = {};  // Its cell; the cell of the new place, the new catom, or the receiver.
         auto order() const { return std::tuple(kind, id, direction); }
     };
     struct Proposals {
@@ -41,17 +41,17 @@ class LatticeMotion : public SimModule {
     };
 
   private:
-    struct Known {                   // Predicates of the program, or none.
+    struct Known {  // Predicates of the program, or none.
         std::optional<u32> create, destroy, give, move_to, slide, turn, move_around, holds, failed, created;
     };
     // What the granted proposals mean for a cell, told to every part that knows it.
     struct Change {
         enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
-        bool newborn = false;        // Add
-        std::int32_t held = 0;       // Add: units it comes with; Hold: the change.
-        Cell cell = {};              // Move: the old place.
-        Cell to = {};                // Move: the new one; only for the part that owns both.
-        std::uint64_t id = 0;        // Add
+        bool newborn = false;                                                            // Add
+        std::int32_t held = 0;                                                           // Add: units it comes with; Hold: the change.
+        Cell cell = {};                                                                  // Move: the old place.
+        Cell to = {};                       // Move: the new one; only for the part that owns both.
+        std::uint64_t id = 0;               // Add
         std::vector<std::byte> state = {};  // Add: everything for the new owner, the exports for the others.
     };
 
@@ -82,12 +82,12 @@ class LatticeMotion : public SimModule {
 
     const world::World& world_;
     Known known_;
-    std::vector<std::int32_t> held_;                 // By catom, ghosts too.
-    std::vector<std::vector<std::byte>> packets_;    // By destination.
-    std::vector<Change> mine_;                       // Changes for this part.
-    std::int64_t outside_ = 0, units_ = 0;           // Of this part: catoms outside the target, units held.
+    std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
+    std::vector<std::vector<std::byte>> packets_;                     // By destination.
+    std::vector<Change> mine_;                                        // Changes for this part.
+    std::int64_t outside_ = 0, units_ = 0;                            // Of this part: catoms outside the target, units held.
     std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all parts, at the end.
-    std::int64_t last_change_ = 0;                   // The tick in which anything moved last.
+    std::int64_t last_change_ = 0;                                    // The tick in which anything moved last.
 };
 
 }  // namespace meld::sim

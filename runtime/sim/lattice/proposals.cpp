@@ -4,8 +4,8 @@
 #include <map>
 
 #include "runtime/base/hash.h"
-#include "runtime/sim/lattice/around.h"
 #include "runtime/sim/core/bytes.h"
+#include "runtime/sim/lattice/around.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 
 namespace meld::sim {
@@ -60,9 +60,14 @@ Proposals LatticeMotion::collect(PartState& part) {
     for (const eval::Action& action : part.actions()) {
         Proposal p;
         const std::uint32_t predicate = action.predicate;
-        const auto kind = predicate == known_.create ? Kind::Create : predicate == known_.destroy ? Kind::Destroy : predicate == known_.give ? Kind::Give
-                          : predicate == known_.move_to ? Kind::MoveTo : predicate == known_.slide ? Kind::Slide : predicate == known_.turn ? Kind::Turn
-                          : predicate == known_.move_around ? Kind::MoveAround : Kind{};
+        const auto kind = predicate == known_.create        ? Kind::Create
+                          : predicate == known_.destroy     ? Kind::Destroy
+                          : predicate == known_.give        ? Kind::Give
+                          : predicate == known_.move_to     ? Kind::MoveTo
+                          : predicate == known_.slide       ? Kind::Slide
+                          : predicate == known_.turn        ? Kind::Turn
+                          : predicate == known_.move_around ? Kind::MoveAround
+                                                            : Kind{};
         if (kind == Kind{}) continue;
         p.kind = kind;
         p.id = part.ensemble.id(action.catom);
@@ -76,7 +81,8 @@ Proposals LatticeMotion::collect(PartState& part) {
                                                                     : propose(part, action, p, out.claims);
         // The same wish twice is granted once: a catom's wishes stand together.
         bool again = false;
-        for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) again = again || other->order() == p.order();
+        for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other)
+            again = again || other->order() == p.order();
         if (fits && !again) {
             p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
             out.list.push_back(p);
@@ -139,7 +145,9 @@ bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Pr
     if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
     const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
     const int ports = part.lattice.ports();
-    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards || part.lattice.opposite(static_cast<int>(pivot)) == towards) return false;
+    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards ||
+        part.lattice.opposite(static_cast<int>(pivot)) == towards)
+        return false;
     const Cell here = part.ensemble.cell(action.catom);
     const Cell P = part.lattice.neighbour(here, static_cast<int>(pivot)) - here;
     const Cell D = part.lattice.neighbour(here, static_cast<int>(towards)) - here;
@@ -198,7 +206,9 @@ bool LatticeMotion::stays_connected(const PartState& part, Cell without, Cell wi
     if (found.empty()) return true;
     std::vector<Cell> todo{found[0]};
     reached[found[0]] = true;
-    const auto near = [&](Cell c) { return std::max({std::abs(c.x - without.x), std::abs(c.y - without.y), std::abs(c.z - without.z)}) <= 2; };
+    const auto near = [&](Cell c) {
+        return std::max({std::abs(c.x - without.x), std::abs(c.y - without.y), std::abs(c.z - without.z)}) <= 2;
+    };
     while (!todo.empty()) {
         const Cell at = todo.back();
         todo.pop_back();

@@ -47,8 +47,10 @@ Result<void> Watcher::begin(PartState& part) {
                 const u64 id = take_value<u64>(at);
                 const bool all = take_value<bool>(at);
                 const std::string name = take_text(at);
-                if (all) everything_.insert(id);
-                else if (auto added = add(part, id, name); !added) return added;
+                if (all)
+                    everything_.insert(id);
+                else if (auto added = add(part, id, name); !added)
+                    return added;
             }
         }
     }
@@ -70,7 +72,8 @@ Result<void> Watcher::add(PartState& part, u64 id, const std::string& name) {
         found = true;
     }
     if (found) return {};
-    return fail(fmt::format("catom @{} watches '{}', and the program stores no such predicate", id, name), did_you_mean(name, known), ExitCode::ProgramWrong);
+    return fail(fmt::format("catom @{} watches '{}', and the program stores no such predicate", id, name), did_you_mean(name, known),
+                ExitCode::ProgramWrong);
 }
 
 // Sorted, each as often as it is there.
@@ -78,7 +81,8 @@ Watcher::Facts Watcher::facts_of(PartState& part, const Watch& watch) const {
     Facts facts;
     const auto catom = part.ensemble.find(watch.first);
     const PredicateInfo& p = part.module.predicates[watch.second];
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, watch.second, *catom, [&](const Value* v) { facts.push_back(tuple::print_fact(part.module, p, watch.first, v)); });
+    tuple::each_fact(part.module, part.columns, part.abi.geometry, watch.second, *catom,
+                     [&](const Value* v) { facts.push_back(tuple::print_fact(part.module, p, watch.first, v)); });
     std::sort(facts.begin(), facts.end());
     return facts;
 }
@@ -121,8 +125,10 @@ void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts
         const bool here = take_value<bool>(at);
         Facts facts;
         for (auto left = take_value<std::size_t>(at); left > 0; --left) facts.push_back(take_text(at));
-        if (here) now[watch] = std::move(facts);
-        else now.emplace(watch, Facts{});
+        if (here)
+            now[watch] = std::move(facts);
+        else
+            now.emplace(watch, Facts{});
     }
 }
 

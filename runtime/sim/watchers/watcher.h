@@ -36,11 +36,11 @@ class Watcher : public SimModule {
 
     std::FILE* to_;
     std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.
-    std::set<Watch> named_, watched_;  // By name, and in all; the same on all parts.
-    std::set<u64> everything_;         // Catoms of which all is watched.
-    bool watching_ = false;            // There were any in the last tick.
-    std::map<Watch, Facts> told_;      // What part 0 was told of catoms of this part.
-    std::map<Watch, Facts> known_;     // On part 0, of all.
+    std::set<Watch> named_, watched_;       // By name, and in all; the same on all parts.
+    std::set<u64> everything_;              // Catoms of which all is watched.
+    bool watching_ = false;                 // There were any in the last tick.
+    std::map<Watch, Facts> told_;           // What part 0 was told of catoms of this part.
+    std::map<Watch, Facts> known_;          // On part 0, of all.
 };
 
 }  // namespace meld::sim

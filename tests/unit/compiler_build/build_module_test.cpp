@@ -64,13 +64,15 @@ TEST(BuildModule, MakesASharedObjectThatRuns) {
 
 // Steps in both halves share a variable, a constant and a function that is inlined; a constructor runs once.
 std::string long_source(int steps) {
-    std::string text = "#include <cstdint>\nnamespace {\nstd::uint64_t table[2];\nstd::uint64_t calls = 0;\n"
-                       "const std::uint64_t weights[4] = {1, 10, 100, 1000};\n"
-                       "struct Once { Once() { calls += 1'000'000; } } once;\n"
-                       "inline std::uint64_t& tally() { static std::uint64_t here = 0; return here; }\n";
+    std::string text =
+        "#include <cstdint>\nnamespace {\nstd::uint64_t table[2];\nstd::uint64_t calls = 0;\n"
+        "const std::uint64_t weights[4] = {1, 10, 100, 1000};\n"
+        "struct Once { Once() { calls += 1'000'000; } } once;\n"
+        "inline std::uint64_t& tally() { static std::uint64_t here = 0; return here; }\n";
     std::string all;
     for (int i = 0; i < steps; ++i) {
-        text += fmt::format("// {:-<200}\n[[gnu::noinline]] void step_{}(std::uint64_t n) {{ calls += weights[(n + {}) & 3]; tally() += n; }}\n", "", i, i);
+        text += fmt::format(
+            "// {:-<200}\n[[gnu::noinline]] void step_{}(std::uint64_t n) {{ calls += weights[(n + {}) & 3]; tally() += n; }}\n", "", i, i);
         all += fmt::format("    step_{}({});\n", i, i);
     }
     return text + "}  // namespace\nextern \"C\" const void* claymeld_module() {\n" + all +

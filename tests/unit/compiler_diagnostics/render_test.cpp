@@ -19,8 +19,9 @@ std::string rendered(const std::string& text, const Diagnostic& diagnostic) {
 
 TEST(RenderText, ShowsPlaceLineCaretsLabelsAndHelp) {
     const std::string text = "type dist(node, int).\n\ndist(A) :- root(A).\n";
-    EXPECT_EQ(rendered(text, {Kind::ArityMismatch, {0, 23, 30}, "`dist` has 2 arguments, not 1", {{{0, 5, 20}, "declared here"}}, "dist(A, _)"}),
-              R"(error[E0303]: `dist` has 2 arguments, not 1
+    EXPECT_EQ(
+        rendered(text, {Kind::ArityMismatch, {0, 23, 30}, "`dist` has 2 arguments, not 1", {{{0, 5, 20}, "declared here"}}, "dist(A, _)"}),
+        R"(error[E0303]: `dist` has 2 arguments, not 1
  --> a.meld:3:1
   |
 1 | type dist(node, int).
@@ -41,7 +42,9 @@ TEST(RenderText, PutsALabelOfAnotherFileBehind) {
     EXPECT_THAT(page, HasSubstr(" ::: b.meld:1\n1 | type p(node, int).\n  |      - declared here\n"));
 }
 
-TEST(RenderText, AlignsCaretsUnderTabs) { EXPECT_THAT(rendered("\tp(\tA).", {Kind::SyntaxError, {0, 4, 5}, "m"}), HasSubstr("|     p(  A).\n  |         ^\n")); }
+TEST(RenderText, AlignsCaretsUnderTabs) {
+    EXPECT_THAT(rendered("\tp(\tA).", {Kind::SyntaxError, {0, 4, 5}, "m"}), HasSubstr("|     p(  A).\n  |         ^\n"));
+}
 
 TEST(RenderText, CountsCharactersAndNotBytes) {
     EXPECT_THAT(rendered("p(\"\xc3\xa9\xc3\xa9\", A).", {Kind::SyntaxError, {0, 10, 11}, "m"}), HasSubstr("\n  |         ^\n"));

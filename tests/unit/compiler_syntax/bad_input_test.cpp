@@ -121,9 +121,11 @@ TEST(BadInput, NestingIsLimitedEverywhere) {
 
 TEST(BadInput, NestingBelowTheLimitIsReadPrintedAndDestroyed) {
     const int deep = 900;
-    for (const std::string& text : {"p(A, " + repeated("(1 - ", deep / 2) + "1" + repeated(")", deep / 2) + ").", "p(A, " + repeated("f(", deep) + "1" + repeated(")", deep) + ").",
-                                    "p(A) -o " + repeated("{ | q(A) | ", deep) + "r(A)" + repeated("}", deep) + ".",
-                                    "p(A) -o " + repeated("exists X. (", deep) + "r(A)" + repeated(")", deep) + ".", "p(A, 1" + repeated(" + 1", deep) + ")."}) {
+    for (const std::string& text :
+         {"p(A, " + repeated("(1 - ", deep / 2) + "1" + repeated(")", deep / 2) + ").",
+          "p(A, " + repeated("f(", deep) + "1" + repeated(")", deep) + ").",
+          "p(A) -o " + repeated("{ | q(A) | ", deep) + "r(A)" + repeated("}", deep) + ".",
+          "p(A) -o " + repeated("exists X. (", deep) + "r(A)" + repeated(")", deep) + ".", "p(A, 1" + repeated(" + 1", deep) + ")."}) {
         const Parsed program = parsed(text);
         ASSERT_EQ(program.brief(), "") << text.substr(0, 60);
         EXPECT_EQ(parsed(print(program.tree)).brief(), "");
@@ -141,7 +143,8 @@ TEST(BadInput, RandomDamageNeverCrashes) {
         "type route neighbor(node, node, int Port).\ntype p(node, sum float [<- neighbor], :(int, int) S).\nconst a = [1, -2 | @arg1].\n"
         "fun f(int X) : int = let Y = X in if Y > 0 then Y else -Y end end.\nimport linear p(node) as q from \"f\".\npriority p < q @asc.\n"
         "p(A, X)@+2s :- neighbor(A, B, _), forall q(A, B)[r(B)], not (s(A), t(A)), S = sum X : { p(A, X) }, delta(X; p(A, X)) > 1.\n"
-        "[desc => X | !p(A, X), $q(A)] -o { Y | p(Y) | q(Y) }, [sum => S | X | p(X) | q(S)], exists Z. (r(Z)), (if A = B then p(A) otherwise 1 end).\n"
+        "[desc => X | !p(A, X), $q(A)] -o { Y | p(Y) | q(Y) }, [sum => S | X | p(X) | q(S)], exists Z. (r(Z)), (if A = B then p(A) "
+        "otherwise 1 end).\n"
         "#include \"none\"\n/* c /* d */ */ p(A, \"x\\n\").\n";
     std::mt19937 random(7);
     for (int round = 0; round < 3000; ++round) {
@@ -150,10 +153,18 @@ TEST(BadInput, RandomDamageNeverCrashes) {
             const std::size_t at = random() % text.size();
             const std::size_t length = random() % 20;
             switch (random() % 4) {
-                case 0: text.erase(at, length); break;
-                case 1: text.insert(random() % text.size(), text.substr(at, length)); break;
-                case 2: text[at] = static_cast<char>(random() % 256); break;
-                default: text.insert(at, 1, "()[]{}|.,:;-!?$@#\"=<>~"[random() % 22]); break;
+                case 0:
+                    text.erase(at, length);
+                    break;
+                case 1:
+                    text.insert(random() % text.size(), text.substr(at, length));
+                    break;
+                case 2:
+                    text[at] = static_cast<char>(random() % 256);
+                    break;
+                default:
+                    text.insert(at, 1, "()[]{}|.,:;-!?$@#\"=<>~"[random() % 22]);
+                    break;
             }
             if (text.empty()) text = " ";
         }

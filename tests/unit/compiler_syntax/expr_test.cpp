@@ -81,26 +81,46 @@ class RandomExpr {
         const auto one = [&] { return make(depth - 1); };
         const int choice = depth == 0 ? static_cast<int>(random_() % 9) : 9 + static_cast<int>(random_() % 30);
         switch (choice) {
-            case 0: return node(IntLiteral{static_cast<std::int64_t>(random_() % 7) - 3});
-            case 1: return node(FloatLiteral{(static_cast<double>(random_() % 7) - 3) / 4 - 0.1});
-            case 2: return node(Variable{"X"});
-            case 3: return node(Call{"a-b", {}, false});
-            case 4: return node(StringLiteral{"q\"\\\n\x01\xff\xc3\xa9"});
-            case 5: return node(BoolLiteral{true});
-            case 6: return node(CatomLiteral{3});
-            case 7: return node(IntLiteral{std::numeric_limits<std::int64_t>::min()});
-            case 8: return node(FloatLiteral{-0.0});
-            case 9: return node(Unary{UnaryOp::Negate, one()});
-            case 10: return node(Unary{UnaryOp::Not, one()});
-            case 11: return node(Conditional{one(), one(), one()});
-            case 12: return node(Let{{"Y", {}}, one(), one()});
-            case 13: return node(ListValue{some(depth), one()});
-            case 14: return node(StructValue{some(depth)});
-            case 15: return node(TupleValue{some(depth)});
-            case 16: return node(Call{"f", some(depth), true});
-            case 17: return node(ListValue{some(depth), nullptr});
-            case 18: return node(Unary{UnaryOp::Negate, make(0)});
-            default: return node(Binary{static_cast<BinaryOp>(random_() % 15), one(), one()});
+            case 0:
+                return node(IntLiteral{static_cast<std::int64_t>(random_() % 7) - 3});
+            case 1:
+                return node(FloatLiteral{(static_cast<double>(random_() % 7) - 3) / 4 - 0.1});
+            case 2:
+                return node(Variable{"X"});
+            case 3:
+                return node(Call{"a-b", {}, false});
+            case 4:
+                return node(StringLiteral{"q\"\\\n\x01\xff\xc3\xa9"});
+            case 5:
+                return node(BoolLiteral{true});
+            case 6:
+                return node(CatomLiteral{3});
+            case 7:
+                return node(IntLiteral{std::numeric_limits<std::int64_t>::min()});
+            case 8:
+                return node(FloatLiteral{-0.0});
+            case 9:
+                return node(Unary{UnaryOp::Negate, one()});
+            case 10:
+                return node(Unary{UnaryOp::Not, one()});
+            case 11:
+                return node(Conditional{one(), one(), one()});
+            case 12:
+                return node(Let{{"Y", {}}, one(), one()});
+            case 13:
+                return node(ListValue{some(depth), one()});
+            case 14:
+                return node(StructValue{some(depth)});
+            case 15:
+                return node(TupleValue{some(depth)});
+            case 16:
+                return node(Call{"f", some(depth), true});
+            case 17:
+                return node(ListValue{some(depth), nullptr});
+            case 18:
+                return node(Unary{UnaryOp::Negate, make(0)});
+            default:
+                return node(Binary{static_cast<BinaryOp>(random_() % 15), one(), one()});
         }
     }
 
@@ -142,8 +162,9 @@ TEST(Expr, PrintsTextThatGivesTheSameTree) {
 }
 
 TEST(Expr, PrintsNoNeedlessBrackets) {
-    for (const char* text : {"A + B * C", "A - B - C", "A - (B - C)", "(A + B) * C", "-X ^ 2", "(-X) ^ 2", "-3 + X", "X * -3", "~A = B && C", "[X | R]",
-                             "if A = 1 then 2 else 3 end", "let X = 1 in X + 1 end", "f(A, (1, 2), :(3, 4.0))", "A = 1 && (B = 2 || C)"}) {
+    for (const char* text :
+         {"A + B * C", "A - B - C", "A - (B - C)", "(A + B) * C", "-X ^ 2", "(-X) ^ 2", "-3 + X", "X * -3", "~A = B && C", "[X | R]",
+          "if A = 1 then 2 else 3 end", "let X = 1 in X + 1 end", "f(A, (1, 2), :(3, 4.0))", "A = 1 && (B = 2 || C)"}) {
         EXPECT_EQ(print(constant_value(parsed(std::string("const x = ") + text + "."))), text);
     }
 }

@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 class Include : public testing::Test {
   protected:
     void SetUp() override {
-        root_ = fs::temp_directory_path() / ("claymeld_include_test_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
-                                             testing::UnitTest::GetInstance()->current_test_info()->name());
+        root_ = fs::temp_directory_path() / ("claymeld_include_test_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
+                                             "_" + testing::UnitTest::GetInstance()->current_test_info()->name());
         fs::create_directories(root_ / "inc");
         fs::create_directories(root_ / "library");
     }
@@ -34,8 +34,9 @@ class Include : public testing::Test {
 TEST_F(Include, KnowsEverySpelling) {
     write("inc/color.meld", "c(A).");
     write("library/gossip.meld", "g(A).");
-    for (const char* line : {"include \"inc/color.meld\".", "include \"inc/color.meld\"", "include #inc/color.meld", "#include \"inc/color.meld\"",
-                             "#include <inc/color.meld>", "include #inc/color.meld.", "use \"inc/color\"."}) {
+    for (const char* line :
+         {"include \"inc/color.meld\".", "include \"inc/color.meld\"", "include #inc/color.meld", "#include \"inc/color.meld\"",
+          "#include <inc/color.meld>", "include #inc/color.meld.", "use \"inc/color\"."}) {
         const Parsed program = parse_main(std::string("a(A).\n") + line + "\nz(A).\n");
         EXPECT_EQ(program.rendered(), "") << line;
         EXPECT_EQ(print(program.tree), "a(A).\nc(A).\nz(A).\n") << line;

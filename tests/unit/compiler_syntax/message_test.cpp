@@ -20,9 +20,10 @@ TEST(MissingPeriod, IsPutAtTheEndOfTheItem) {
 }
 
 TEST(MissingPeriod, IsSeenBehindEveryKindOfItem) {
-    for (const char* item : {"type p(node)", "type linear p(node, int)", "type list int v", "const a = 1", "const a = b", "fun f(int X) : int = X", "extern float f(int)",
-                             "node kind", "import p from \"f\"", "export p", "module m", "priority p < q", "data p \"f\"", "p(A)", "p(A) :- q(A), X > 1",
-                             "p(A), q(A)\n   -o r(A)", "p(A) -o { X | q(A, X) | r(A, X) }"}) {
+    for (const char* item :
+         {"type p(node)", "type linear p(node, int)", "type list int v", "const a = 1", "const a = b", "fun f(int X) : int = X",
+          "extern float f(int)", "node kind", "import p from \"f\"", "export p", "module m", "priority p < q", "data p \"f\"", "p(A)",
+          "p(A) :- q(A), X > 1", "p(A), q(A)\n   -o r(A)", "p(A) -o { X | q(A, X) | r(A, X) }"}) {
         for (const char* next : {"q(A, B) :- r(A).", "type q(node).", "const c = 2.", "!q(A) -o r(A).", "fun g(int X) : int = X."}) {
             const Parsed program = parsed(std::string(item) + "\n" + next + "\n");
             ASSERT_EQ(program.messages().size(), 1u) << item << "\n" << next << "\n" << program.rendered();
@@ -38,7 +39,8 @@ TEST(MissingPeriod, IsSeenAtTheEndOfTheFile) {
 }
 
 TEST(MissingPeriod, OfTwoItemsIsTwoMessages) {
-    EXPECT_EQ(brief("p(A) :- q(A)\nr(A) :- s(A)\nt(A).\n"), "1:13 MissingPeriod this rule has no full stop\n2:13 MissingPeriod this rule has no full stop\n");
+    EXPECT_EQ(brief("p(A) :- q(A)\nr(A) :- s(A)\nt(A).\n"),
+              "1:13 MissingPeriod this rule has no full stop\n2:13 MissingPeriod this rule has no full stop\n");
 }
 
 TEST(SyntaxError, SaysWhatIsExpected) {
@@ -110,9 +112,10 @@ TEST(SyntaxError, OneItemIsOneMessage) { EXPECT_EQ(parsed("p(A :- q(A, r(B), ), 
 
 TEST(Explanation, CuresParse) {
     using diagnostics::Kind;
-    for (const Kind kind : {Kind::UnexpectedCharacter, Kind::UnterminatedComment, Kind::UnterminatedString, Kind::NumberOutOfRange, Kind::SyntaxError,
-                            Kind::MissingPeriod, Kind::BadAggregate, Kind::SingleUse, Kind::LinearElsewhere, Kind::TreeRecursion, Kind::LinearInView,
-                            Kind::HintIgnored, Kind::ActionInBody, Kind::DuplicateDeclaration, Kind::NegativeRecursion, Kind::InfiniteLinear}) {
+    for (const Kind kind :
+         {Kind::UnexpectedCharacter, Kind::UnterminatedComment, Kind::UnterminatedString, Kind::NumberOutOfRange, Kind::SyntaxError,
+          Kind::MissingPeriod, Kind::BadAggregate, Kind::SingleUse, Kind::LinearElsewhere, Kind::TreeRecursion, Kind::LinearInView,
+          Kind::HintIgnored, Kind::ActionInBody, Kind::DuplicateDeclaration, Kind::NegativeRecursion, Kind::InfiniteLinear}) {
         const std::string page = diagnostics::explanation(kind);
         std::string cure;
         for (std::size_t end = page.size() - 1; end != std::string::npos;) {

@@ -24,15 +24,21 @@ struct Outline {
     std::string operator()(const RunArgument& node) const { return fmt::format("(arg {})", node.number); }
     std::string operator()(const Variable& node) const { return node.name; }
     std::string operator()(const Anonymous&) const { return "_"; }
-    std::string operator()(const Call& node) const { return list_outline((node.name + (node.parentheses ? "()" : "")).c_str(), node.arguments); }
-    std::string operator()(const Unary& node) const { return fmt::format("(unary{} {})", static_cast<int>(node.op), outline_of(node.operand)); }
+    std::string operator()(const Call& node) const {
+        return list_outline((node.name + (node.parentheses ? "()" : "")).c_str(), node.arguments);
+    }
+    std::string operator()(const Unary& node) const {
+        return fmt::format("(unary{} {})", static_cast<int>(node.op), outline_of(node.operand));
+    }
     std::string operator()(const Binary& node) const {
         return fmt::format("(binary{} {} {})", static_cast<int>(node.op), outline_of(node.left), outline_of(node.right));
     }
     std::string operator()(const Conditional& node) const {
         return fmt::format("(if {} {} {})", outline_of(node.condition), outline_of(node.then_value), outline_of(node.else_value));
     }
-    std::string operator()(const Let& node) const { return fmt::format("(let {} {} {})", node.variable.text, outline_of(node.value), outline_of(node.body)); }
+    std::string operator()(const Let& node) const {
+        return fmt::format("(let {} {} {})", node.variable.text, outline_of(node.value), outline_of(node.body));
+    }
     std::string operator()(const ListValue& node) const { return "(" + list_outline("list", node.elements) + outline_of(node.rest) + ")"; }
     std::string operator()(const StructValue& node) const { return list_outline("struct", node.fields); }
     std::string operator()(const TupleValue& node) const { return list_outline("tuple", node.fields); }

@@ -136,7 +136,9 @@ TEST(RoundTrip, EveryClauseAndHead) {
 TEST(RoundTrip, WordsAreNamesWhereTheyMeanNothing) {
     stands("type linear end(node).\ntype data(node, int).\ntype type(node).\ntype in(node).\n");
     stands("data(A, 1).\ntype(A).\nend(A, min).\nnode(A).\nconst(A).\nmodule(A).\n");
-    stands("data(A), random(A), end(A), min(A), count(A), first(A), include(A), priority(A) :- if(A), then(A), in(A), forall(A), exists(A), delta(A, B).\n");
+    stands(
+        "data(A), random(A), end(A), min(A), count(A), first(A), include(A), priority(A) :- if(A), then(A), in(A), forall(A), exists(A), "
+        "delta(A, B).\n");
     stands("p(A, end, then, data) :- X = min(A, B), q(A, count), end = in, Y = if(A) + 1.\n");
     stands("p(A) :- if A = B then C else D end = 3.\n");
     EXPECT_EQ(printed("p(A) :- X = if (A = B) then (C) else (D) end."), "p(A) :- X = if A = B then C else D end.\n");

@@ -12,7 +12,8 @@ const T& item(const Parsed& program, std::size_t index = 0) {
 }
 
 TEST(Tree, DeclarationsKnowTheirArguments) {
-    const Parsed program = parsed("type route linear p(node, min int D, sum float [<- neighbor], avg int Mean, first node, kind K, int list L).");
+    const Parsed program =
+        parsed("type route linear p(node, min int D, sum float [<- neighbor], avg int Mean, first node, kind K, int list L).");
     ASSERT_EQ(program.brief(), "");
     const auto& p = item<Declaration>(program);
     ASSERT_EQ(p.modifiers.size(), 2u);

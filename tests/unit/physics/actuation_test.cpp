@@ -268,7 +268,9 @@ TEST_P(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, Actuation, testing::Values(EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode),
-                         [](const auto& engine) { return engine.param == EngineKind::Blocks ? "Blocks" : engine.param == EngineKind::Hash ? "Hash" : "Ode"; });
+                         [](const auto& engine) {
+                             return engine.param == EngineKind::Blocks ? "Blocks" : engine.param == EngineKind::Hash ? "Hash" : "Ode";
+                         });
 
 }  // namespace
 }  // namespace meld::physics

@@ -27,7 +27,7 @@ TEST(Errors, BodiesThatCannotBeAreRefused) {
     refused({.id = 7, .velocity_m_s = {std::nan(""), 0, 0}}, "the velocity of body 7 is not finite");
     refused({.id = 7, .orientation = {0, 0, 0, 0}}, "the orientation of body 7 is no rotation");
     refused({.id = 7, .material = 3}, "body 7 is made of material 3, which does not exist");
-    refused({.id = kMostBodies}, "body 2147483648 has a number that is too large");
+    refused({.id = kMaxBodies}, "body 2147483648 has a number that is too large");
     need(scene->add_body({.id = 7}));
     EXPECT_EQ(scene->add_body({.id = 7}).error().problem, "there is already a body 7");
 }
@@ -84,7 +84,8 @@ TEST_P(EnginesGoingWrong, OverlapNamesBothBodiesAndKeepsTheState) {
         return;
     }
     ASSERT_FALSE(report);
-    EXPECT_TRUE(report.error().problem.starts_with("step 1: bodies 3 and 12 overlap by 0.7 m, more than 50 % of their radii together")) << report.error().message();
+    EXPECT_TRUE(report.error().problem.starts_with("step 1: bodies 3 and 12 overlap by 0.7 m, more than 50 % of their radii together"))
+        << report.error().message();
     EXPECT_EQ(scene->digest(), before);
     EXPECT_EQ(scene->tick(), 0u);
     // Cured, the scene goes on.
@@ -166,8 +167,7 @@ TEST(Errors, WhatWasSetOutlivesAStepThatDoesNotBegin) {
 
 TEST(Errors, OdeHasALimit) {
     auto scene = make_scene({.engine = EngineKind::Ode});
-    for (BodyId id = 0; id <= kMostOdeBodies; ++id)
-        need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
+    for (BodyId id = 0; id <= kMaxOdeBodies; ++id) need(scene->add_body({.id = id, .position_m = {2.0 * (id % 400), 2.0 * (id / 400), 0}}));
     Workers workers(1);
     EXPECT_EQ(scene->step(kTick, 1, workers).error().problem, "the engine 'ode' holds at most 131072 bodies, not 131073");
 }

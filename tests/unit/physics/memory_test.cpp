@@ -79,7 +79,8 @@ TEST(Memory, FormerContactsGoWhenTheBlocksAroundAreDone) {
                 for (const std::uint32_t n : {0u, 1u}) {
                     const std::uint32_t id = bodies.nature[slot].id;
                     const CarriedContact* found = former.find(slot, id + 7 + n);
-                    wrong += !found || found->id() != id || found->touching() != (n == 1) || found->normal_impulse != static_cast<float>(id + n);
+                    wrong +=
+                        !found || found->id() != id || found->touching() != (n == 1) || found->normal_impulse != static_cast<float>(id + n);
                 }
         }
     };

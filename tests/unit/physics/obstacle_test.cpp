@@ -93,11 +93,15 @@ TEST(Obstacles, FastBallsDoNotPassThinWalls) {
             for (const double restitution : {0.0, 1.0})
                 for (const bool plane : {false, true}) {
                     auto scene = make_scene({.gravity_m_s2 = {}});
-                    const std::uint8_t material = need(scene->add_material({.friction = 0, .restitution = static_cast<float>(restitution)}));
+                    const std::uint8_t material =
+                        need(scene->add_material({.friction = 0, .restitution = static_cast<float>(restitution)}));
                     const Quat turned{std::cos(0.2), 0, 0, std::sin(0.2)};
-                    if (plane) need(scene->add_obstacle(Plane{.offset_m = 0.05}, material));
-                    else need(scene->add_obstacle(Box{.size_m = {60, 60, 0.1}, .orientation = turned}, material));
-                    need(scene->add_body({.id = 0, .position_m = {0, 0, start}, .velocity_m_s = {0.4 * speed, 0, -speed}, .material = material}));
+                    if (plane)
+                        need(scene->add_obstacle(Plane{.offset_m = 0.05}, material));
+                    else
+                        need(scene->add_obstacle(Box{.size_m = {60, 60, 0.1}, .orientation = turned}, material));
+                    need(scene->add_body(
+                        {.id = 0, .position_m = {0, 0, start}, .velocity_m_s = {0.4 * speed, 0, -speed}, .material = material}));
                     double nearest = start;
                     for (int tick = 0; tick < static_cast<int>(2 * start / speed / kTick) + 3; ++tick) {
                         need(scene->step(kTick, 2, workers));
@@ -106,7 +110,8 @@ TEST(Obstacles, FastBallsDoNotPassThinWalls) {
                     EXPECT_GT(nearest, 0.54) << speed << " from " << start;
                     const Vec3 after = scene->state(0).velocity_m_s;
                     EXPECT_NEAR(after.x, 0.4 * speed, 1e-3 * speed);
-                    EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed) << speed << " from " << start << (plane ? " onto a plane" : " onto a box");
+                    EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed)
+                        << speed << " from " << start << (plane ? " onto a plane" : " onto a box");
                 }
 }
 

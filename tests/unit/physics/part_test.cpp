@@ -104,7 +104,8 @@ class Divided {
         std::vector<Part::Messages> sent;
         for (std::size_t i = 0; i < parts_.size(); ++i) sent.push_back(parts_[i]->pack_sums(sums[i]));
         for (const auto& messages : sent)
-            for (const auto& [to, bytes] : messages) parts_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
+            for (const auto& [to, bytes] : messages)
+                parts_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
         std::map<BodyId, double> found;
         for (std::size_t i = 0; i < parts_.size(); ++i)
             for (const BodyId body : scenes_[i]->bodies()) found[body] = sums[i][scenes_[i]->slot(body)].value();

@@ -1,7 +1,7 @@
 #include "runtime/base/hash.h"
 
-#include <bit>
 #include <gtest/gtest.h>
+#include <bit>
 #include <set>
 #include <vector>
 

@@ -1,7 +1,7 @@
 #include "runtime/base/parallel_for.h"
 
-#include <atomic>
 #include <gtest/gtest.h>
+#include <atomic>
 #include <memory>
 #include <numeric>
 #include <stdexcept>

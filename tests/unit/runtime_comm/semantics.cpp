@@ -1,8 +1,8 @@
 #include "tests/unit/runtime_comm/semantics.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cstring>
-#include <fmt/format.h>
 #include <stdexcept>
 
 #include "runtime/base/hash.h"
@@ -121,7 +121,9 @@ void gathers(Communicator& communicator) {
 
 void gathers_of_any_size(Communicator& communicator) {
     for (std::uint64_t round = 0; round < 60; ++round) {
-        const auto size_of = [&](int part) { return round == 59 ? std::size_t{200'000} : static_cast<std::size_t>(word(round, part, 0) % 50); };
+        const auto size_of = [&](int part) {
+            return round == 59 ? std::size_t{200'000} : static_cast<std::size_t>(word(round, part, 0) % 50);
+        };
         const int me = communicator.part();
         const auto all = communicator.allgather_any(payload(round, me, 0, size_of(me)));
         require(all.size() == static_cast<std::size_t>(communicator.parts()), communicator, "allgather_any has another size");

@@ -75,7 +75,9 @@ class ColumnsWithLists : public testing::Test {
         for (u32 i = 0; i < p.arity; ++i) values.push_back(*parse_value(type_of(module_.info(), p.fields[i]), arguments[i], arena));
         return (give ? give_fact : take_fact)(module_.info(), *columns_, predicate, catom, values.data(), pool);
     }
-    bool give(u32 predicate, u32 catom, const std::vector<std::string>& arguments, int pool = 0) { return change(true, predicate, catom, arguments, pool); }
+    bool give(u32 predicate, u32 catom, const std::vector<std::string>& arguments, int pool = 0) {
+        return change(true, predicate, catom, arguments, pool);
+    }
     bool take(u32 predicate, u32 catom, const std::vector<std::string>& arguments) { return change(false, predicate, catom, arguments); }
     std::string facts(u32 predicate, u32 catom) const {
         std::string text;

@@ -46,16 +46,22 @@ Value random_value(Type type, Random& random, Arena& arena) {
             v.real = odd[below(random, 6)];
             return v;
         }
-        case ValueType::Bool: v.integer = static_cast<i64>(below(random, 2)); return v;
-        case ValueType::Node: v.catom = below(random, 2) ? below(random, 3) : ~u64{0} >> 1; return v;
+        case ValueType::Bool:
+            v.integer = static_cast<i64>(below(random, 2));
+            return v;
+        case ValueType::Node:
+            v.catom = below(random, 2) ? below(random, 3) : ~u64{0} >> 1;
+            return v;
         case ValueType::String: {
             std::string text;
-            static constexpr std::string_view pieces[] = {"a", "b", "\"", "\\", "\n", "\xc3\xa9", "\xff", "\xe2\x82", std::string_view("\0", 1), " "};
+            static constexpr std::string_view pieces[] = {
+                "a", "b", "\"", "\\", "\n", "\xc3\xa9", "\xff", "\xe2\x82", std::string_view("\0", 1), " "};
             for (std::size_t n = below(random, 5); n > 0; --n) text += pieces[below(random, 10)];
             v.list = arena.text(text);
             return v;
         }
-        default: break;
+        default:
+            break;
     }
     std::vector<u64> items;
     const std::size_t count = type.has_fields() ? type.field_count() : below(random, 4);
@@ -74,7 +80,11 @@ int slow_compare(Type type, Value a, Value b) {
     if (!type.compound()) return compare(type, a, b);
     const std::size_t n = length(a.list), m = length(b.list);
     if (type.kind() == ValueType::String) {
-        const auto text = [](const List* l) { return l == nullptr ? std::vector<unsigned char>{} : std::vector<unsigned char>(reinterpret_cast<const unsigned char*>(l->items), reinterpret_cast<const unsigned char*>(l->items) + l->count); };
+        const auto text = [](const List* l) {
+            return l == nullptr ? std::vector<unsigned char>{}
+                                : std::vector<unsigned char>(reinterpret_cast<const unsigned char*>(l->items),
+                                                             reinterpret_cast<const unsigned char*>(l->items) + l->count);
+        };
         return text(a.list) < text(b.list) ? -1 : text(b.list) < text(a.list) ? 1 : 0;
     }
     for (std::size_t i = 0;; ++i) {
@@ -113,8 +123,10 @@ TEST(Values, RandomTypesSurviveKeepingPackingAndPrinting) {
 
         EXPECT_EQ(compare(type, a, b), slow_compare(type, a, b));
         EXPECT_EQ(compare(type, a, b), -compare(type, b, a));
-        if (compare(type, a, b) == 0) EXPECT_EQ(hash(type, a), hash(type, b));
-        else EXPECT_NE(hash(type, a), hash(type, b));
+        if (compare(type, a, b) == 0)
+            EXPECT_EQ(hash(type, a), hash(type, b));
+        else
+            EXPECT_NE(hash(type, a), hash(type, b));
 
         store.release(type, kept, 0);
         EXPECT_EQ(store.bytes(), 0u);
@@ -129,7 +141,8 @@ TEST(Values, OrderIsThatOfWordsInADictionary) {
     const auto of = [&](Type type, std::string_view text) { return *parse_value(type, text, arena); };
     const std::vector<std::string> lists{"[]", "[-5]", "[1]", "[1, -9]", "[1, 2]", "[2]"}, strings{"", "B", "a", "aa", "b", "\xff"};
     for (std::size_t i = 0; i + 1 < lists.size(); ++i) EXPECT_LT(compare(list, of(list, lists[i]), of(list, lists[i + 1])), 0) << lists[i];
-    for (std::size_t i = 0; i + 1 < strings.size(); ++i) EXPECT_LT(compare(string, of(string, strings[i]), of(string, strings[i + 1])), 0) << strings[i];
+    for (std::size_t i = 0; i + 1 < strings.size(); ++i)
+        EXPECT_LT(compare(string, of(string, strings[i]), of(string, strings[i + 1])), 0) << strings[i];
 }
 
 TEST(Values, ThereIsOneZero) {

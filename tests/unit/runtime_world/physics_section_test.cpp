@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "runtime/world/positions_file.h"
 #include "runtime/world/populate.h"
+#include "runtime/world/positions_file.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::world {
@@ -126,7 +126,8 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         {"engin = \"ode\"", "w.toml:5:1: there is no key 'engin' in [motion]. did you mean 'engine'?"},
         {"engine = \"odd\"", "w.toml:5:10: [motion] engine = \"odd\" does not exist. did you mean 'ode'?"},
         {"engine = \"hash\"\nsolver = \"soft\"",
-         "w.toml:6:10: the engine \"hash\" has no soft contacts. take solver out, which means \"pgs20\" here, or write engine = \"blocks\""},
+         "w.toml:6:10: the engine \"hash\" has no soft contacts. take solver out, which means \"pgs20\" here, or write engine = "
+         "\"blocks\""},
         {"mass = 0", "w.toml:5:8: [motion] mass = 0 is not a number above zero"},
         {"mass = nan", "w.toml:5:8: [motion] mass = nan is not a number above zero"},
         {"friction = -1", "w.toml:5:12: [motion] friction = -1 is less than 0"},
@@ -138,14 +139,21 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         {"substeps = 0", "w.toml:5:12: [motion] substeps = 0 is not between 1 and 2147483647"},
         {"capacity = 2", "w.toml:5:1: there is no key 'capacity' in [motion]"},
         {"sense = 3", "w.toml:5:9: [motion] sense is an integer, not a table [motion.sense]"},
-        {"[[motion.feature]]\ndirections = 7", "w.toml:6:14: [[motion.feature]] directions = 7 is none of 6, 12 and 24. list others as an array of [x, y, z]"},
-        {"[[motion.feature]]\nkind = \"latch\"", "w.toml:5:1: a [[motion.feature]] has no directions. write directions = 6, 12 or 24, or an array of [x, y, z]"},
+        {"[[motion.feature]]\ndirections = 7",
+         "w.toml:6:14: [[motion.feature]] directions = 7 is none of 6, 12 and 24. list others as an array of [x, y, z]"},
+        {"[[motion.feature]]\nkind = \"latch\"",
+         "w.toml:5:1: a [[motion.feature]] has no directions. write directions = 6, 12 or 24, or an array of [x, y, z]"},
         {"[[motion.obstacle]]\nkind = \"cube\"", "w.toml:6:8: [[motion.obstacle]] kind = \"cube\" does not exist"},
-        {"[[motion.obstacle]]\nkind = \"terrain\"\nheights = [[1, 2], [1]]", "w.toml:7:20: the rows of a terrain's heights are of different lengths"},
-        {"[[motion.obstacle]]\nkind = \"plane\"\ncentre = [0, 0, -5]", "w.toml:7:10: a plane has no centre. it has normal, offset; centre is of a box"},
-        {"[[motion.obstacle]]\nkind = \"box\"\nheights = [[1]]", "w.toml:7:11: a box has no heights. it has centre, size, degrees; heights is of a terrain"},
-        {"[[motion.obstacle]]\nkind = \"terrain\"\noffset = 1", "w.toml:7:10: a terrain has no offset. it has centre, cell, heights; offset is of a plane"},
-        {"[[motion.feature]]\nkind = \"latch\"\ndirections = 6\ndepth = 0.1", "w.toml:8:9: a latch has no depth. it has strength; depth is of a dipole"},
+        {"[[motion.obstacle]]\nkind = \"terrain\"\nheights = [[1, 2], [1]]",
+         "w.toml:7:20: the rows of a terrain's heights are of different lengths"},
+        {"[[motion.obstacle]]\nkind = \"plane\"\ncentre = [0, 0, -5]",
+         "w.toml:7:10: a plane has no centre. it has normal, offset; centre is of a box"},
+        {"[[motion.obstacle]]\nkind = \"box\"\nheights = [[1]]",
+         "w.toml:7:11: a box has no heights. it has centre, size, degrees; heights is of a terrain"},
+        {"[[motion.obstacle]]\nkind = \"terrain\"\noffset = 1",
+         "w.toml:7:10: a terrain has no offset. it has centre, cell, heights; offset is of a plane"},
+        {"[[motion.feature]]\nkind = \"latch\"\ndirections = 6\ndepth = 0.1",
+         "w.toml:8:9: a latch has no depth. it has strength; depth is of a dipole"},
         {"[[motion.feature]]\ndirections = 6\narea = 0.1", "w.toml:7:8: a dipole has no area. it has strength, depth; area is of a plate"},
         {"[[motion.catoms]]\nwhere = \"id ==\"", "w.toml:6:15: expected a number, found the end"},
         {"[time]\ntick = \"1ms\"", "w.toml:5:1: a tick of this world lasts [motion] step times steps. take [time] out"},

@@ -70,7 +70,8 @@ mover = "slide"
     EXPECT_EQ(world.facts[0].predicate, "source");
     EXPECT_EQ(world.facts[1].where.text(), "id == 7");
     EXPECT_EQ(world.facts[1].place, "w.toml:14:30");
-    EXPECT_EQ(world.facts[2].arguments, (std::vector<std::string>{"20.5", "3", "4.0", "true", "@12", "\"warm \\\"x\\\"\"", "[[1, 2.5], [\"a\", \"2\", @3], []]"}));
+    EXPECT_EQ(world.facts[2].arguments,
+              (std::vector<std::string>{"20.5", "3", "4.0", "true", "@12", "\"warm \\\"x\\\"\"", "[[1, 2.5], [\"a\", \"2\", @3], []]"}));
     EXPECT_TRUE(world.facts[3].where.contains(99, {}, {}));
     EXPECT_EQ(world.set, (std::map<std::string, std::string>{{"limit", "12"}, {"rate", "0.5"}, {"name", "\"n\""}}));
     EXPECT_EQ(world.motion.kind, "lattice");
@@ -124,17 +125,20 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [\"@x\"] }]"),
               "w.toml:4:19: '@x' names no catom. write @ and its number, as in \"@3\"");
     EXPECT_EQ(error_of(kBody + "[facts]\nheat = 3"), "w.toml:4:8: a fact is an integer, not a region or { where = ..., args = [...] }");
-    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [[1, {}]] }]"), "w.toml:4:23: an argument is a table, not a number, a string, an array, true or false");
+    EXPECT_EQ(error_of(kBody + "[facts]\nheat = [{ args = [[1, {}]] }]"),
+              "w.toml:4:23: an argument is a table, not a number, a string, an array, true or false");
     EXPECT_EQ(error_of(kBody + "[time]\ntick = \"0s\""), "w.toml:4:8: [time] tick is not above zero");
     EXPECT_EQ(error_of(kBody + "[time]\ntick = -1"), "w.toml:4:8: [time] tick = -1 is not a number above zero");
-    EXPECT_EQ(error_of(kBody + "[time]\ntick = \"1 mile\"").substr(0, 63), "w.toml:4:8: [time] tick: '1 mile' has the unknown suffix 'mile'");
+    EXPECT_EQ(error_of(kBody + "[time]\ntick = \"1 mile\"").substr(0, 63),
+              "w.toml:4:8: [time] tick: '1 mile' has the unknown suffix 'mile'");
     EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
     EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
 }
 
 TEST(WorldFile, ReadsWhenEventsHappen) {
-    const World world = world_of(kBody + "[time]\ntick = \"10ms\"\n[[event]]\ntick = 4\nevery = 3\ntimes = 3\ngive = { tap = \"id == 0\" }\n"
-                                         "[[event]]\ntime = \"0.05s\"\n[event.take]\nheat = [{ args = [1] }, { args = [2] }]\n");
+    const World world = world_of(kBody +
+                                 "[time]\ntick = \"10ms\"\n[[event]]\ntick = 4\nevery = 3\ntimes = 3\ngive = { tap = \"id == 0\" }\n"
+                                 "[[event]]\ntime = \"0.05s\"\n[event.take]\nheat = [{ args = [1] }, { args = [2] }]\n");
     ASSERT_EQ(world.events.size(), 2u);
     std::vector<std::int64_t> ticks;
     for (std::int64_t t = 0; t < 20; ++t)
@@ -153,11 +157,13 @@ TEST(WorldFile, RefusesEventsThatAreNone) {
     EXPECT_EQ(error("tick = 1\ntime = 1\ngive = { tap = \"all\" }"), "w.toml:3:1: an [[event]] has both tick and time. write tick = 10");
     EXPECT_EQ(error("tick = 1"), "w.toml:3:1: in this [[event]] nothing happens. write give = { tap = \"id == 0\" }");
     EXPECT_EQ(error("tick = 0\ngive = { tap = \"all\" }"), "w.toml:4:8: [[event]] tick = 0 is not between 1 and 1000000000");
-    EXPECT_EQ(error("tick = 1\nevery = 2\ngive = { tap = \"all\" }"), "w.toml:3:1: an [[event]] that happens again has both every and times. write every = 10 and times = 3");
+    EXPECT_EQ(error("tick = 1\nevery = 2\ngive = { tap = \"all\" }"),
+              "w.toml:3:1: an [[event]] that happens again has both every and times. write every = 10 and times = 3");
     EXPECT_EQ(error("tick = 1\ngive = \"all\""), "w.toml:5:8: give is a string, not a table of facts");
     EXPECT_EQ(error("tick = 1\ntake = { tap = \"idd\" }"), "w.toml:5:17: nothing is called 'idd' here. did you mean 'id'?");
     EXPECT_EQ(error("tick = 1\ngve = { tap = \"all\" }"), "w.toml:5:1: there is no key 'gve' in [[event]]. did you mean 'give'?");
-    EXPECT_EQ(error("tick = 1\ntimes = 3000000000\nevery = 1\ngive = { tap = \"all\" }"), "w.toml:5:9: [[event]] times = 3000000000 is not between 1 and 1000000000");
+    EXPECT_EQ(error("tick = 1\ntimes = 3000000000\nevery = 1\ngive = { tap = \"all\" }"),
+              "w.toml:5:9: [[event]] times = 3000000000 is not between 1 and 1000000000");
     EXPECT_EQ(error_of("event = 3\n" + kBody), "w.toml:1:9: event is an integer, not a table [[event]]");
 }
 

@@ -69,12 +69,12 @@ void write_layout(const char* path) {
     const std::vector<RecordedLine> angle = {{0, 1}, {1, 2}}, fan = {{29, 0}, {29, 1}, {29, 2}};
     const Ensemble first(100, 0), moved(100, 1), fewer(30, 2), nobody(0, 0), big(200000, 3);
     step(0, first, {first.distance(), first.wakefulness()});
-    step(0.5, first, {first.distance(), first.wakefulness()}, angle);             // Only lines are new.
-    step(1, moved, {first.distance(), moved.wakefulness()}, angle);               // All but one changed.
+    step(0.5, first, {first.distance(), first.wakefulness()}, angle);               // Only lines are new.
+    step(1, moved, {first.distance(), moved.wakefulness()}, angle);                 // All but one changed.
     step(1.5, fewer, {fewer.distance(), fewer.wakefulness(), fewer.force()}, fan);  // Fewer catoms, a new array.
-    step(2, nobody, {nobody.distance(), nobody.wakefulness(), nobody.force()});   // All are gone.
-    step(2.5, big, {big.distance(), big.wakefulness(), big.force()}, angle);      // More than a chunk.
-    step(3, first, {first.distance()});                                           // Two arrays are missing.
+    step(2, nobody, {nobody.distance(), nobody.wakefulness(), nobody.force()});     // All are gone.
+    step(2.5, big, {big.distance(), big.wakefulness(), big.force()}, angle);        // More than a chunk.
+    step(3, first, {first.distance()});                                             // Two arrays are missing.
     expect(recording.close());
 }
 
