@@ -152,7 +152,7 @@ void ScanState::comment_never_ends() {
     const Span outer{file_, comments_.front(), comments_.front() + 2};
     auto& diagnostic = wrong(Kind::UnterminatedComment, inner, "this comment never ends");
     diagnostic.help = "close it with */; comments nest, so each /* needs its own */";
-    if (comments_.size() > 1) diagnostic.labels.push_back({outer, "it stands inside this one"});
+    if (comments_.size() > 1) diagnostic.labels = {{outer, "it stands inside this one"}};
 }
 
 void ScanState::open_text() {
