@@ -219,8 +219,8 @@ def errors_page(bin_folder):
     table = (ROOT / "compiler/diagnostics/kinds.def").read_text()
     codes = re.findall(r'^MELD_KIND\(\w+, "(\w+)"', table, re.MULTILINE)
     out = ["# Messages", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
-           "All messages of `meldc`. `meldc explain CODE` prints a page on each, with an example and its cure.",
-           "Codes that begin with E are errors, with W warnings, with N notes; only errors stop the compilation.", "",
+           "All messages of `meldc`. `meldc explain CODE` explains a message, with an example and a cure.",
+           "Codes that begin with E are errors, W warnings, N notes; only errors stop the compilation.", "",
            "| code | title | what it means |", "|---|---|---|"]
     for code in codes:
         text = subprocess.run([bin_folder / "meldc", "explain", code], capture_output=True, text=True, check=True).stdout
@@ -236,15 +236,15 @@ def functions_page():
     """docs/functions.md, from the table of the library."""
     table = (ROOT / "compiler/check/library.def").read_text()
     out = ["# Functions", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
-           "Functions that every program may call. A program's own function of the same name comes first.", "",
+           "Functions that every program can call. A function of the program hides a library function of the same name.", "",
            "`T` is any type, `N` is `int` or `float`, `S` a struct of floats.",
-           "Functions that have no value for an argument, such as an element past the end, stop the run with a message."]
+           "A function without a value for an argument, such as an element past the end, stops the run with a message."]
     entry = re.compile(r'^MELD_(SECTION|OPERATOR|\w*FUNCTION)\("([^"]*)"(?:, "([^"]*)")?.*?(?:"([^"]*)")?\)$', re.MULTILINE)
     for kind, name, signature, text in entry.findall(table):
         if kind == "SECTION" and not name:
             break
         if kind == "SECTION":
-            out += ["", f"## {name}", "", "| function | takes and gives | |", "|---|---|---|"]
+            out += ["", f"## {name}", "", "| function | type | returns |", "|---|---|---|"]
         else:
             out.append(f"| `{name}` | `{signature}` | {text} |")
     return "\n".join(out) + "\n"
