@@ -1,7 +1,7 @@
 // The engine for millions: blocks of space, coloured so that blocks of one colour share no body, solved colour after colour.
 //
 // A step is a list of stages, each a loop over blocks with nothing between the blocks; so it can be taken stage by stage, with
-// an exchange of velocities between processes after each coloured stage (decomposition.h).
+// an exchange of velocities between processes after each coloured stage (part.h).
 #pragma once
 
 #include <algorithm>

@@ -152,7 +152,7 @@ struct Deltas {
     std::vector<RulePlan> groups;
 };
 
-// How the support of a component is kept (evaluation.md, "Four kinds of recursion").
+// How the support of a strongly connected component is maintained (docs/design.md, "Recursion").
 enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
 std::string recursion_name(Recursion recursion);
 

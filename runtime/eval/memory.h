@@ -13,7 +13,7 @@
 
 namespace meld::eval {
 
-// What groups remember of their losses (evaluation.md, "Ranks and quarantine"). Empty in a quiet ensemble.
+// What groups remember of their losses (docs/design.md, "Ranks and quarantine"). Empty in a quiescent ensemble.
 class Tombstones {
   public:
     struct Entry {

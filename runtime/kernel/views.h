@@ -92,7 +92,7 @@ MELD_STEP bool settle_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 
     return true;
 }
 
-// ---- classes 2 and 3: recursive. Ranks and quarantine, evaluation.md; models/retraction.py is the executable model.
+// ---- recursion: ranks and quarantine (docs/design.md, "Ranks and quarantine")
 
 // The first tick at which a proposal may give its group a value; 0: at once.
 inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {

@@ -1,5 +1,5 @@
 // What a person would write by hand for one program alone: the gradient, exact under retraction, neighbours by geometry.
-// A catom keeps its value, its rank and a candidate per port, as performance.md describes; retraction follows the same
+// A catom keeps its value, its rank and a candidate per port, as docs/benchmarks.md describes; retraction follows the same
 // ranks and quarantine. It is the floor that the compiled program is measured against.
 #pragma once
 

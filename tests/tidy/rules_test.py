@@ -2,6 +2,7 @@
 
 import unittest
 
+from references import References
 from rules import Layers, check_file
 
 CMAKE = """
@@ -71,6 +72,32 @@ class TextRules(unittest.TestCase):
 
     def test_the_last_line_ends(self):
         self.assertEqual(len(rules_broken("tests/a.cpp", "int x;")), 1)
+
+
+class ReferenceRules(unittest.TestCase):
+    def broken(self, path, text):
+        here = References({"docs/a.md": "# A\n\n## What is there\n", "runtime/abi/a.h": "void begin();\n", "runtime/abi/b.cpp": "", "stdlib/tree.meld": ""})
+        return [problem.rule for problem in here.problems(path, text.split("\n"))]
+
+    def test_comments_point_to_files(self):
+        self.assertEqual(self.broken("runtime/abi/a.h", "// As a.h says, runtime/abi/b.cpp too, and docs/a.md.\n"), [])
+        self.assertEqual(len(self.broken("runtime/abi/a.h", "int x;  // As c.h says.\n")), 1)
+        self.assertEqual(len(self.broken("runtime/abi/a.h", "// module/a.h\n")), 1)
+        self.assertEqual(len(self.broken("tests/a.py", "# See evaluation.md.\n")), 1)
+        self.assertEqual(len(self.broken("docs/a.md", "The rest is in `runtime/abi/c.h`.\n")), 1)
+
+    def test_headings_exist(self):
+        self.assertEqual(self.broken("runtime/abi/a.h", '// docs/a.md, "What is there"\n'), [])
+        self.assertEqual(len(self.broken("runtime/abi/a.h", '// docs/a.md, "What is not"\n')), 1)
+
+    def test_functions_are_in_their_file(self):
+        self.assertEqual(self.broken("docs/a.md", "`runtime/abi/a.h: begin()` begins.\n"), [])
+        self.assertEqual(len(self.broken("docs/a.md", "`runtime/abi/a.h: beg()` begins.\n")), 1)
+        self.assertEqual(len(self.broken("docs/a.md", "`runtime/abi/c.h: begin()` begins.\n")), 2)
+
+    def test_code_and_placeholders_are_left_alone(self):
+        self.assertEqual(self.broken("docs/a.md", "```cpp\n// c.h\n```\n    c.h\n"), [])
+        self.assertEqual(self.broken("runtime/abi/a.h", '#include "c.h"\nauto s = "// c.h";\n// <c.h>, file.meld, PROGRAM.toml, --link=FILE.c\n'), [])
 
 
 if __name__ == "__main__":

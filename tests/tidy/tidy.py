@@ -3,9 +3,11 @@
 import pathlib
 import sys
 
+from references import References
 from rules import Layers, Problem, check_file
 
 FOLDERS = ("cmake", "compiler", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
+PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
 SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".cmake", ".meld")
 # A test of the scanner may contain any byte.
 FREE_TEXT = "tests/meld/"
@@ -22,6 +24,10 @@ def files_of(root: pathlib.Path):
 def check_repository(root: pathlib.Path):
     layers = Layers((root / "CMakeLists.txt").read_text())
     yield from layers.problems_of_order("CMakeLists.txt")
+    references = References.of(root)
+    for path in sorted(references.texts):
+        if path.endswith(".md") and path.startswith(PAGES):
+            yield from references.problems(path, references.text(path).split("\n"))
     for file in files_of(root):
         path = file.relative_to(root).as_posix()
         if path.startswith(FREE_TEXT):
@@ -32,6 +38,8 @@ def check_repository(root: pathlib.Path):
             yield Problem(path, 1, f"not UTF-8 ({error.reason})")
             continue
         yield from check_file(path, text, layers)
+        if not path.startswith("tests/tidy/"):
+            yield from references.problems(path, text.split("\n"))
 
 
 def main():
@@ -39,7 +47,7 @@ def main():
     for problem in problems:
         print(problem)
     if problems:
-        print(f"{len(problems)} problems; docs of the rules: tests/tidy/rules.py")
+        print(f"{len(problems)} problems; docs of the rules: tests/tidy/rules.py and references.py")
     return 1 if problems else 0
 
 

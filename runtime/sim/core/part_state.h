@@ -139,7 +139,7 @@ class PartState {
     bool stop_requested = false;
 
   private:
-    // exchange.cpp
+    // tick.cpp
     // A linear or given fact that has come for a catom of this part in this tick.
     struct Arrival {
         Catom to;

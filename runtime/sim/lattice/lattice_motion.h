@@ -1,5 +1,5 @@
 // Motion on a lattice: create, destroy, give, moveTo, slide, turn and moveAround as proposals, arbitrated so that the outcome depends
-// neither on processes nor on threads (algorithms.md, "Lattices and moves").
+// neither on processes nor on threads (docs/motion.md, "Conflicts").
 #pragma once
 
 #include <cstdint>
