@@ -4,7 +4,7 @@
 
 #include "physics/actuation.h"
 #include "physics/block_engine.h"
-#include "physics/pulls.h"
+#include "physics/feature_wrenches.h"
 
 namespace meld::physics {
 
@@ -13,7 +13,7 @@ void BlockEngine::begin_actuation(double dt_s, Workers& workers) {
         return std::any_of(table.begin(), table.end(), [](const Feature& feature) { return feature.kind == FeatureKind::Latch; });
     });
     if (latches) contacts_.need_adhesion();
-    begin_pulls(world_, pulls_, dt_s, workers);
+    begin_feature_wrenches(world_, feature_wrenches_, dt_s, workers);
 }
 
 void BlockEngine::actuate_block(std::uint32_t block) {
@@ -26,8 +26,8 @@ void BlockEngine::actuate_block(std::uint32_t block) {
         for (int i = 0; i < kLanes; ++i) {
             const Batch& batch = batches[n];
             if (!(batch.gap[i] < range) || features[batch.a[i]].on == 0 || features[batch.b[i]].on == 0) continue;
-            held[i] = static_cast<float>(
-                pull_pair(world_, pulls_, batch.a[i], batch.b[i], {d(batch.nx[i]), d(batch.ny[i]), d(batch.nz[i])}, d(batch.gap[i])));
+            held[i] = static_cast<float>(add_feature_wrenches(world_, feature_wrenches_, batch.a[i], batch.b[i],
+                                                              {d(batch.nx[i]), d(batch.ny[i]), d(batch.nz[i])}, d(batch.gap[i])));
         }
         if (!contacts_.adhesion.empty()) contacts_.adhesion[contacts_.first_pair_batch(block) + n] = held;
     }

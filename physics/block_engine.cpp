@@ -12,9 +12,10 @@
 #include <tuple>
 
 #include "physics/broadphase.h"
+#include "physics/feature_wrenches.h"
 #include "physics/kernels.h"
 #include "physics/ode_library.h"
-#include "physics/pulls.h"
+#include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
 
 namespace meld::physics {
@@ -43,7 +44,7 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
         for (int colour = 0; colour < kColours; ++colour) stages.push_back({kind, colour});
     };
     stages.push_back({Kind::Prepare});
-    stages.push_back({Kind::Settle});
+    stages.push_back({Kind::UpdateSleep});
     if (bounces) stages.push_back({Kind::NoteApproach});
     if (world_.has_features()) coloured(Kind::Actuate);
     for (int substep = 0; substep < times.substeps; ++substep) {
@@ -69,6 +70,8 @@ Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
 }
 
 Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
+    MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
+    MELD_EXPECT(stage.colour < kColours && stage.kind <= Stage::Kind::Finish, "colour {}", stage.colour);
     const Rules rules = rules_for(world_.settings, times);
     Bodies& bodies = world_.bodies;
     const auto over_colour = [&](const auto& f) {
@@ -85,7 +88,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     switch (stage.kind) {
         case Stage::Kind::Prepare:
             return prepare(times, workers);
-        case Stage::Kind::Settle:
+        case Stage::Kind::UpdateSleep:
             return settle(times, workers);
         case Stage::Kind::Actuate: {
             const StageClock clock(world_.times.actuation);
@@ -97,10 +100,10 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             // A cold solver begins each substep with nothing: impulses that bodies have not felt would count as if they had.
             if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
             const StageClock clock(world_.times.move);
-            const Push* pushes = bodies.pushes.empty() ? nullptr : bodies.pushes.data();
-            const Push* pulls = world_.has_features() ? pulls_.data() : nullptr;
+            const Wrench* wrenches = bodies.wrenches.empty() ? nullptr : bodies.wrenches.data();
+            const Wrench* feature_wrenches = world_.has_features() ? feature_wrenches_.data() : nullptr;
             for_blocks(awake_, workers, [&](int, std::uint32_t block) {
-                accelerate(bodies.motion.data(), bodies.place.data(), pushes, pulls, grid_.blocks()[block].first,
+                accelerate(bodies.velocity.data(), bodies.place.data(), wrenches, feature_wrenches, grid_.blocks()[block].first,
                            grid_.blocks()[block].count, rules.move);
             });
             return {};
@@ -108,8 +111,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::WarmStart: {
             const StageClock clock(world_.times.solve);
             over_colour([&](std::uint32_t block) {
-                warm_start(contacts_.pairs(block), bodies.motion.data());
-                warm_start(contacts_.obstacle_contacts(block), bodies.motion.data());
+                warm_start(contacts_.pairs(block), bodies.velocity.data());
+                warm_start(contacts_.obstacle_contacts(block), bodies.velocity.data());
             });
             return {};
         }
@@ -125,8 +128,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return {};
         }
         case Stage::Kind::NoteApproach: {
-            const auto speed = static_cast<float>(world_.settings.solver.least_bounce_m_s);
-            with_bounces([&](auto batches, auto bounces) { note_approach(batches, bounces, bodies.motion.data(), speed); });
+            const auto speed = static_cast<float>(world_.settings.solver.min_bounce_speed_m_s);
+            with_bounces([&](auto batches, auto bounces) { note_approach(batches, bounces, bodies.velocity.data(), speed); });
             return {};
         }
         case Stage::Kind::NotePeak:
@@ -136,11 +139,12 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             const StageClock clock(world_.times.solve);
             over_colour([&](std::uint32_t block) {
                 const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
-                bounce(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()), bodies.motion.data());
+                bounce(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()),
+                       bodies.velocity.data());
                 bounce(obstacles,
                        std::span(contacts_.bounces)
                            .subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()),
-                       bodies.motion.data());
+                       bodies.velocity.data());
             });
             return {};
         }
@@ -149,7 +153,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Refresh:
             return refresh(times, workers);
         case Stage::Kind::Finish: {
-            if (world_.has_features()) settle_charges(world_, workers);
+            if (world_.has_features()) account_charges(world_, workers);
             find_events(workers);
             last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
             return {};
@@ -159,13 +163,15 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
 }
 
 void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s) {
-    Motion* motions = world_.bodies.motion.data();
+    MELD_EXPECT(block < states_.size() && states_[block].owned && states_[block].active, "block {} of {}", block, states_.size());
+    MELD_EXPECT(contacts_.adhesion.empty() || contacts_.adhesion.size() == contacts_.pair_batch_count());
+    BodyVelocity* velocities = world_.bodies.velocity.data();
     for (int i = 0; i < sweeps; ++i) {
         if (contacts_.adhesion.empty())
-            sweep(contacts_.pairs(block), motions, rule);
+            sweep(contacts_.pairs(block), velocities, rule);
         else
-            sweep_adhesive(contacts_.pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, motions, rule);
-        sweep(contacts_.obstacle_contacts(block), motions, rule);
+            sweep_adhesive(contacts_.pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, velocities, rule);
+        sweep(contacts_.obstacle_contacts(block), velocities, rule);
     }
 }
 
@@ -206,15 +212,15 @@ bool BlockEngine::list_is_old(const StepTimes& times) const {
 
 RadiusRange BlockEngine::radii_of_world() const {
     const Settings& settings = world_.settings;
-    if (settings.least_radius_m > 0 && settings.largest_radius_m > 0) return {settings.least_radius_m, settings.largest_radius_m};
+    if (settings.min_radius_m > 0 && settings.max_radius_m > 0) return {settings.min_radius_m, settings.max_radius_m};
     return radius_range(world_.bodies);
 }
 
 GridShape BlockEngine::next_shape() const {
     const RadiusRange radii = radii_of_world();
-    const double skin = world_.settings.skin_share * 2 * radii.least,
-                 margin = std::max(kLookAheadShare * 2 * radii.least, world_.feature_range_m());
-    return GridShape::fitting(radii.least, radii.largest, margin + skin);
+    const double skin = world_.settings.skin_share * 2 * radii.min,
+                 margin = std::max(kLookAheadShare * 2 * radii.min, world_.feature_range_m());
+    return GridShape::fitting(radii.min, radii.max, margin + skin);
 }
 
 Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
@@ -222,10 +228,10 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     note_stillness();
     const RadiusRange radii = radii_of_world();
     if (world_.has_features()) bodies.need_features();
-    smallest_radius_m_ = radii.least;
-    skin_m_ = world_.settings.skin_share * 2 * radii.least;
+    smallest_radius_m_ = radii.min;
+    skin_m_ = world_.settings.skin_share * 2 * radii.min;
     margin_m_ = reach_m();
-    if (!std::exchange(carried_, false)) take_contacts_out(workers);
+    if (!std::exchange(cached_, false)) cache_contacts(workers);
     Buffer<std::uint32_t> order;
     {
         const StageClock clock(world_.times.sort);
@@ -248,19 +254,21 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         const Block& block = grid_.blocks()[b];
         std::uint16_t still = std::numeric_limits<std::uint16_t>::max();
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
-            still = std::min(still, bodies.nature[slot].still_ticks);
+            still = std::min(still, bodies.properties[slot].still_ticks);
             bodies.drift[slot] = {0, 0, 0};
             if (world_.has_features() && bodies.features[slot].table != 0) states_[b].has_features = true;
         }
         states_[b].still_ticks = still;
     }
+    MELD_ENSURE(states_.size() == grid_.blocks().size());
+    MELD_ENSURE(bodies.velocity.size() == bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());
     rebuild_ = fresh_ = false;
     rebuilt_in_step_ = true;
     return {};
 }
 
-void BlockEngine::take_contacts_out(Workers& workers) {
-    for (const CarriedContact& gone : contacts_.carry(world_.bodies, workers))
+void BlockEngine::cache_contacts(Workers& workers) {
+    for (const CachedContact& gone : contacts_.take_out(world_.bodies, workers))
         world_.events.push_back({touch_of(gone.id(), gone.partner), false});
 }
 
@@ -269,25 +277,25 @@ void BlockEngine::keep_last_good(Workers& workers) {
     LastGood& kept = world_.last_good;
     const bool all = world_.settings.keep_last_good;
     const std::size_t count = bodies.count();
-    const bool motions = all || world_.settings.keep_former_velocities;
-    kept.motion.resize(motions ? count : 0), kept.place.resize(all ? count : 0), kept.turn.resize(all ? count : 0);
+    const bool velocities = all || world_.settings.keep_former_velocities;
+    kept.velocity.resize(velocities ? count : 0), kept.place.resize(all ? count : 0), kept.orientation.resize(all ? count : 0);
     kept.complete = all;
-    if (!motions) return;
+    if (!velocities) return;
     workers.run((count + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
         const std::size_t begin = job * kSlotsPerJob, length = std::min(count - begin, kSlotsPerJob);
-        std::copy_n(bodies.motion.begin() + static_cast<std::ptrdiff_t>(begin), length,
-                    kept.motion.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.velocity.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.velocity.begin() + static_cast<std::ptrdiff_t>(begin));
         if (!all) return;
         std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length,
                     kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
-        std::copy_n(bodies.turn.begin() + static_cast<std::ptrdiff_t>(begin), length,
-                    kept.turn.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.orientation.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.orientation.begin() + static_cast<std::ptrdiff_t>(begin));
     });
 }
 
 Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.move);
-    const float limit = squared(world_.settings.greatest_speed_m_s);
+    const float limit = squared(world_.settings.max_speed_m_s);
     std::atomic<bool> fine{true};
     for_blocks(awake_, workers, [&](int, std::uint32_t block) {
         BlockState& state = states_[block];
@@ -303,7 +311,8 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
 
 Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.refresh);
-    const auto deepest = static_cast<float>(world_.settings.deepest_overlap_share);
+    MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
+    const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
     std::atomic<std::uint32_t> crushed{kNoBlock};
     std::mutex failing;
     std::optional<std::pair<BodyId, Error>> failure;
@@ -312,7 +321,7 @@ Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
             const std::lock_guard lock(failing);
             if (!failure || collided.error().first < failure->first) failure = collided.error();
         }
-        if (!refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), deepest)) return;
+        if (!refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap)) return;
         std::uint32_t seen = crushed.load();
         while (block < seen && !crushed.compare_exchange_weak(seen, block)) {
         }
@@ -352,7 +361,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         std::size_t end = begin + 1;
         while (!single && end < found.size() && found[end].batch->a[found[end].lane] == slot && found[end].what.obstacle == obstacle) ++end;
         const Place& p = bodies.place[slot];
-        const BodyId id = bodies.nature[slot].id;
+        const BodyId id = bodies.properties[slot].id;
         // On uneven ground a look too far ahead would find more contacts than a body has lanes for.
         const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
         int count = 0;
@@ -366,7 +375,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
                 fails(id, fine.error());
         // What comes from farther away would be on the other side of a wall before anything is noticed, and of what is near only
         // its way says what it will touch.
-        const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.motion[slot]);
+        const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
         const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
         if (apart && dot(path, path) > ahead * ahead && world_.obstacles.parts(obstacle) == 1) {
             const auto met = world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path);

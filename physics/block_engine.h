@@ -1,7 +1,7 @@
 // The engine for millions: blocks of space, coloured so that blocks of one colour share no body, solved colour after colour.
 //
 // A step is a list of stages, each a loop over blocks with nothing between the blocks; so it can be taken stage by stage, with
-// an exchange of velocities between processes after each coloured stage (part.h).
+// an exchange of velocities between processes after each coloured stage (subdomain.h).
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,7 @@ class BlockEngine final : public Engine {
     bool must_rebuild(const StepTimes& times) const { return rebuild_ || list_is_old(times); }
 
   private:
-    friend class Part;
+    friend class Subdomain;
 
     // What is known of a block besides its bodies.
     struct BlockState {
@@ -54,7 +54,7 @@ class BlockEngine final : public Engine {
         // It and all around are still.
         bool rests = false;
         bool asleep = false;
-        // Its pairs are ours; false for blocks at the rim of a part of a world.
+        // Its pairs are solved here; false for blocks that another subdomain owns.
         bool owned = true;
         // Awake, or asleep beside one that is awake: its contacts are solved.
         bool active = true;
@@ -70,12 +70,12 @@ class BlockEngine final : public Engine {
     GridShape next_shape() const;
     void count_still_ticks();
     void note_stillness();
-    // Slots have changed: what is known by block is void.
+    // Slots have changed: drops what is known by block.
     void forget_blocks();
     void find_resting();
     void update_sleep();
     Result<void> settle(const StepTimes& times, Workers& workers);
-    void take_contacts_out(Workers& workers);
+    void cache_contacts(Workers& workers);
     void list_blocks();
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
@@ -103,16 +103,16 @@ class BlockEngine final : public Engine {
     BlockGrid grid_;
     Contacts contacts_;
     std::vector<BlockState> states_;
-    std::vector<Push> pulls_;
+    std::vector<Wrench> feature_wrenches_;
     std::vector<std::uint32_t> awake_, active_;
     std::array<std::vector<std::uint32_t>, kColours> coloured_;
     double smallest_radius_m_ = 0.5;
     double skin_m_ = 0, margin_m_ = 0;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
-    // Who owns a block, where the world is divided; empty where it is not.
+    // Whether this subdomain owns a block; empty where the world is not divided.
     std::function<bool(BlockCoordinates)> owns_;
-    bool carried_ = false;
+    bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };
 

@@ -30,13 +30,16 @@ struct BlockGrid::Sorting {
     std::vector<std::vector<std::uint64_t>> met;
 };
 
-GridShape GridShape::fitting(double least_radius_m, double largest_radius_m, double reach_m) {
-    const double smallest = 2 * least_radius_m + reach_m;
-    const double largest = 2 * largest_radius_m + reach_m;
+GridShape GridShape::fitting(double min_radius_m, double max_radius_m, double reach_m) {
+    MELD_EXPECT(min_radius_m > 0 && max_radius_m >= min_radius_m && reach_m >= 0, "{} to {}, {}", min_radius_m, max_radius_m, reach_m);
+    const double smallest = 2 * min_radius_m + reach_m;
+    const double largest = 2 * max_radius_m + reach_m;
     const double coarsest = 1 << (kMaxLevels - 1);
     GridShape shape;
     shape.cell_m = std::max(smallest, largest / coarsest);
     while (shape.cell_m * (1 << (shape.levels - 1)) < largest && shape.levels < kMaxLevels) ++shape.levels;
+    // The solver's colours rely on it: a pair reaches into the next block at most.
+    MELD_ENSURE(largest <= shape.cell_m * (1 << (shape.levels - 1)) * (1 + 1e-12), "{} in cells of {}", largest, shape.cell_m);
     return shape;
 }
 
@@ -83,12 +86,12 @@ Result<void> BlockGrid::locate(const Bodies& bodies, double reach_m, Workers& wo
         const std::size_t end = std::min(count, (job + 1) * kSlotsPerJob);
         for (std::size_t i = job * kSlotsPerJob; i < end; ++i) {
             sorting.cell[i] = kNoCell;
-            if (bodies.nature[i].flags & kRemoved) continue;
+            if (bodies.properties[i].flags & kRemoved) continue;
             const Place& p = bodies.place[i];
             const double x = std::floor(p.x * blocks_per_m), y = std::floor(p.y * blocks_per_m), z = std::floor(p.z * blocks_per_m);
             if (!(std::abs(x) <= kFarthestBlock && std::abs(y) <= kFarthestBlock && std::abs(z) <= kFarthestBlock)) {
                 std::uint32_t seen = lost.load();
-                while (bodies.nature[i].id < seen && !lost.compare_exchange_weak(seen, bodies.nature[i].id)) {
+                while (bodies.properties[i].id < seen && !lost.compare_exchange_weak(seen, bodies.properties[i].id)) {
                 }
                 continue;
             }
@@ -131,6 +134,7 @@ void BlockGrid::make_blocks(Workers&, Sorting& sorting) {
         while (table_[at] != kNoBlock) at = (at + 1) & (size - 1);
         table_[at] = static_cast<std::uint32_t>(b);
     }
+    MELD_ENSURE(std::is_sorted(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) { return a.key < b.key; }));
 }
 
 std::uint32_t BlockGrid::find(std::uint64_t key) const {
@@ -167,6 +171,7 @@ void BlockGrid::assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>
             if (met == 0 || sorting.key[i] != last) {
                 last = sorting.key[i];
                 block = find(last);
+                MELD_ASSERT(block != kNoBlock, "key {}", last);
                 ++met;
             }
             sorting.block[i] = block;
@@ -180,6 +185,7 @@ void BlockGrid::assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>
         next[b].store(first, std::memory_order_relaxed);
         first += blocks_[b].count;
     }
+    MELD_ASSERT(first <= count, "{} of {} bodies in blocks", first, count);
     order.resize(first);
     workers.run(sorting.met.size(), [&](int, std::size_t job) {
         const std::size_t end = std::min(count, (job + 1) * kSlotsPerJob);
@@ -203,11 +209,12 @@ void BlockGrid::sort_block(const Bodies& bodies, const Sorting& sorting, std::ui
                 start[static_cast<std::size_t>(first_cell(level) + row * side)];
     }
     rows_[block * kRowEntries + kRowsOfBlock] = blocks_[block].count;
+    MELD_ASSERT(start[kCellsOfBlock] == blocks_[block].count, "block {}: {} of {}", block, start[kCellsOfBlock], blocks_[block].count);
 
     for (std::size_t c = 0; c < kCellsOfBlock; ++c)
         std::fill(&cells_[blocks_[block].first] + start[c], &cells_[blocks_[block].first] + start[c + 1], static_cast<std::uint16_t>(c));
     scratch.assign(mine.begin(), mine.end());
-    const auto by_id = [&](std::uint32_t a, std::uint32_t b) { return bodies.nature[a].id < bodies.nature[b].id; };
+    const auto by_id = [&](std::uint32_t a, std::uint32_t b) { return bodies.properties[a].id < bodies.properties[b].id; };
     std::array<std::uint32_t, kCellsOfBlock + 1> next = start;
     for (const std::uint32_t slot : scratch) mine[next[sorting.cell[slot]]++] = slot;
     for (std::size_t c = 0; c < kCellsOfBlock; ++c)

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "physics/bodies.h"
+#include "runtime/base/assert.h"
 #include "runtime/base/error.h"
 #include "runtime/base/parallel_for.h"
 
@@ -33,6 +34,10 @@ struct BlockCoordinates {
 // Coordinates packed into a word that orders blocks by z, y, x. Each lies in -kFarthestBlock .. kFarthestBlock.
 inline constexpr std::int32_t kFarthestBlock = (1 << 20) - 2;
 constexpr std::uint64_t pack(BlockCoordinates c) {
+    // Blocks around the farthest ones are asked for too.
+    MELD_EXPECT(c.x >= -kFarthestBlock - 1 && c.x <= kFarthestBlock + 1 && c.y >= -kFarthestBlock - 1 && c.y <= kFarthestBlock + 1 &&
+                    c.z >= -kFarthestBlock - 1 && c.z <= kFarthestBlock + 1,
+                "block {} {} {}", c.x, c.y, c.z);
     const auto biased = [](std::int32_t value) { return static_cast<std::uint64_t>(value + (1 << 20)); };
     return biased(c.z) << 42 | biased(c.y) << 21 | biased(c.x);
 }
@@ -58,7 +63,7 @@ struct GridShape {
     double block_m() const { return cell_m * kBlockCells; }
     // Cells fitting bodies of these radii when pairs up to `reach_m` apart (surface to surface) are wanted. Bodies more than
     // four times larger than the smallest make all cells larger.
-    static GridShape fitting(double least_radius_m, double largest_radius_m, double reach_m);
+    static GridShape fitting(double min_radius_m, double max_radius_m, double reach_m);
 };
 
 class BlockGrid {
@@ -73,7 +78,10 @@ class BlockGrid {
     std::uint32_t find(std::uint64_t key) const;
 
     // First slot of each row of cells of a block, counted from the block's first; kRowsOfBlock + 1 entries.
-    std::span<const std::uint32_t> rows(std::uint32_t block) const { return {&rows_[block * kRowEntries], kRowEntries}; }
+    std::span<const std::uint32_t> rows(std::uint32_t block) const {
+        MELD_EXPECT(block < blocks_.size() && rows_.size() == blocks_.size() * kRowEntries, "block {} of {}", block, blocks_.size());
+        return {&rows_[block * kRowEntries], kRowEntries};
+    }
     std::span<const std::uint16_t> cells() const { return cells_; }
     // Rows and cells serve the search for pairs only; this frees them.
     void forget_cells();

@@ -1,4 +1,4 @@
-// What the block engine tells: touch events, contacts, errors, sizes.
+// What the block engine reports: touch events, contacts, errors, sizes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include "physics/block_engine.h"
 #include "physics/chunks.h"
 #include "physics/kernels.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -26,9 +27,10 @@ Vec3 vector_of(Lanes x, Lanes y, Lanes z, int i) {
 
 void BlockEngine::find_events(Workers& workers) {
     const StageClock clock(world_.times.events);
+    MELD_EXPECT(fresh_ || active_.empty(), "gaps are not those of the present positions");
     const double diameter = 2 * smallest_radius_m_;
     const auto near = static_cast<float>(world_.settings.touch_share * diameter),
-               far = static_cast<float>(world_.settings.part_share * diameter);
+               far = static_cast<float>(world_.settings.separation_share * diameter);
     const Bodies& bodies = world_.bodies;
     std::vector<Chunks<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
     const auto compare = [&](const Batch& batch, std::uint8_t& touching, const auto& report) {
@@ -47,13 +49,14 @@ void BlockEngine::find_events(Workers& workers) {
         std::uint8_t* touching = contacts_.pair_touches(block);
         for (const Batch& batch : contacts_.pairs(block))
             compare(batch, *touching++, [&](int i, bool began) {
-                events.push_back({touch_of(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id), began});
+                events.push_back({touch_of(bodies.properties[batch.a[i]].id, bodies.properties[batch.b[i]].id), began});
             });
         touching = contacts_.obstacle_touches(block);
         const ObstacleLane* lane = contacts_.obstacle_lanes(block);
         for (const Batch& batch : contacts_.obstacle_contacts(block)) {
-            compare(batch, *touching++,
-                    [&](int i, bool began) { events.push_back({touch_of(bodies.nature[batch.a[i]].id, obstacle_code(lane[i])), began}); });
+            compare(batch, *touching++, [&](int i, bool began) {
+                events.push_back({touch_of(bodies.properties[batch.a[i]].id, obstacle_code(lane[i])), began});
+            });
             lane += kLanes;
         }
     });
@@ -89,17 +92,18 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
         each_touch(
             block,
             [&](const Batch& batch, int i) {
-                const BodyId a = bodies.nature[batch.a[i]].id, b = bodies.nature[batch.b[i]].id;
+                const BodyId a = bodies.properties[batch.a[i]].id, b = bodies.properties[batch.b[i]].id;
                 report(batch, i, touch_of(a, b), a < b ? 1 : -1);
             },
             [&](const Batch& batch, int i, ObstacleLane what) {
-                report(batch, i, touch_of(bodies.nature[batch.a[i]].id, obstacle_code(what)), 1);
+                report(batch, i, touch_of(bodies.properties[batch.a[i]].id, obstacle_code(what)), 1);
             });
 }
 
-// Blocks of one colour touch no body in common, so nobody else adds to a sum while a worker does.
+// Blocks of one colour touch no body in common, so no two workers add to one sum.
 void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const {
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
+    MELD_EXPECT(of_slot.size() == world_.bodies.count(), "{} sums of {} bodies", of_slot.size(), world_.bodies.count());
     // Also those that sleep, in which everything presses as it did.
     std::array<std::vector<std::uint32_t>, kColours> coloured;
     for (std::uint32_t block = 0; block < states_.size(); ++block)
@@ -127,7 +131,7 @@ StepReport BlockEngine::report() const {
 }
 
 std::size_t BlockEngine::bytes() const {
-    return grid_.bytes() + contacts_.bytes() + bytes_of(states_) + bytes_of(pulls_) + bytes_of(awake_) + bytes_of(active_);
+    return grid_.bytes() + contacts_.bytes() + bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
 }
 
 double BlockEngine::residual() {
@@ -135,7 +139,7 @@ double BlockEngine::residual() {
     SquareSums sums;
     for (const std::uint32_t block : active_)
         for (const std::span<Batch> batches : {contacts_.pairs(block), contacts_.obstacle_contacts(block)}) {
-            const SquareSums more = measure_residual(batches, world_.bodies.motion.data(), rules.solve);
+            const SquareSums more = measure_residual(batches, world_.bodies.velocity.data(), rules.solve);
             sums.change += more.change, sums.impulse += more.impulse;
         }
     return sums.impulse > 0 ? std::sqrt(sums.change / sums.impulse) : 0;
@@ -143,13 +147,13 @@ double BlockEngine::residual() {
 
 tl::unexpected<Error> BlockEngine::too_deep(std::uint32_t block) {
     const Bodies& bodies = world_.bodies;
-    const double share = world_.settings.deepest_overlap_share;
+    const double share = world_.settings.max_overlap_share;
     for (const Batch& batch : contacts_.pairs(block))
         for (int i = 0; i < kLanes; ++i) {
             if (batch.a[i] >= bodies.count()) continue;
             const double radii = bodies.place[batch.a[i]].radius + bodies.place[batch.b[i]].radius, gap = static_cast<double>(batch.gap[i]);
             if (gap >= -share * radii) continue;
-            return world_.too_deep(bodies.nature[batch.a[i]].id, bodies.nature[batch.b[i]].id, -gap);
+            return world_.too_deep(bodies.properties[batch.a[i]].id, bodies.properties[batch.b[i]].id, -gap);
         }
     return world_.wrong("two bodies overlap too much", "Take a shorter step");
 }

@@ -4,16 +4,18 @@
 #include <limits>
 
 #include "physics/block_engine.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
 void BlockEngine::set_asleep(std::uint32_t index, bool asleep) {
+    MELD_EXPECT(index < states_.size() && states_.size() == grid_.blocks().size(), "block {} of {}", index, states_.size());
     const Block& block = grid_.blocks()[index];
     Bodies& bodies = world_.bodies;
     states_[index].asleep = asleep;
     for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
         if (asleep)
-            bodies.motion[slot] = {};
+            bodies.velocity[slot] = {};
         else
             bodies.restore_masses(slot);
     }
@@ -24,7 +26,7 @@ void BlockEngine::note_stillness() {
     for (std::size_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
-            world_.bodies.nature[slot].still_ticks = states_[b].still_ticks;
+            world_.bodies.properties[slot].still_ticks = states_[b].still_ticks;
         if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
     }
 }
@@ -79,6 +81,7 @@ void BlockEngine::list_blocks() {
         active_.push_back(b);
         coloured_[static_cast<std::size_t>(colour_of(unpack(block.key)))].push_back(b);
     }
+    MELD_ENSURE(awake_.size() <= states_.size() && active_.size() <= states_.size());
 }
 
 // Wakes the body's block, and with it those around.
@@ -86,7 +89,7 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
     fresh_ = fresh_ && !moved;
     if (rebuild_ || moved) {
         rebuild_ = true;
-        world_.bodies.nature[slot].still_ticks = 0;
+        world_.bodies.properties[slot].still_ticks = 0;
     }
     const auto blocks = grid_.blocks();
     const auto after =

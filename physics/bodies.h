@@ -9,23 +9,25 @@
 
 #include "physics/buffer.h"
 #include "physics/types.h"
+#include "runtime/base/assert.h"
 #include "runtime/base/parallel_for.h"
 
 namespace meld::physics {
 
 inline constexpr std::uint32_t kNoSlot = 0xffffffff;
 
-// What the contact solver reads and writes of a body, half a cache line. `rim` is radius times angular velocity: spheres that
-// touch then need no lever arms. `inverse_rim_mass` is radius^2 / moment of inertia. Both masses are 0 for fixed and sleeping bodies.
-struct alignas(32) Motion {
-    float velocity[3];
+// What the contact solver reads and writes of a body, half a cache line. `surface` is the surface velocity, radius times angular
+// velocity: with it, touching spheres need no lever arms. `inverse_surface_mass` is radius^2 / moment of inertia. Both inverse masses
+// are 0 for fixed and sleeping bodies.
+struct alignas(32) BodyVelocity {
+    float linear[3];
     float inverse_mass;
-    float rim[3];
-    float inverse_rim_mass;
+    float surface[3];
+    float inverse_surface_mass;
 };
 
-inline Vec3 velocity_of(const Motion& motion) {
-    const float(&v)[3] = motion.velocity;
+inline Vec3 velocity_of(const BodyVelocity& velocity) {
+    const float(&v)[3] = velocity.linear;
     return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
@@ -33,12 +35,12 @@ struct alignas(32) Place {
     double x, y, z, radius;
 };
 
-struct alignas(16) Turn {
+struct alignas(16) Orientation {
     float w, x, y, z;
 };
 
-// What seldom changes.
-struct Nature {
+// What seldom changes about a body.
+struct BodyProperties {
     std::uint32_t id;
     float mass;
     // Moment of inertia / (mass * radius^2).
@@ -51,7 +53,7 @@ struct Nature {
 enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4 };
 
 // A force and a torque, N and N m.
-struct Push {
+struct Wrench {
     float force[3];
     float torque[3];
 };
@@ -63,24 +65,27 @@ struct Drift {
 
 class Bodies {
   public:
-    std::size_t count() const { return nature.size(); }
+    std::size_t count() const { return properties.size(); }
     bool has(BodyId id) const { return id < slot_of_id_.size() && slot_of_id_[id] != kNoSlot; }
     // The slot must exist.
-    std::uint32_t slot(BodyId id) const { return slot_of_id_[id]; }
+    std::uint32_t slot(BodyId id) const {
+        MELD_EXPECT(has(id), "body {}", id);
+        return slot_of_id_[id];
+    }
 
     // Appends a body in the last slot; the entries behind the bodies go.
-    void add(const Place& where, const Turn& turned, const Motion& moving, const Nature& what);
-    // Room for so many bodies, and for ids below `ids`.
+    void add(const Place& where, const Orientation& turned, const BodyVelocity& moving, const BodyProperties& what);
+    // Reserves memory for `bodies` bodies with ids below `ids`.
     void reserve(std::size_t bodies, std::size_t ids);
     // Entry i of every array becomes what entry order[i] was; slots that `order` leaves out are dropped. There is room for
     // `motionless` entries behind the bodies.
     void permute(std::span<const std::uint32_t> order, Workers& workers, std::size_t motionless = 0);
 
-    // Inverse masses as the body's nature says, undoing what sleep has done to them.
+    // Sets the inverse masses that the body's properties imply; sleep sets them to 0.
     void restore_masses(std::uint32_t slot);
 
     // The optional arrays are empty until first used, then as long as the others.
-    void need_pushes() { pushes.resize(count()); }
+    void need_wrenches() { wrenches.resize(count()); }
     void need_features() { features.resize(count()), energy.resize(count()); }
 
     struct FeatureState {
@@ -93,13 +98,13 @@ class Bodies {
     };
 
     // These two may be longer than count(): behind the bodies stands one motionless entry a block, for lanes without a body.
-    Buffer<Motion> motion;
+    Buffer<BodyVelocity> velocity;
     Buffer<Place> place;
-    Buffer<Turn> turn;
-    Buffer<Nature> nature;
+    Buffer<Orientation> orientation;
+    Buffer<BodyProperties> properties;
     Buffer<Drift> drift;
     // Forces from outside, kept until changed.
-    std::vector<Push> pushes;
+    std::vector<Wrench> wrenches;
     std::vector<FeatureState> features;
     // Energy drawn since the beginning, J.
     std::vector<double> energy;

@@ -9,24 +9,24 @@ namespace meld::physics {
 
 namespace {
 
-MELD_INLINE void accelerate_kernel(Motion* motions, const Place* places, const Push* first_push, const Push* second_push,
+MELD_INLINE void accelerate_kernel(BodyVelocity* velocities, const Place* places, const Wrench* first_wrench, const Wrench* second_wrench,
                                    std::uint32_t first, std::uint32_t count, const MoveRule& rule) {
     const Quad gained{rule.gravity[0] * rule.step_s, rule.gravity[1] * rule.step_s, rule.gravity[2] * rule.step_s, 0};
     const Quad linear_kept{rule.linear_kept, rule.linear_kept, rule.linear_kept, 1};
     const Quad angular_kept{rule.angular_kept, rule.angular_kept, rule.angular_kept, 1};
     for (std::uint32_t slot = first; slot < first + count; ++slot) {
-        Motion& motion = motions[slot];
-        if (motion.inverse_mass == 0) continue;
-        Quad& linear = *reinterpret_cast<Quad*>(motion.velocity);
-        Quad& angular = *reinterpret_cast<Quad*>(motion.rim);
+        BodyVelocity& velocity = velocities[slot];
+        if (velocity.inverse_mass == 0) continue;
+        Quad& linear = *reinterpret_cast<Quad*>(velocity.linear);
+        Quad& angular = *reinterpret_cast<Quad*>(velocity.surface);
         linear += gained;
-        for (const Push* pushes : {first_push, second_push}) {
-            if (!pushes) continue;
-            const Push& push = pushes[slot];
-            const float by_force = rule.step_s * motion.inverse_mass,
-                        by_torque = rule.step_s * motion.inverse_rim_mass / static_cast<float>(places[slot].radius);
-            linear += by_force * Quad{push.force[0], push.force[1], push.force[2], 0};
-            angular += by_torque * Quad{push.torque[0], push.torque[1], push.torque[2], 0};
+        for (const Wrench* wrenches : {first_wrench, second_wrench}) {
+            if (!wrenches) continue;
+            const Wrench& wrench = wrenches[slot];
+            const float by_force = rule.step_s * velocity.inverse_mass,
+                        by_torque = rule.step_s * velocity.inverse_surface_mass / static_cast<float>(places[slot].radius);
+            linear += by_force * Quad{wrench.force[0], wrench.force[1], wrench.force[2], 0};
+            angular += by_torque * Quad{wrench.torque[0], wrench.torque[1], wrench.torque[2], 0};
         }
         linear *= linear_kept;
         angular *= angular_kept;
@@ -34,8 +34,8 @@ MELD_INLINE void accelerate_kernel(Motion* motions, const Place* places, const P
 }
 
 MELD_INLINE void move_range_kernel(Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s, Moved& moved) {
-    const Quad* motions = reinterpret_cast<const Quad*>(bodies.motion.data());
-    Quad* turns = reinterpret_cast<Quad*>(bodies.turn.data());
+    const Quad* velocities = reinterpret_cast<const Quad*>(bodies.velocity.data());
+    Quad* turns = reinterpret_cast<Quad*>(bodies.orientation.data());
     Lanes fastest = lanes(0), farthest = lanes(0);
     LaneMask finite = ~LaneMask{};
     for (std::uint32_t begin = first; begin < first + count; begin += kLanes) {
@@ -49,8 +49,8 @@ MELD_INLINE void move_range_kernel(Bodies& bodies, std::uint32_t first, std::uin
         }
         inverse_radius = 1.0f / inverse_radius;
         Lanes v[4], u[4], q[4];
-        gather(motions, 2, 0, slots, v);
-        gather(motions, 2, 1, slots, u);
+        gather(velocities, 2, 0, slots, v);
+        gather(velocities, 2, 1, slots, u);
         gather(turns, 1, 0, slots, q);
         const Lanes speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
         finite &= speed <= std::numeric_limits<float>::max();
@@ -68,7 +68,7 @@ MELD_INLINE void move_range_kernel(Bodies& bodies, std::uint32_t first, std::uin
         drift_squared = lanes(0);
         for (std::uint32_t i = 0; i < here; ++i) {
             const std::uint32_t slot = begin + i;
-            const Quad way = *reinterpret_cast<const Quad*>(bodies.motion[slot].velocity) * step;
+            const Quad way = *reinterpret_cast<const Quad*>(bodies.velocity[slot].linear) * step;
             DoubleQuad& place = *reinterpret_cast<DoubleQuad*>(&bodies.place[slot]);
             place += __builtin_convertvector(way, DoubleQuad);
             Drift& drift = bodies.drift[slot];
@@ -90,9 +90,9 @@ MELD_KERNEL_VARIANTS(move_range, (Bodies & bodies, std::uint32_t first, std::uin
 }  // namespace
 
 MELD_KERNEL_VARIANTS(accelerate,
-                     (Motion * motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first,
-                      std::uint32_t count, const MoveRule& rule),
-                     (motions, places, first_push, second_push, first, count, rule))
+                     (BodyVelocity * velocities, const Place* places, const Wrench* first_wrench, const Wrench* second_wrench,
+                      std::uint32_t first, std::uint32_t count, const MoveRule& rule),
+                     (velocities, places, first_wrench, second_wrench, first, count, rule))
 
 Moved move_bodies(Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s) {
     Moved moved;

@@ -14,7 +14,7 @@ class BlockBroadphase final : public Broadphase {
   public:
     Result<void> find(Bodies& bodies, double reach_m, Workers& workers) override {
         const RadiusRange radii = radius_range(bodies);
-        const GridShape shape = GridShape::fitting(radii.least, radii.largest, reach_m);
+        const GridShape shape = GridShape::fitting(radii.min, radii.max, reach_m);
         if (auto built = grid_.build(bodies, shape, reach_m, workers, order_); !built) return built;
         const auto threads = static_cast<std::size_t>(workers.threads());
         pairs.resize(threads);
@@ -43,9 +43,9 @@ RadiusRange radius_range(const Bodies& bodies) {
     RadiusRange range;
     bool first = true;
     for (std::size_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & kRemoved) continue;
+        if (bodies.properties[slot].flags & kRemoved) continue;
         const double radius = bodies.place[slot].radius;
-        range = first ? RadiusRange{radius, radius} : RadiusRange{std::min(range.least, radius), std::max(range.largest, radius)};
+        range = first ? RadiusRange{radius, radius} : RadiusRange{std::min(range.min, radius), std::max(range.max, radius)};
         first = false;
     }
     return range;

@@ -1,4 +1,4 @@
-// Broadphases behind one interface, so that they can be compared on the same bodies: ours and the seed design's.
+// Broadphases behind one interface, so that they can be compared on the same bodies; comparison/hash_broadphase.h is another.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,9 @@ class Broadphase {
 // The sparse grid of blocks with ordered cells (block_grid.h, pair_search.h).
 std::unique_ptr<Broadphase> make_block_broadphase();
 
-// The seed design: a table of bins for each size of body, filled without locks by
-// exchanging the head of a bin's chain; a body is in every bin its box overlaps, and a vector of n bits for each thread says
-// which partners a body has already met.
-std::unique_ptr<Broadphase> make_hash_broadphase();
-
-// The least and largest radius of the bodies that are not removed; 1, 1 if there are none.
+// The smallest and largest radius of the bodies that are not removed; 1, 1 if there are none.
 struct RadiusRange {
-    double least = 1, largest = 1;
+    double min = 1, max = 1;
 };
 RadiusRange radius_range(const Bodies& bodies);
 

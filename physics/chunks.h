@@ -17,7 +17,7 @@ class Chunks {
     std::size_t size() const { return size_; }
     void push_back(const T& item) {
         if (chunks_.empty() || chunks_.back().size() == chunks_.back().capacity()) {
-            const std::size_t wanted = chunks_.empty() ? kFirst : std::min(2 * chunks_.back().capacity(), kMost);
+            const std::size_t wanted = chunks_.empty() ? kFirstItems : std::min(2 * chunks_.back().capacity(), kMaxItems);
             chunks_.emplace_back().reserve(wanted);
         }
         chunks_.back().push_back(item);
@@ -42,8 +42,8 @@ class Chunks {
   private:
     // Chunks this long are mapped and unmapped one by one, so what is consumed goes in small pieces; shorter ones may stay with
     // the allocator.
-    static constexpr std::size_t kMost = 2 * kLargeBytes / sizeof(T);
-    static constexpr std::size_t kFirst = 1024;
+    static constexpr std::size_t kMaxItems = 2 * kLargeBytes / sizeof(T);
+    static constexpr std::size_t kFirstItems = 1024;
     std::vector<Buffer<T>> chunks_;
     std::size_t size_ = 0;
 };

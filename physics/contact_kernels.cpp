@@ -1,4 +1,4 @@
-// The passes over contacts. A body of radius r that turns with angular velocity w has rim velocity u = r w; at a contact with
+// The passes over contacts. A body of radius r that turns with angular velocity w has surface velocity u = r w; at a contact with
 // normal n (from a to b) the surfaces move apart with v_b - v_a - (u_a + u_b) x n, so no lever arm is needed.
 #include "physics/kernels.h"
 
@@ -19,41 +19,41 @@ MELD_INLINE Vector select(LaneMask mask, const Vector& yes, const Vector& no) {
     return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
 }
 
-// The motions of eight bodies.
-struct Movers {
-    Vector velocity;
+// The velocities of eight bodies.
+struct LaneVelocities {
+    Vector linear;
     Lanes inverse_mass;
-    Vector rim;
-    Lanes inverse_rim_mass;
+    Vector surface;
+    Lanes inverse_surface_mass;
 };
 
-constexpr int kQuadsOfMotion = 2;
+constexpr int kQuadsOfVelocity = 2;
 
-MELD_INLINE Movers load(const Motion* motions, const std::uint32_t* slots) {
-    const Quad* quads = reinterpret_cast<const Quad*>(motions);
+MELD_INLINE LaneVelocities load(const BodyVelocity* velocities, const std::uint32_t* slots) {
+    const Quad* quads = reinterpret_cast<const Quad*>(velocities);
     Lanes linear[4], angular[4];
-    gather(quads, kQuadsOfMotion, 0, slots, linear);
-    gather(quads, kQuadsOfMotion, 1, slots, angular);
+    gather(quads, kQuadsOfVelocity, 0, slots, linear);
+    gather(quads, kQuadsOfVelocity, 1, slots, angular);
     return {{linear[0], linear[1], linear[2]}, linear[3], {angular[0], angular[1], angular[2]}, angular[3]};
 }
 
-MELD_INLINE void store(Motion* motions, const std::uint32_t* slots, const Movers& movers) {
-    Quad* quads = reinterpret_cast<Quad*>(motions);
-    scatter(quads, kQuadsOfMotion, 0, slots, {movers.velocity.x, movers.velocity.y, movers.velocity.z, movers.inverse_mass});
-    scatter(quads, kQuadsOfMotion, 1, slots, {movers.rim.x, movers.rim.y, movers.rim.z, movers.inverse_rim_mass});
+MELD_INLINE void store(BodyVelocity* velocities, const std::uint32_t* slots, const LaneVelocities& changed) {
+    Quad* quads = reinterpret_cast<Quad*>(velocities);
+    scatter(quads, kQuadsOfVelocity, 0, slots, {changed.linear.x, changed.linear.y, changed.linear.z, changed.inverse_mass});
+    scatter(quads, kQuadsOfVelocity, 1, slots, {changed.surface.x, changed.surface.y, changed.surface.z, changed.inverse_surface_mass});
 }
 
 // Impulse `along` the normal and `across` it, on b and reversed on a.
-MELD_INLINE void push_apart(Movers& a, Movers& b, const Vector& normal, const Lanes& along, const Vector& across) {
+MELD_INLINE void apply_impulse(LaneVelocities& a, LaneVelocities& b, const Vector& normal, const Lanes& along, const Vector& across) {
     const Vector impulse = along * normal + across;
     const Vector twist = cross(normal, across);
-    a.velocity = a.velocity - a.inverse_mass * impulse;
-    b.velocity = b.velocity + b.inverse_mass * impulse;
-    a.rim = a.rim - a.inverse_rim_mass * twist;
-    b.rim = b.rim - b.inverse_rim_mass * twist;
+    a.linear = a.linear - a.inverse_mass * impulse;
+    b.linear = b.linear + b.inverse_mass * impulse;
+    a.surface = a.surface - a.inverse_surface_mass * twist;
+    b.surface = b.surface - b.inverse_surface_mass * twist;
 }
 
-MELD_INLINE bool refresh_pairs_kernel(std::span<Batch> batches, const Place* places, float deepest) {
+MELD_INLINE bool refresh_pairs_kernel(std::span<Batch> batches, const Place* places, float max_overlap) {
     LaneMask bad = {};
     for (Batch& batch : batches) {
         Quad rows[kLanes];
@@ -76,7 +76,7 @@ MELD_INLINE bool refresh_pairs_kernel(std::span<Batch> batches, const Place* pla
         const Vector normal = select(together, {lanes(0), lanes(0), lanes(1)}, inverse * apart);
         const LaneMask somebody = radii > 0.0f;
         const Lanes gap = distance - radii;
-        bad |= somebody & (gap < -deepest * radii);
+        bad |= somebody & (gap < -max_overlap * radii);
         batch.gap = physics::select(somebody, gap, lanes(kNoContactGap));
         batch.nx = normal.x, batch.ny = normal.y, batch.nz = normal.z;
         const Vector friction{batch.tx, batch.ty, batch.tz};
@@ -86,12 +86,12 @@ MELD_INLINE bool refresh_pairs_kernel(std::span<Batch> batches, const Place* pla
     return any(bad);
 }
 
-MELD_INLINE void warm_start_kernel(std::span<const Batch> batches, Motion* motions) {
+MELD_INLINE void warm_start_kernel(std::span<const Batch> batches, BodyVelocity* velocities) {
     for (const Batch& batch : batches) {
-        Movers a = load(motions, batch.a), b = load(motions, batch.b);
-        push_apart(a, b, {batch.nx, batch.ny, batch.nz}, batch.normal_impulse, {batch.tx, batch.ty, batch.tz});
-        store(motions, batch.a, a);
-        store(motions, batch.b, b);
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        apply_impulse(a, b, {batch.nx, batch.ny, batch.nz}, batch.normal_impulse, {batch.tx, batch.ty, batch.tz});
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
     }
 }
 
@@ -108,11 +108,13 @@ template <bool kAdhesive>
 MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
     const Lanes gap = batch.gap;
     LaneMask pressed = gap <= 0.0f;
-    Lanes bias =
-        max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, lanes(-rule.push_speed));
+    Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate +
+                 max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, lanes(-rule.max_depenetration_speed));
     if constexpr (kAdhesive) {
         pressed |= holds;
-        bias = physics::select(holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.push_speed)), lanes(rule.push_speed)), bias);
+        bias = physics::select(
+            holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.max_depenetration_speed)), lanes(rule.max_depenetration_speed)),
+            bias);
     }
     const Lanes mass_scale = 1.0f + keep(pressed, lanes(rule.mass_scale - 1));
     const Lanes kept_back = keep(pressed & (lightness > 0.0f), rule.impulse_scale * batch.normal_impulse);
@@ -120,17 +122,18 @@ MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const 
 }
 
 template <bool kAdhesive>
-MELD_INLINE void sweep_batches(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule) {
+MELD_INLINE void sweep_batches(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
+                               const SweepRule& rule) {
     for (std::size_t n = 0; n < batches.size(); ++n) {
         Batch& batch = batches[n];
-        Movers a = load(motions, batch.a), b = load(motions, batch.b);
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         const Lanes lightness = a.inverse_mass + b.inverse_mass;
-        const Lanes rim_mass = mass_of(lightness + (a.inverse_rim_mass + b.inverse_rim_mass));
+        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
 
-        const Vector apart = b.velocity - a.velocity;
+        const Vector apart = b.linear - a.linear;
         const Lanes parting = dot(apart, normal);
-        const Vector slip = apart - cross(a.rim + b.rim, normal) - parting * normal;
+        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
         const Lanes now = batch.normal_impulse;
         Lanes pressed, held = lanes(0);
         if constexpr (kAdhesive) {
@@ -141,52 +144,52 @@ MELD_INLINE void sweep_batches(std::span<Batch> batches, const Lanes* adhesion, 
         }
 
         const Vector friction_now{batch.tx, batch.ty, batch.tz};
-        const Vector wanted = friction_now - (rim_mass * rule.over_relaxation) * slip;
+        const Vector wanted = friction_now - (surface_mass * rule.over_relaxation) * slip;
         constexpr float kNoImpulseSquared = 1e-36f;
         const Lanes inverse = 1.0f / sqrt_lanes(max_lanes(dot(wanted, wanted), lanes(kNoImpulseSquared)));
         const Lanes scale = min_lanes(batch.friction * (pressed + held) * inverse, lanes(1));
         const Vector friction = scale * wanted;
 
-        push_apart(a, b, normal, pressed - now, friction - friction_now);
+        apply_impulse(a, b, normal, pressed - now, friction - friction_now);
         batch.normal_impulse = pressed;
         batch.tx = friction.x, batch.ty = friction.y, batch.tz = friction.z;
-        store(motions, batch.a, a);
-        store(motions, batch.b, b);
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
     }
 }
 
-MELD_INLINE void sweep_kernel(std::span<Batch> batches, Motion* motions, const SweepRule& rule) {
-    sweep_batches<false>(batches, nullptr, 0, motions, rule);
+MELD_INLINE void sweep_kernel(std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule) {
+    sweep_batches<false>(batches, nullptr, 0, velocities, rule);
 }
-MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions,
+MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
                                        const SweepRule& rule) {
-    sweep_batches<true>(batches, adhesion, step_s, motions, rule);
+    sweep_batches<true>(batches, adhesion, step_s, velocities, rule);
 }
 
 }  // namespace
 
 namespace {
 #if defined(__x86_64__)
-bool refresh_pairs_baseline(std::span<Batch> batches, const Place* places, float deepest) {
-    return refresh_pairs_kernel(batches, places, deepest);
+bool refresh_pairs_baseline(std::span<Batch> batches, const Place* places, float max_overlap) {
+    return refresh_pairs_kernel(batches, places, max_overlap);
 }
-__attribute__((target("avx2"))) bool refresh_pairs_avx2(std::span<Batch> batches, const Place* places, float deepest) {
-    return refresh_pairs_kernel(batches, places, deepest);
+__attribute__((target("avx2"))) bool refresh_pairs_avx2(std::span<Batch> batches, const Place* places, float max_overlap) {
+    return refresh_pairs_kernel(batches, places, max_overlap);
 }
 #endif
 }  // namespace
 
-MELD_KERNEL_VARIANTS(warm_start, (std::span<const Batch> batches, Motion* motions), (batches, motions))
-MELD_KERNEL_VARIANTS(sweep, (std::span<Batch> batches, Motion* motions, const SweepRule& rule), (batches, motions, rule))
+MELD_KERNEL_VARIANTS(warm_start, (std::span<const Batch> batches, BodyVelocity* velocities), (batches, velocities))
+MELD_KERNEL_VARIANTS(sweep, (std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule), (batches, velocities, rule))
 MELD_KERNEL_VARIANTS(sweep_adhesive,
-                     (std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule),
-                     (batches, adhesion, step_s, motions, rule))
+                     (std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule),
+                     (batches, adhesion, step_s, velocities, rule))
 
-SquareSums measure_residual(std::span<const Batch> batches, const Motion* motions, const SweepRule& rule) {
+SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule) {
     SquareSums sums;
     for (const Batch& batch : batches) {
-        const Movers a = load(motions, batch.a), b = load(motions, batch.b);
-        const Lanes parting = dot(b.velocity - a.velocity, {batch.nx, batch.ny, batch.nz});
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
         const Lanes wanted = wanted_change<false>(batch, parting, a.inverse_mass + b.inverse_mass, LaneMask{}, rule);
         const Lanes change = max_lanes(batch.normal_impulse - wanted, lanes(0)) - batch.normal_impulse;
         for (int i = 0; i < kLanes; ++i) {
@@ -197,11 +200,11 @@ SquareSums measure_residual(std::span<const Batch> batches, const Motion* motion
     return sums;
 }
 
-void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const Motion* motions, float least_speed) {
+void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const BodyVelocity* velocities, float least_speed) {
     for (std::size_t n = 0; n < batches.size(); ++n) {
         const Batch& batch = batches[n];
-        const Movers a = load(motions, batch.a), b = load(motions, batch.b);
-        const Lanes parting = dot(b.velocity - a.velocity, {batch.nx, batch.ny, batch.nz});
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
         bounces[n].speed = physics::select(parting < -least_speed, -bounces[n].restitution * parting, lanes(0));
         bounces[n].peak = lanes(0);
     }
@@ -211,32 +214,32 @@ void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces) {
     for (std::size_t n = 0; n < batches.size(); ++n) bounces[n].peak = max_lanes(bounces[n].peak, batches[n].normal_impulse);
 }
 
-void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, Motion* motions) {
+void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, BodyVelocity* velocities) {
     for (std::size_t n = 0; n < batches.size(); ++n) {
         Batch& batch = batches[n];
         const LaneMask bouncing = (bounces[n].speed > 0.0f) & (bounces[n].peak > 0.0f);
         if (!any(bouncing)) continue;
-        Movers a = load(motions, batch.a), b = load(motions, batch.b);
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         const Lanes lightness = a.inverse_mass + b.inverse_mass;
         const LaneMask acts = bouncing & (lightness > 0.0f);
         const Lanes mass = 1.0f / physics::select(acts, lightness, lanes(1));
-        const Lanes parting = dot(b.velocity - a.velocity, normal);
+        const Lanes parting = dot(b.linear - a.linear, normal);
         const Lanes now = batch.normal_impulse;
         const Lanes pressed = physics::select(acts, max_lanes(now - mass * (parting - bounces[n].speed), lanes(0)), now);
-        push_apart(a, b, normal, pressed - now, {lanes(0), lanes(0), lanes(0)});
+        apply_impulse(a, b, normal, pressed - now, {lanes(0), lanes(0), lanes(0)});
         batch.normal_impulse = pressed;
-        store(motions, batch.a, a);
-        store(motions, batch.b, b);
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
     }
 }
 
-bool refresh_pairs(std::span<Batch> batches, const Place* places, float deepest) {
+bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap) {
 #if defined(__x86_64__)
-    if (simd_level() == SimdLevel::Avx2) return refresh_pairs_avx2(batches, places, deepest);
-    return refresh_pairs_baseline(batches, places, deepest);
+    if (simd_level() == SimdLevel::Avx2) return refresh_pairs_avx2(batches, places, max_overlap);
+    return refresh_pairs_baseline(batches, places, max_overlap);
 #else
-    return refresh_pairs_kernel(batches, places, deepest);
+    return refresh_pairs_kernel(batches, places, max_overlap);
 #endif
 }
 

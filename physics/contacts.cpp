@@ -16,9 +16,9 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kBlocksPerJob = 4;
-// A shelf is given back as a whole: large enough for huge pages, small beside all that is held.
-constexpr std::size_t kFewBatches = 256, kShelvesOfFew = 8;
-constexpr std::size_t kMaxBatchesOfShelf = 2 * kLargeBytes / sizeof(Batch);
+// A chunk is freed as a whole: large enough for huge pages, small compared with all contacts.
+constexpr std::size_t kFewBatches = 256, kChunksOfFew = 8;
+constexpr std::size_t kMaxBatchesPerChunk = 2 * kLargeBytes / sizeof(Batch);
 constexpr int kContactColours = 64;
 // Pairs are coloured in segments, about two layers of a packed block each, so that a sweep goes up a pile and not over all of it
 // colour by colour: a fifth less residual for 2 % more lanes.
@@ -37,7 +37,7 @@ void begin(Batch& batch) {
 }
 
 // Gives a lane what it was before, if it was; `sign` is -1 where its body a is not the one with the lower id.
-void recall(const CarriedContact* was, Batch& batch, std::uint8_t& touching, int i, float sign) {
+void recall(const CachedContact* was, Batch& batch, std::uint8_t& touching, int i, float sign) {
     if (!was) return;
     batch.normal_impulse[i] = was->normal_impulse;
     batch.tx[i] = sign * was->tangent[0], batch.ty[i] = sign * was->tangent[1], batch.tz[i] = sign * was->tangent[2];
@@ -58,11 +58,11 @@ struct Contacts::Arena {
     std::vector<std::uint8_t> colour;
     std::vector<std::uint32_t> overflow;
 
-    std::size_t batches_of_a_shelf = 0;
-    std::vector<Shelf> pair_shelves, obstacle_shelves;
+    std::size_t batches_per_chunk = 0;
+    std::vector<Chunk> pair_chunks, obstacle_chunks;
 
     // Room for the batches of a block.
-    Stretch room(std::vector<Shelf>& shelves, std::size_t batches) const;
+    BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches) const;
     // Room for lanes up to this one, without bodies as long as none are set; grows, for a crowd of overflowing pairs may need more
     // lanes than anyone expects.
     void widen(std::size_t lane, std::uint32_t nobody) {
@@ -110,53 +110,56 @@ std::size_t Contacts::Arena::colour_lanes(std::size_t bodies, std::span<const Bo
     return lane;
 }
 
-Contacts::Stretch Contacts::Arena::room(std::vector<Shelf>& shelves, std::size_t batches) const {
+Contacts::BlockBatches Contacts::Arena::room(std::vector<Chunk>& chunks, std::size_t batches) const {
     if (batches == 0) return {};
-    if (shelves.empty() || shelves.back().batches.capacity() - shelves.back().batches.size() < batches) {
-        Shelf& shelf = shelves.emplace_back();
+    MELD_EXPECT(batches_per_chunk > 0);
+    if (chunks.empty() || chunks.back().batches.capacity() - chunks.back().batches.size() < batches) {
+        Chunk& chunk = chunks.emplace_back();
         // Few bodies touch obstacles as a rule.
-        const bool few = &shelves == &obstacle_shelves && shelves.size() < kShelvesOfFew;
-        const std::size_t most = std::max(batches, few ? kFewBatches : batches_of_a_shelf);
-        shelf.batches.reserve(most), shelf.touching.reserve(most);
-        if (&shelves == &obstacle_shelves) shelf.lanes.reserve(kLanes * most);
+        const bool few = &chunks == &obstacle_chunks && chunks.size() < kChunksOfFew;
+        const std::size_t most = std::max(batches, few ? kFewBatches : batches_per_chunk);
+        chunk.batches.reserve(most), chunk.touching.reserve(most);
+        if (&chunks == &obstacle_chunks) chunk.lanes.reserve(kLanes * most);
     }
-    Shelf& shelf = shelves.back();
-    const std::size_t before = shelf.batches.size(), after = before + batches;
-    shelf.batches.resize(after), shelf.touching.resize(after);
-    if (&shelves == &obstacle_shelves) shelf.lanes.resize(kLanes * after);
-    return {.batches = shelf.batches.data() + before,
-            .touching = shelf.touching.data() + before,
-            .lanes = shelf.lanes.data() + (&shelves == &obstacle_shelves ? kLanes * before : 0),
+    Chunk& chunk = chunks.back();
+    const std::size_t before = chunk.batches.size(), after = before + batches;
+    chunk.batches.resize(after), chunk.touching.resize(after);
+    if (&chunks == &obstacle_chunks) chunk.lanes.resize(kLanes * after);
+    return {.batches = chunk.batches.data() + before,
+            .touching = chunk.touching.data() + before,
+            .lanes = chunk.lanes.data() + (&chunks == &obstacle_chunks ? kLanes * before : 0),
             .count = static_cast<std::uint32_t>(batches)};
 }
 
 void Contacts::Layout::number() {
     std::uint32_t first = 0;
-    for (Stretch& stretch : of_block) stretch.first = first, first += stretch.count;
+    for (BlockBatches& stretch : of_block) stretch.first = first, first += stretch.count;
     count = first;
 }
 
-// Room at the end of a shelf that nobody has touched is not memory yet.
+// The reserved end of a chunk that has not been written is not resident yet.
 std::size_t Contacts::Layout::bytes() const {
-    std::size_t sum = of_block.capacity() * sizeof(Stretch);
-    for (const Shelf& shelf : shelves)
-        sum += shelf.batches.size() * sizeof(Batch) + shelf.touching.size() + shelf.lanes.size() * sizeof(ObstacleLane);
+    std::size_t sum = of_block.capacity() * sizeof(BlockBatches);
+    for (const Chunk& chunk : chunks)
+        sum += chunk.batches.size() * sizeof(Batch) + chunk.touching.size() + chunk.lanes.size() * sizeof(ObstacleLane);
     return sum;
 }
 
 void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
+    MELD_EXPECT(wanted == nullptr || wanted->size() == blocks, "{} blocks", blocks);
+    MELD_EXPECT(!setup.materials.empty());
     Bodies& bodies = setup.bodies;
-    bodies.motion.resize(bodies.count() + blocks);
+    bodies.velocity.resize(bodies.count() + blocks);
     bodies.place.resize(bodies.count() + blocks);
     for (std::size_t b = 0; b < blocks; ++b) {
-        bodies.motion[bodies.count() + b] = {};
+        bodies.velocity[bodies.count() + b] = {};
         bodies.place[bodies.count() + b] = {};
     }
-    FormerContacts former(carried_, setup.grid, bodies, kBlocksPerJob, workers);
+    WarmStartCache former(cached_, setup.grid, bodies, kBlocksPerJob, workers);
     const auto threads = static_cast<std::size_t>(workers.threads());
     std::vector<Arena> arenas(threads);
-    for (Arena& arena : arenas) arena.batches_of_a_shelf = std::clamp(bodies.count() / threads, kFewBatches, kMaxBatchesOfShelf);
+    for (Arena& arena : arenas) arena.batches_per_chunk = std::clamp(bodies.count() / threads, kFewBatches, kMaxBatchesPerChunk);
     pairs_ = Layout(), obstacles_ = Layout();
     pairs_.of_block.resize(blocks), obstacles_.of_block.resize(blocks);
     std::atomic<std::size_t> candidates{0};
@@ -172,13 +175,14 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     });
     candidates_ = candidates;
     pairs_.number(), obstacles_.number();
+    MELD_ENSURE(kLanes * pairs_.count >= candidates_, "{} batches for {} pairs", pairs_.count, candidates_);
     for (Arena& arena : arenas) {
-        std::move(arena.pair_shelves.begin(), arena.pair_shelves.end(), std::back_inserter(pairs_.shelves));
-        std::move(arena.obstacle_shelves.begin(), arena.obstacle_shelves.end(), std::back_inserter(obstacles_.shelves));
+        std::move(arena.pair_chunks.begin(), arena.pair_chunks.end(), std::back_inserter(pairs_.chunks));
+        std::move(arena.obstacle_chunks.begin(), arena.obstacle_chunks.end(), std::back_inserter(obstacles_.chunks));
     }
 }
 
-void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former) {
+void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former) {
     const Bodies& bodies = setup.bodies;
     arena.search.search(setup.grid, bodies, block, setup.reach_m);
     const std::span<const std::uint32_t> slots = arena.search.slots();
@@ -190,7 +194,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
         arena.lanes[lane] = {slots[pairs[pair].first], slots[pairs[pair].second]};
     });
     arena.widen(lanes, nobody);
-    const Stretch room = pairs_.of_block[block] = arena.room(arena.pair_shelves, lanes / kLanes);
+    const BlockBatches room = pairs_.of_block[block] = arena.room(arena.pair_chunks, lanes / kLanes);
     const BodyPair* pair = arena.lanes.data();
     for (std::uint32_t n = 0; n < room.count; ++n) {
         Batch& batch = room.batches[n];
@@ -199,7 +203,8 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
         for (int i = 0; i < kLanes; ++i, ++pair) {
             batch.a[i] = pair->first, batch.b[i] = pair->second;
             if (pair->first >= bodies.count()) continue;
-            const Nature &a = bodies.nature[pair->first], &b = bodies.nature[pair->second];
+            MELD_ASSERT(pair->second < bodies.count() && pair->first != pair->second, "bodies {} and {}", pair->first, pair->second);
+            const BodyProperties &a = bodies.properties[pair->first], &b = bodies.properties[pair->second];
             batch.friction[i] = common_friction(setup.materials[a.material], setup.materials[b.material]);
             const bool a_first = a.id < b.id;
             recall(former.find(a_first ? pair->first : pair->second, std::max(a.id, b.id)), batch, room.touching[n], i,
@@ -208,7 +213,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
     }
 }
 
-void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former) {
+void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former) {
     if (setup.obstacles.count() == 0) return;
     const Bodies& bodies = setup.bodies;
     const std::uint32_t nobody = motionless_slot(bodies, block);
@@ -217,9 +222,9 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
     std::vector<ObstacleLane>& met = arena.obstacles_met;
     pairs.clear(), met.clear();
     for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
-        if (bodies.nature[slot].flags & kFixed) continue;
+        if (bodies.properties[slot].flags & kFixed) continue;
         const Place& p = bodies.place[slot];
-        const double reach_m = setup.reach_m + setup.ahead_s * length(velocity_of(bodies.motion[slot]));
+        const double reach_m = setup.reach_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
             if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
             for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {
@@ -240,7 +245,7 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
         arena.obstacle_lanes[lane] = met[i];
     });
     widen(lanes);
-    const Stretch room = obstacles_.of_block[block] = arena.room(arena.obstacle_shelves, lanes / kLanes);
+    const BlockBatches room = obstacles_.of_block[block] = arena.room(arena.obstacle_chunks, lanes / kLanes);
     std::size_t at = 0;
     for (std::uint32_t n = 0; n < room.count; ++n) {
         Batch& batch = room.batches[n];
@@ -251,7 +256,8 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
             const ObstacleLane lane = room.lanes[at] = arena.obstacle_lanes[at];
             batch.a[i] = body.first, batch.b[i] = body.second;
             if (body.first >= bodies.count()) continue;
-            batch.friction[i] = common_friction(setup.materials[bodies.nature[body.first].material],
+            MELD_ASSERT(lane.obstacle < setup.obstacles.count(), "obstacle {} of {}", lane.obstacle, setup.obstacles.count());
+            batch.friction[i] = common_friction(setup.materials[bodies.properties[body.first].material],
                                                 setup.materials[setup.obstacles.material(lane.obstacle)]);
             recall(former.find(body.first, obstacle_code(lane)), batch, room.touching[n], i, 1);
         }
@@ -259,15 +265,16 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
 }
 
 void Contacts::forget(Workers& workers) {
-    const std::size_t pair_shelves = pairs_.shelves.size();
-    workers.run(pair_shelves + obstacles_.shelves.size(), [&](int, std::size_t n) {
+    const std::size_t pair_chunks = pairs_.chunks.size();
+    workers.run(pair_chunks + obstacles_.chunks.size(), [&](int, std::size_t n) {
         const Lanes nothing = lanes(0);
-        for (Batch& batch : (n < pair_shelves ? pairs_.shelves[n] : obstacles_.shelves[n - pair_shelves]).batches)
+        for (Batch& batch : (n < pair_chunks ? pairs_.chunks[n] : obstacles_.chunks[n - pair_chunks]).batches)
             batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
     });
 }
 
 void Contacts::need_adhesion() {
+    MELD_EXPECT(pairs_.of_block.size() == obstacles_.of_block.size());
     if (adhesion.size() != pairs_.count) adhesion.assign(pairs_.count, lanes(0));
 }
 
@@ -276,7 +283,7 @@ void Contacts::need_bounces(const Setup& setup) {
     bounces.assign(pairs_.count + obstacles_.count, {lanes(0), lanes(0), lanes(0)});
     const Bodies& bodies = setup.bodies;
     const auto restitution = [&](std::uint32_t slot, std::uint8_t other) {
-        return std::max(setup.materials[bodies.nature[slot].material].restitution, setup.materials[other].restitution);
+        return std::max(setup.materials[bodies.properties[slot].material].restitution, setup.materials[other].restitution);
     };
     auto bounce = bounces.begin();
     const auto each_lane = [&](std::span<const Batch> batches, const auto& other) {
@@ -287,9 +294,9 @@ void Contacts::need_bounces(const Setup& setup) {
         }
     };
     for (std::size_t block = 0; block < pairs_.of_block.size(); ++block)
-        each_lane(pairs(block), [&](const Batch& batch, int i) { return bodies.nature[batch.b[i]].material; });
+        each_lane(pairs(block), [&](const Batch& batch, int i) { return bodies.properties[batch.b[i]].material; });
     for (std::size_t block = 0; block < obstacles_.of_block.size(); ++block) {
-        const Stretch stretch = obstacles_.at(block);
+        const BlockBatches stretch = obstacles_.at(block);
         each_lane(obstacle_contacts(block), [&](const Batch& batch, int i) {
             return setup.obstacles.material(stretch.lanes[(&batch - stretch.batches) * kLanes + i].obstacle);
         });

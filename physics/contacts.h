@@ -8,12 +8,13 @@
 
 #include "physics/block_grid.h"
 #include "physics/bodies.h"
-#include "physics/carried_contacts.h"
 #include "physics/chunks.h"
 #include "physics/lanes.h"
 #include "physics/material.h"
 #include "physics/obstacles.h"
 #include "physics/pair_search.h"
+#include "physics/warm_start_cache.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -47,9 +48,15 @@ struct ObstacleLane {
 };
 
 // The partner's code of an obstacle's contact; body ids are lower.
-constexpr std::uint32_t obstacle_code(ObstacleLane lane) { return 0x80000000u | lane.obstacle << 2 | lane.part; }
+constexpr std::uint32_t obstacle_code(ObstacleLane lane) {
+    MELD_EXPECT(lane.part < kMaxSurfaceContacts && lane.obstacle < (1u << 29), "obstacle {}, contact {}", lane.obstacle, lane.part);
+    return 0x80000000u | lane.obstacle << 2 | lane.part;
+}
 
-constexpr std::uint32_t obstacle_of_code(std::uint32_t code) { return (code & 0x7fffffffu) >> 2; }
+constexpr std::uint32_t obstacle_of_code(std::uint32_t code) {
+    MELD_EXPECT(code >= kMaxBodies, "{} is a body", code);
+    return (code & 0x7fffffffu) >> 2;
+}
 
 class Contacts {
   public:
@@ -62,15 +69,15 @@ class Contacts {
         // Obstacles are looked for as far as a body may come in so much time besides.
         double ahead_s = 0;
     };
-    // Takes impulses and touch out of the batches, to be given back by `lay_out`; the batches are gone then. Returns the contacts
+    // Takes impulses and touch flags out of the batches and frees these; `lay_out` puts them into the new batches. Returns the contacts
     // that touched a body flagged kRemoved, which end here.
-    std::vector<CarriedContact> carry(const Bodies& bodies, Workers& workers);
+    std::vector<CachedContact> take_out(const Bodies& bodies, Workers& workers);
     // Lays out the batches of the pairs that the grid finds in the blocks for which `wanted` says so (null: all). The bodies get
     // their motionless entries.
     void lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers);
-    // Between the two: the memory that other parts of the world need.
-    std::vector<CarriedContact> carried_of(const std::vector<bool>& ids_wanted) const;
-    void add_carried(std::vector<CarriedContact> contacts);
+    // Between the two: the cached contacts that other subdomains need.
+    std::vector<CachedContact> cached_of(const std::vector<bool>& ids_wanted) const;
+    void add_cached(std::vector<CachedContact> contacts);
     // Forgets impulses and touch, for a state that did not come of the last one.
     void forget(Workers& workers);
 
@@ -100,15 +107,15 @@ class Contacts {
     std::size_t bytes() const;
 
   private:
-    // Batches of some blocks, found by one worker, behind each other. They do not move, and are given back together.
-    struct Shelf {
+    // Batches of several blocks, laid out by one worker, one after the other. They do not move, and are freed together.
+    struct Chunk {
         Buffer<Batch> batches;
         Buffer<std::uint8_t> touching;
         // Of batches with obstacles.
         Buffer<ObstacleLane> lanes;
     };
-    // Where a block's batches lie in a shelf.
-    struct Stretch {
+    // Where a block's batches lie in a chunk.
+    struct BlockBatches {
         Batch* batches = nullptr;
         std::uint8_t* touching = nullptr;
         ObstacleLane* lanes = nullptr;
@@ -116,21 +123,21 @@ class Contacts {
     };
     // All batches of one kind. A list that has not been made has no blocks.
     struct Layout {
-        std::vector<Shelf> shelves;
-        std::vector<Stretch> of_block;
+        std::vector<Chunk> chunks;
+        std::vector<BlockBatches> of_block;
         std::size_t count = 0;
 
-        Stretch at(std::size_t block) const { return block < of_block.size() ? of_block[block] : Stretch(); }
+        BlockBatches at(std::size_t block) const { return block < of_block.size() ? of_block[block] : BlockBatches(); }
         std::span<Batch> batches(std::size_t block) const { return {at(block).batches, at(block).count}; }
         void number();
         std::size_t bytes() const;
     };
     struct Arena;
-    void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former);
-    void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const FormerContacts& former);
+    void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
+    void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
 
     Layout pairs_, obstacles_;
-    std::vector<Chunks<CarriedContact>> carried_;
+    std::vector<Chunks<CachedContact>> cached_;
     std::size_t candidates_ = 0;
 };
 

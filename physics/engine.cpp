@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "physics/contacts.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -28,24 +29,25 @@ SolverSettings SolverSettings::pgs20() {
 
 // Soft contacts as in E. Catto's "Solver2D" (2024): a spring of the given frequency and damping ratio, solved implicitly.
 Rules rules_for(const Settings& settings, const StepTimes& times) {
+    MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
     const SolverSettings& solver = settings.solver;
     const double h = times.substep_s();
     Rules rules{};
     if (solver.mode == SolverMode::Pgs) {
         rules.solve = {.apart_rate = kNeverRate,
                        .overlap_rate = static_cast<float>(solver.error_reduction / h),
-                       .push_speed = static_cast<float>(solver.push_speed_m_s),
+                       .max_depenetration_speed = static_cast<float>(solver.max_depenetration_speed_m_s),
                        .over_relaxation = static_cast<float>(solver.over_relaxation)};
     } else {
         const double omega = 2 * std::numbers::pi * solver.stiffness_share / h;
         const double a = 2 * solver.damping_ratio + h * omega, b = h * omega * a, c = 1 / (1 + b);
         rules.solve = {.apart_rate = static_cast<float>(1 / h),
                        .overlap_rate = static_cast<float>(omega / a),
-                       .push_speed = static_cast<float>(solver.push_speed_m_s),
+                       .max_depenetration_speed = static_cast<float>(solver.max_depenetration_speed_m_s),
                        .mass_scale = static_cast<float>(b * c),
                        .impulse_scale = static_cast<float>(c)};
     }
-    rules.relax = {.apart_rate = static_cast<float>(1 / h), .overlap_rate = 0, .push_speed = 0};
+    rules.relax = {.apart_rate = static_cast<float>(1 / h), .overlap_rate = 0, .max_depenetration_speed = 0};
     rules.move = {.step_s = static_cast<float>(h),
                   .gravity = {static_cast<float>(settings.gravity_m_s2.x), static_cast<float>(settings.gravity_m_s2.y),
                               static_cast<float>(settings.gravity_m_s2.z)},
@@ -56,6 +58,7 @@ Rules rules_for(const Settings& settings, const StepTimes& times) {
 
 Touch touch_of(BodyId body, std::uint32_t partner) {
     if (partner >= kMaxBodies) return {body, obstacle_of_code(partner), true};
+    MELD_EXPECT(body != partner, "body {} touches itself", body);
     return {std::min(body, partner), std::max(body, partner), false};
 }
 
@@ -66,33 +69,33 @@ tl::unexpected<Error> World::wrong(const std::string& problem, std::string sugge
 tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m) const {
     const auto [first, second] = std::minmax(one, other);
     return wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first, second, overlap_m,
-                             100 * settings.deepest_overlap_share),
+                             100 * settings.max_overlap_share),
                  "Move one of them away, or take a shorter step if they ran into each other");
 }
 
 Result<void> World::check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const {
-    if (!(depth_m > 2 * radius_m * settings.deepest_overlap_share)) return {};
+    if (!(depth_m > 2 * radius_m * settings.max_overlap_share)) return {};
     return fail(fmt::format("body {} is {:.3g} m deep in obstacle {}, a {}, more than {:.0f} % of its diameter", body, depth_m, obstacle,
-                            obstacles.kind(obstacle), 100 * settings.deepest_overlap_share),
+                            obstacles.kind(obstacle), 100 * settings.max_overlap_share),
                 "Move it out of there, or take a shorter step if it ran into it", ExitCode::LimitHit);
 }
 
 Result<void> World::check_speeds() const {
-    const double limit = settings.greatest_speed_m_s;
+    const double limit = settings.max_speed_m_s;
     const auto length_of = [](const float(&v)[3]) {
         return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
     };
     BodyId worst = kMaxBodies;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if (!(std::hypot(length_of(bodies.motion[slot].velocity), length_of(bodies.motion[slot].rim)) <= limit))
-            worst = std::min(worst, bodies.nature[slot].id);
+        if (!(std::hypot(length_of(bodies.velocity[slot].linear), length_of(bodies.velocity[slot].surface)) <= limit))
+            worst = std::min(worst, bodies.properties[slot].id);
     if (worst == kMaxBodies) return {};
-    const Motion& motion = bodies.motion[bodies.slot(worst)];
-    const double speed = length_of(motion.velocity), rim = length_of(motion.rim);
-    if (!std::isfinite(speed) || !std::isfinite(rim))
+    const BodyVelocity& velocity = bodies.velocity[bodies.slot(worst)];
+    const double speed = length_of(velocity.linear), surface = length_of(velocity.surface);
+    if (!std::isfinite(speed) || !std::isfinite(surface))
         return wrong(fmt::format("the velocity of body {} is not a number", worst), "Check the forces on it, or take a shorter step");
-    return wrong(fmt::format("body {} moves at {:.3g} m/s and its rim at {:.3g} m/s, more than greatest_speed_m_s = {:.3g}", worst, speed,
-                             rim, limit),
+    return wrong(fmt::format("body {} moves at {:.3g} m/s and its surface turns at {:.3g} m/s, more than max_speed_m_s = {:.3g}", worst,
+                             speed, surface, limit),
                  "Take a shorter step, check the forces on it, or raise the limit");
 }
 

@@ -2,22 +2,31 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "physics/actuation.h"
 #include "physics/bodies.h"
-#include "physics/physics.h"
+#include "physics/material.h"
+#include "physics/obstacles.h"
+#include "physics/reports.h"
+#include "physics/settings.h"
 #include "physics/stage.h"
+#include "runtime/base/error.h"
+#include "runtime/base/exact_sum.h"
+#include "runtime/base/parallel_for.h"
 #include "runtime/base/stage_clock.h"
 
 namespace meld::physics {
 
-// The bodies as they were before the last step, by slot, as far as the settings ask for them: motions for accelerations, all to
+// The bodies as they were before the last step, by slot, as far as the settings ask for them: velocities for accelerations, all to
 // go back to.
 struct LastGood {
-    Buffer<Motion> motion;
+    Buffer<BodyVelocity> velocity;
     Buffer<Place> place;
-    Buffer<Turn> turn;
+    Buffer<Orientation> orientation;
     // Whether all of it was taken in the present step: one that fails earlier has nothing to go back to, and need not.
     bool complete = false;
 };
@@ -71,7 +80,5 @@ class Engine {
 };
 
 std::unique_ptr<Engine> make_block_engine(World& world);
-std::unique_ptr<Engine> make_hash_engine(World& world);
-std::unique_ptr<Engine> make_ode_engine(World& world);
 
 }  // namespace meld::physics

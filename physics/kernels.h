@@ -13,37 +13,37 @@
 namespace meld::physics {
 
 // Normal and gap of each lane from the bodies' places; friction impulses are turned into the new tangent plane. Returns whether
-// some pair overlaps by more than `deepest` times the sum of its radii.
-bool refresh_pairs(std::span<Batch> batches, const Place* places, float deepest);
+// some pair overlaps by more than `max_overlap` times the sum of its radii.
+bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap);
 
 // Gives the bodies the impulses kept from before.
-void warm_start(std::span<const Batch> batches, Motion* motions);
+void warm_start(std::span<const Batch> batches, BodyVelocity* velocities);
 
 // One Gauss-Seidel sweep: normal impulse, then friction, batch after batch.
-void sweep(std::span<Batch> batches, Motion* motions, const SweepRule& rule);
+void sweep(std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule);
 
 // The same with latches: lane i's normal impulse may go down to -adhesion[i] * step_s, and friction sees it from there.
-void sweep_adhesive(std::span<Batch> batches, const Lanes* adhesion, float step_s, Motion* motions, const SweepRule& rule);
+void sweep_adhesive(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule);
 
 // What one sweep would change, if every contact saw the velocities as they are: the sum of squares of the normal impulses'
 // changes, and of the impulses themselves.
 struct SquareSums {
     double change = 0, impulse = 0;
 };
-SquareSums measure_residual(std::span<const Batch> batches, const Motion* motions, const SweepRule& rule);
+SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule);
 
 // Restitution: notes at what speed each contact should part, given the velocities before the step; keeps the largest impulse;
 // at last makes the contacts that were pressed part at that speed.
-void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const Motion* motions, float least_speed);
+void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const BodyVelocity* velocities, float least_speed);
 void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces);
-void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, Motion* motions);
+void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, BodyVelocity* velocities);
 
-// Velocities of the bodies first .. first + count - 1 under gravity and the pushes (null: none; two sets are added).
-void accelerate(Motion* motions, const Place* places, const Push* first_push, const Push* second_push, std::uint32_t first,
+// Velocities of the bodies first .. first + count - 1 under gravity and the wrenches (null: none; two sets are added).
+void accelerate(BodyVelocity* velocities, const Place* places, const Wrench* first_wrench, const Wrench* second_wrench, std::uint32_t first,
                 std::uint32_t count, const MoveRule& rule);
 
 struct Moved {
-    // The largest square of a body's speed, linear plus rim, m^2/s^2; infinite if some velocity is not a number.
+    // The largest square of a body's speed, linear plus surface, m^2/s^2; infinite if some velocity is not a number.
     float speed_squared = 0;
     float drift_squared = 0;
 };

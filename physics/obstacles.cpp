@@ -8,6 +8,7 @@
 
 #include "physics/ode_library.h"
 #include "physics/ode_shapes.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -208,10 +209,12 @@ void Obstacles::prepare(int threads) {
 
 int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
                        std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
+    MELD_EXPECT(obstacle < entries_.size() && radius_m > 0 && reach_m >= 0, "obstacle {} of {}", obstacle, entries_.size());
     if (const Plane* plane = std::get_if<Plane>(&entries_[obstacle].shape)) {
         contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
         return contacts[0].gap_m < reach_m ? 1 : 0;
     }
+    MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];
     // ODE reports overlaps only: a sphere as much larger as we want to look ahead overlaps by that much more.

@@ -1,6 +1,7 @@
-// The search works on a copy of the block and a rim one cell wide, in which the cells of a row lie behind each other, so the
+// The search works on a copy of the block and a border one cell wide, in which the cells of a row lie behind each other, so the
 // 13 cells ahead are five ranges.
 #include "physics/pair_search.h"
+#include "runtime/base/assert.h"
 
 #include <algorithm>
 
@@ -15,6 +16,8 @@ constexpr std::size_t first_start(int level) { return level == 0 ? 0 : level == 
 }  // namespace
 
 void PairSearch::search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block_index, double reach_m) {
+    MELD_EXPECT(block_index < grid.blocks().size() && reach_m >= 0, "block {}, reach {}", block_index, reach_m);
+    MELD_EXPECT(grid.cells().size() == bodies.count(), "cells of {} of {} bodies", grid.cells().size(), bodies.count());
     const Block& block = grid.blocks()[block_index];
     pairs_.clear();
     slots_.clear(), x_.clear(), y_.clear(), z_.clear(), radius_.clear(), fixed_.clear();
@@ -36,7 +39,7 @@ void PairSearch::add_range(const Bodies& bodies, std::uint32_t begin, std::uint3
         y_.push_back(static_cast<float>(p.y - origin.y));
         z_.push_back(static_cast<float>(p.z - origin.z));
         radius_.push_back(static_cast<float>(p.radius) + half_reach_);
-        fixed_.push_back(bodies.nature[slot].flags & kFixed);
+        fixed_.push_back(bodies.properties[slot].flags & kFixed);
     }
 }
 
@@ -83,6 +86,7 @@ void PairSearch::gather_level(const BlockGrid& grid, const Bodies& bodies, const
         }
     }
     start[padded * padded * padded] = static_cast<std::uint32_t>(slots_.size());
+    MELD_ENSURE(std::is_sorted(start, start + padded * padded * padded + 1), "level {}", level);
 }
 
 void PairSearch::test(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {

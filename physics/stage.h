@@ -15,11 +15,11 @@ struct Stage {
     enum class Kind {
         // Candidate list if needed, copy of the state, which blocks may sleep.
         Prepare,
-        // They fall asleep, others wake; fresh contacts.
-        Settle,
+        // Blocks fall asleep or wake; gaps and normals are computed again if they are not up to date.
+        UpdateSleep,
         // Magnets and plates of the blocks of a colour.
         Actuate,
-        // Gravity and pushes.
+        // Gravity, wrenches and damping.
         Accelerate,
         // By colour: the kept impulses; a sweep; a sweep that relaxes; restitution.
         WarmStart,
@@ -37,16 +37,16 @@ struct Stage {
     Kind kind;
     int colour = -1;
 
-    // Whether other parts of the world must hear of it before the next stage (part.h).
+    // Whether other subdomains must receive its results before the next stage (subdomain.h).
     bool must_exchange() const { return colour >= 0 || kind == Kind::Prepare; }
 };
 
 // How a sweep moves the impulses of contacts. A contact `gap` apart is asked to close no faster than gap * apart_rate; one
-// that overlaps to open at gap * overlap_rate, at most at push_speed.
+// that overlaps to open at gap * overlap_rate, at most at max_depenetration_speed.
 struct SweepRule {
     float apart_rate;
     float overlap_rate;
-    float push_speed;
+    float max_depenetration_speed;
     // Softness of overlapping contacts: the step is scaled by mass_scale, and impulse_scale of the impulse is taken back.
     float mass_scale = 1;
     float impulse_scale = 0;

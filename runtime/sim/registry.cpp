@@ -74,7 +74,8 @@ Registry Registry::standard() {
     r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
     r.add_sim("motion", "lattice",
               [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
-    r.add_sim("motion", "ode", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<FreeMotion>(w); });
+    r.add_sim("motion", "bodies",
+              [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<FreeMotion>(w); });
     r.add_code("thermometer", "plane",
                [](const world::World&) -> Result<std::unique_ptr<CodeModule>> { return std::make_unique<PlaneThermometer>(); });
     r.add_code("thermometer", "drift",

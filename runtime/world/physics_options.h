@@ -1,4 +1,4 @@
-// What a world says of bodies that move freely, [motion] kind = "ode": as read, in the units of the file.
+// What a world says of bodies that move freely, [motion] kind = "bodies": as read, in the units of the file.
 #pragma once
 
 #include <cstdint>

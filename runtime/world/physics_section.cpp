@@ -1,4 +1,4 @@
-// [motion] kind = "ode" from TOML: one function per table.
+// [motion] kind = "bodies" from TOML: one function per table.
 #include "runtime/world/physics_section.h"
 
 #include <fmt/format.h>

@@ -6,7 +6,7 @@
 
 namespace meld::world {
 
-// [motion] kind = "ode", without the key `kind` itself.
+// [motion] kind = "bodies", without the key `kind` itself.
 void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& physics);
 
 }  // namespace meld::world

@@ -166,8 +166,9 @@ void read_names(TomlReader& reader, const toml::table& table, std::string_view s
 
 void read_motion(TomlReader& reader, const toml::table& table, MotionOptions& motion, PhysicsOptions& physics) {
     const toml::node* kind = table.get("kind");
-    if (kind && kind->is_string() && **kind->as_string() == "ode") {
-        motion.kind = "ode";
+    // "ode" is what earlier versions called it, whatever the engine.
+    if (kind && kind->is_string() && (**kind->as_string() == "bodies" || **kind->as_string() == "ode")) {
+        motion.kind = "bodies";
         return read_physics(reader, table, physics);
     }
     const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
@@ -214,7 +215,7 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
     if (!world.is_free()) {
         if (!world.placed.empty())
             reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here",
-                         "give it cells, or the world [motion] kind = \"ode\"");
+                         "give it cells, or the world [motion] kind = \"bodies\"");
         return;
     }
     world.tick_seconds = world.physics.step * world.physics.steps;

@@ -35,7 +35,7 @@ struct Event {
 };
 
 struct MotionOptions {
-    std::string kind = "none";    // "none", "lattice", "ode", or a name a SimModule registered.
+    std::string kind = "none";    // "none", "lattice", "bodies", or a name a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
 };
@@ -73,7 +73,7 @@ struct World {
     std::vector<Event> events;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
-    PhysicsOptions physics;  // Where motion.kind is "ode".
+    PhysicsOptions physics;  // Where motion.kind is "bodies".
     RecordOptions record;
     Limits limits;
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
@@ -81,7 +81,7 @@ struct World {
     double tick_seconds = 1e-3;  // What a tick stands for in the delays of a program.
 
     // Whether catoms are bodies that stand anywhere, and touch whom they meet; else they stand on cells.
-    bool is_free() const { return motion.kind == "ode"; }
+    bool is_free() const { return motion.kind == "bodies"; }
 };
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.

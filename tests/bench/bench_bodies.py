@@ -21,7 +21,7 @@ WORLD = """[[body]]
 shape = "move(box({side}, {side}, {side}), 0, 0, {half})"
 
 [motion]
-kind = "ode"
+kind = "bodies"
 engine = "{engine}"
 solver = "{solver}"
 substeps = {substeps}

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "tests/bench/clock.h"
 #include "tests/bench/cube.h"
 #include "tests/bench/need.h"

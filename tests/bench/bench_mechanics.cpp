@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "tests/bench/clock.h"
 #include "tests/bench/need.h"
 
@@ -42,7 +42,7 @@ class Laboratory {
     // Metres off the parabola after a second of falling.
     double fall() {
         auto scene = make({0, 0, -kGravity});
-        need(scene->add_body({.id = 0, .position_m = {0, 0, 100}, .velocity_m_s = {1, -2, 5}}));
+        need(scene->add_body({.id = 0, .position_m = {0, 0, 100}, .linear_velocity_m_s = {1, -2, 5}}));
         run(*scene, 240);
         return length(scene->state(0).position_m - Vec3{1, -2, 105 - kGravity / 2});
     }
@@ -50,18 +50,18 @@ class Laboratory {
     double rolling() {
         auto scene = make({0, 0, -kGravity});
         need(scene->add_obstacle(Plane{}, 0));
-        need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {7, 0, 0}}));
+        need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {7, 0, 0}}));
         run(*scene, 480);
-        return std::abs(scene->state(0).velocity_m_s.x / 5 - 1);
+        return std::abs(scene->state(0).linear_velocity_m_s.x / 5 - 1);
     }
     // How far its rim slips then, m/s.
     double slip() {
         auto scene = make({0, 0, -kGravity});
         need(scene->add_obstacle(Plane{}, 0));
-        need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {7, 0, 0}}));
+        need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {7, 0, 0}}));
         run(*scene, 480);
         const BodyState state = scene->state(0);
-        return std::abs(state.spin_rad_s.y * 0.5 - state.velocity_m_s.x);
+        return std::abs(state.angular_velocity_rad_s.y * 0.5 - state.linear_velocity_m_s.x);
     }
     // Down a slope of 0.3 rad: 5/7 of its pull for a second; off by this share.
     double slope() {
@@ -69,7 +69,7 @@ class Laboratory {
         need(scene->add_obstacle(Plane{}, 0));
         need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}}));
         run(*scene, 240);
-        return std::abs(scene->state(0).velocity_m_s.x / (5.0 / 7 * kGravity * std::sin(0.3)) - 1);
+        return std::abs(scene->state(0).linear_velocity_m_s.x / (5.0 / 7 * kGravity * std::sin(0.3)) - 1);
     }
 
     struct Drift {
@@ -92,8 +92,12 @@ class Laboratory {
             const double r = radius(random), mass = 8 * r * r * r;
             const Vec3 at = 1.05 * Vec3{double(id % side), double(id / side % side), double(id / side / side)} + vector(jitter);
             const Vec3 velocity = vector(speed), spin = vector(speed);
-            need(scene->add_body(
-                {.id = id, .position_m = at, .velocity_m_s = velocity, .spin_rad_s = spin, .radius_m = r, .mass_kg = mass}));
+            need(scene->add_body({.id = id,
+                                  .position_m = at,
+                                  .linear_velocity_m_s = velocity,
+                                  .angular_velocity_rad_s = spin,
+                                  .radius_m = r,
+                                  .mass_kg = mass}));
             amount += mass * length(velocity);
         }
         const Vec3 momentum = scene->momentum(), spin = scene->angular_momentum();

@@ -18,7 +18,8 @@
 #include <vector>
 
 #include "physics/broadphase.h"
-#include "physics/physics.h"
+#include "physics/comparison/hash_broadphase.h"
+#include "physics/scene/scene.h"
 #include "tests/bench/clock.h"
 #include "tests/bench/cube.h"
 #include "tests/bench/need.h"
@@ -170,7 +171,7 @@ void compare_standing() {
         double squares = 0, top = 0;
         for (const BodyId id : scene->bodies()) {
             const BodyState state = scene->state(id);
-            squares += dot(state.velocity_m_s, state.velocity_m_s);
+            squares += dot(state.linear_velocity_m_s, state.linear_velocity_m_s);
             top = std::max(top, state.position_m.z);
         }
         fmt::print("  {:<22} {:.2e} m/s rms, the top {:.1f} mm lower\n", may_sleep ? "soft" : "soft, kept awake",

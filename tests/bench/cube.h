@@ -1,7 +1,7 @@
 // The pile that the benchmarks of bodies measure.
 #pragma once
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "tests/bench/need.h"
 
 namespace meld::bench {

@@ -12,15 +12,15 @@ add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_C
 add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
 
 add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp)
-target_link_libraries(bench_physics PRIVATE physics)
+target_link_libraries(bench_physics PRIVATE physics_scene)
 add_test(NAME bench_physics_small COMMAND bench_physics --ticks 3 6)
 
 add_executable(bench_burst ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_burst.cpp)
-target_link_libraries(bench_burst PRIVATE physics)
+target_link_libraries(bench_burst PRIVATE physics_scene)
 add_test(NAME bench_burst_small COMMAND bench_burst --ticks 3 6)
 
 add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics.cpp)
-target_link_libraries(bench_mechanics PRIVATE physics)
+target_link_libraries(bench_mechanics PRIVATE physics_scene)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)
 
 add_executable(bench_front_end ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_front_end.cpp)

@@ -13,7 +13,7 @@ import tempfile
 from recorded import Recorded
 from runner import literal, split, FACT
 
-ONE = "[[body]]\npositions = [[0, 0, 0]]\n[motion]\nkind = \"ode\"\n"
+ONE = "[[body]]\npositions = [[0, 0, 0]]\n[motion]\nkind = \"bodies\"\n"
 
 
 class Bodies:
@@ -94,7 +94,7 @@ def is_pushed(bodies):
 def rolls(bodies):
     """roll: a motor on rough ground; without slipping v = omega r, here 4 * 0.5 m/s."""
     program = SPEED + "type action roll(node, float, float, float) while.\nroll(A, 0, 4, 0) :- id(A, 0).\n"
-    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "ode"\nground = 0\nfriction = 1\nsteps = 4\n' + FINE
+    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "bodies"\nground = 0\nfriction = 1\nsteps = 4\n' + FINE
     facts, _ = bodies.run(program, world, 120)
     close(facts["speed"][0][1], 2, 0.02, "the speed of a rolling catom")
 
@@ -102,11 +102,11 @@ def rolls(bodies):
 def slides_and_leans(bodies):
     """On ice nothing rolls; on a slope of 30 degrees a solid ball rolls with 5/7 g sin."""
     icy = SPEED + "type action roll(node, float, float, float) while.\nroll(A, 0, 4, 0) :- id(A, 0).\n"
-    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "ode"\nground = 0\nfriction = 0\nsteps = 4\n' + FINE
+    world = '[[body]]\npositions = [[0, 0, 0.5]]\n[motion]\nkind = "bodies"\nground = 0\nfriction = 0\nsteps = 4\n' + FINE
     facts, _ = bodies.run(icy, world, 60)
     close(facts["speed"][0][1], 0, 1e-6, "the speed of a catom that spins on ice")
     sine, cosine = 0.5, math.sqrt(0.75)
-    slope = f'[[body]]\npositions = [[{-0.5 * sine}, 0, {0.5 * cosine}]]\n[motion]\nkind = "ode"\nfriction = 1\nsteps = 4\n' + FINE
+    slope = f'[[body]]\npositions = [[{-0.5 * sine}, 0, {0.5 * cosine}]]\n[motion]\nkind = "bodies"\nfriction = 1\nsteps = 4\n' + FINE
     slope += f'[[motion.obstacle]]\nkind = "plane"\nnormal = [{-sine}, 0, {cosine}]\n'
     facts, _ = bodies.run(SPEED, slope, 60)
     _, x, _, z = facts["speed"][0]
@@ -116,7 +116,7 @@ def slides_and_leans(bodies):
 def senses(bodies):
     """Contacts with obstacles by number, pressure m g / (4 pi r^2), and nothing that changes by less than it says."""
     program = "type on(node, int O).\non(A, O) :- contact(A, O).\ntype pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
-    world = ('[[body]]\npositions = [[0, 0, 0.5], [5, 0, 0.7]]\n[motion]\nkind = "ode"\nground = 0\nsteps = 4\nmass = 2\n'
+    world = ('[[body]]\npositions = [[0, 0, 0.5], [5, 0, 0.7]]\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\nmass = 2\n'
              '[[motion.obstacle]]\nkind = "box"\ncentre = [5, 0, 0.05]\nsize = [1, 1, 0.3]\n[[motion.catoms]]\nwhere = "id == 1"\nmass = 4\n')
     facts, _ = bodies.run(program, world, 60)
     same(sorted(facts["on"]), [(0, 0), (1, 1)], "which obstacle each touches")
@@ -135,7 +135,7 @@ def fixed_ones_touch(bodies):
     """Catoms that nothing moves are neighbours of each other too, on any number of processes."""
     program = "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n"
     places = [[x, 0, 0] for x in range(0, 40)] + [[0, 1, 0], [5.5, 0, 0.9], [60, 0, 0]]
-    world = f'[[body]]\npositions = {places}\n[motion]\nkind = "ode"\nsteps = 4\n[[motion.catoms]]\nwhere = "id != 41"\nfixed = true\n'
+    world = f'[[body]]\npositions = {places}\n[motion]\nkind = "bodies"\nsteps = 4\n[[motion.catoms]]\nwhere = "id != 41"\nfixed = true\n'
     row = {(a, a + 1) for a in range(39)} | {(0, 40)}
     for processes in ("1", "2", "3"):
         for ticks, more in ((1, set()), (12, {(5, 41), (6, 41)})):
@@ -159,7 +159,7 @@ def switches(bodies):
 def pull(bodies):
     """Under every engine magnets pull two catoms of 1 kg together with the force between two dipoles on an axis, and a latch then
     carries one from the other, as long as it is on."""
-    far = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1.3]]\n[motion]\nkind = "ode"\nengine = "ENGINE"\nsolver = "pgs20"\ngravity = [0, 0, 0]\nsubsteps = 4\n' + FINE +
+    far = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1.3]]\n[motion]\nkind = "bodies"\nengine = "ENGINE"\nsolver = "pgs20"\ngravity = [0, 0, 0]\nsubsteps = 4\n' + FINE +
            '[[motion.feature]]\ndirections = [[0, 0, 1], [0, 0, -1]]\nstrength = 200\ndepth = 0.2\nrange = 1.2\n'
            '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n')
     on = SPEED + "type go(node, int).\ngo(A, I) :- id(A, I).\nmagnet(A, 1, 1) :- go(A, 0).\nmagnet(A, 0, 0 - 1) :- go(A, 1).\n"
@@ -178,7 +178,7 @@ def pull(bodies):
 
 def bounce(bodies):
     """Two equal balls that lose nothing exchange their velocities under every engine, whose solver the world does not name."""
-    world = ('[[body]]\npositions = [[0, 0, 0], [1.5, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nrestitution = 1\nsteps = 4\n'
+    world = ('[[body]]\npositions = [[0, 0, 0], [1.5, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nrestitution = 1\nsteps = 4\n'
              'engine = "ENGINE"\n' + FINE + '[[motion.catoms]]\nwhere = "id == 0"\nvelocity = [1, 0, 0]\n')
     for engine in ("blocks", "hash", "ode"):
         facts, _ = bodies.run(SPEED, world.replace("ENGINE", engine), 60)
@@ -202,7 +202,7 @@ def ends_with_the_last_good_tick(bodies, falling):
             recorded = Recorded(recording)
             same((list(recorded.times), bool((recorded.positions[-1] == places).all())), (times, True), "its recording")
     # Here tick 2 fails in step 11, after catoms 2 and 3 have met in step 9: links have changed, so the facts would be of no tick.
-    meeting = ('[[body]]\npositions = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [1.012, 9, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nsteps = 6\n'
+    meeting = ('[[body]]\npositions = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [1.012, 9, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 6\n'
                'greatest_speed = 30\n[[motion.catoms]]\nwhere = "id == 3"\nvelocity = [-0.2, 0, 0]\n')
     pushing = "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\nforce(A, 1600, 0, 0) :- tick(A, 1), id(A, 0).\n"
     for processes in ("1", "2"):
@@ -224,10 +224,10 @@ def warns(bodies):
 
 def refuses(bodies):
     """A run ends with the catom, the tick and a cure, and the recording holds the last good state."""
-    two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\n'
+    two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\n'
     cases = [
         (two.format(0.2), "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
-        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n', "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its rim at 0 m/s, more than [motion] greatest_speed = 1e+03."),
+        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n', "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its surface turns at 0 m/s, more than [motion] greatest_speed = 1e+03."),
         (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]"), "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
         (two.format(9) + 'ground = 0.6\n', "w.toml: [motion] catom @0 is 1.1 m deep in obstacle 0, a plane, more than 50 % of its diameter. Move it out of there"),
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n', "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
@@ -256,7 +256,7 @@ def have_sizes(bodies):
     """Radius and mass by group and by column: where balls lie, how they part after a central collision without loss (with the
     velocities of the formula), what the recording says."""
     (bodies.folder / "sizes.csv").write_text("x,y,z,radius,mass\n0,0,2,1,8\n9,0,0.25,0.125,1\n")
-    lie = ('[[body]]\nshape = "box(1, 1, 1)"\n[[body]]\npositions = "sizes.csv"\n[motion]\nkind = "ode"\nground = 0\nsteps = 4\n' + FINE +
+    lie = ('[[body]]\nshape = "box(1, 1, 1)"\n[[body]]\npositions = "sizes.csv"\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\n' + FINE +
            '[[motion.catoms]]\nwhere = "id == 0"\nradius = 0.4\n[[motion.obstacle]]\nkind = "box"\ncentre = [0, 0, 0.5]\nsize = [2, 2, 1]\n')
     lie = lie.replace('"box(1, 1, 1)"', '"move(box(1, 1, 1), 5, 0, 1)"')
     pressing = PLACE + "type pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
@@ -269,7 +269,7 @@ def have_sizes(bodies):
             wanted = mass * 9.81 / (4 * math.pi * radius**2)
             close(dict(facts["pressed"])[catom], wanted, 0.06 * wanted, f"the pressure on catom {catom}")
         same(list(Recorded(bodies.folder / "out.vtkhdf").values("diameter")[-1]), [0.8, 2, 0.25], "the recorded diameters")
-    meet = ('[[body]]\npositions = [[0, 0, 0], [4, 0, 0]]\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nrestitution = 1\nfriction = 0\n' + FINE +
+    meet = ('[[body]]\npositions = [[0, 0, 0], [4, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nrestitution = 1\nfriction = 0\n' + FINE +
             '[[motion.catoms]]\nwhere = "id == 0"\nradius = 1\nmass = 8\nvelocity = [3, 0, 0]\n[[motion.catoms]]\nwhere = "id == 1"\nradius = 0.25\nmass = 2\n')
     for processes in ("1", "2"):
         facts, _ = bodies.run(SPEED, meet, 400, "-n", processes)
@@ -287,7 +287,7 @@ def wait_for_ports(bodies):
         r, turn = math.sqrt(1 - z * z), i * math.pi * (3 - math.sqrt(5))
         around.append([r * math.cos(turn), r * math.sin(turn), z])
     places = [[0, 0, 0]] + [[2.25 * x for x in point] for point in around]
-    world = (f'[[body]]\npositions = {places}\n[motion]\nkind = "ode"\ngravity = [0, 0, 0]\nsteps = 4\n[[motion.catoms]]\nwhere = "id >= 0"\n'
+    world = (f'[[body]]\npositions = {places}\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 4\n[[motion.catoms]]\nwhere = "id >= 0"\n'
              'radius = 0.25\nvelocity = [VELOCITY, 0, 0]\n[[motion.catoms]]\nwhere = "id == 0"\nradius = 2\nfixed = true\n')
     away = " ".join(f"out(A, {x}, {y}, {z}) :- id(A, {i + 1})." for i, (x, y, z) in enumerate(around))
     program = ("type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\ntype out(node, float, float, float).\ntype leaves(node, int T).\n"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/base/assert.h"
 #include "runtime/sim/core/bytes.h"
 #include "runtime/tuple/facts.h"
 
@@ -33,32 +34,32 @@ physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& 
 }
 
 // Actions come in the order of the catoms' numbers, so the last is the one that may be there already.
-BodyActions::Pushed& BodyActions::pushed(physics::BodyId body) {
-    if (pushed_.empty() || pushed_.back().body != body) pushed_.push_back({.body = body});
-    return pushed_.back();
+BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
+    if (applied_.empty() || applied_.back().body != body) applied_.push_back({.body = body});
+    return applied_.back();
 }
 
 Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
-    pushing_ = part.totals.actions > 0;
-    if (!pushing_) return {};
+    acting_ = part.totals.actions > 0;
+    if (!acting_) return {};
     switched_.clear();
     for (const eval::Action& action : part.actions()) {
         const u32 p = action.predicate;
         const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
         if (p == magnet_ || p == latch_) {
-            if (!switch_feature(part, physics, action)) refuse(part, action.catom, p == magnet_ ? Code::Magnet : Code::Latch);
+            if (!switch_feature(part, physics, action)) report_failed(part, action.catom, p == magnet_ ? Code::Magnet : Code::Latch);
         } else if (force_.is(p)) {
-            Pushed& push = pushed(body);
-            push.force_n = push.force_n + vector_of(part, action);
+            AppliedWrench& wrench = applied_to(body);
+            wrench.force_n = wrench.force_n + vector_of(part, action);
         } else if (torque_.is(p)) {
-            Pushed& push = pushed(body);
-            push.torque_nm = push.torque_nm + vector_of(part, action);
+            AppliedWrench& wrench = applied_to(body);
+            wrench.torque_nm = wrench.torque_nm + vector_of(part, action);
         } else if (roll_.is(p)) {
-            pushed(body).spin_rad_s = vector_of(part, action);
-            pushed(body).rolls = true;
+            applied_to(body).angular_velocity_rad_s = vector_of(part, action);
+            applied_to(body).rolls = true;
         }
     }
-    if (divided != nullptr) tell_holders(part, *divided, true);
+    if (divided != nullptr) notify_holders(part, *divided, true);
     for (const Switched& s : switched_)
         if (physics.scene->has(s.body))
             if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
@@ -66,24 +67,24 @@ Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const Div
 }
 
 // Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
-void BodyActions::tell_holders(PartState& part, const DividedBodies& divided, bool switches) {
+void BodyActions::notify_holders(PartState& part, const DividedBodies& divided, bool switches) {
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    const auto tell = [&](const auto& record, bool is_switch) {
+    const auto notify = [&](const auto& record, bool is_switch) {
         for (const int holder : divided.holders_of(record.body)) {
             put(out[static_cast<std::size_t>(holder)], is_switch);
             put(out[static_cast<std::size_t>(holder)], record);
         }
     };
-    for (const Pushed& p : pushed_) tell(p, false);
+    for (const AppliedWrench& p : applied_) notify(p, false);
     if (switches)
-        for (const Switched& s : switched_) tell(s, true);
-    told_.clear();
+        for (const Switched& s : switched_) notify(s, true);
+    received_.clear();
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
             if (take_value<bool>(at))
                 switched_.push_back(take_value<Switched>(at));
             else
-                told_.push_back(take_value<Pushed>(at));
+                received_.push_back(take_value<AppliedWrench>(at));
         }
 }
 
@@ -94,15 +95,15 @@ void BodyActions::follow(PartState& part, const DividedBodies& divided) {
         return at != departed.end() && at->first == body ? at->second : part.comm.part();
     };
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    std::erase_if(pushed_, [&](const Pushed& p) {
+    std::erase_if(applied_, [&](const AppliedWrench& p) {
         const int owner = new_owner(p.body);
         if (owner != part.comm.part()) put(out[static_cast<std::size_t>(owner)], p);
         return owner != part.comm.part();
     });
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();)
-            pushed_.push_back(take_value<Pushed>(at));
-    tell_holders(part, divided, false);
+            applied_.push_back(take_value<AppliedWrench>(at));
+    notify_holders(part, divided, false);
 }
 
 // magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
@@ -112,6 +113,7 @@ bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, c
     const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
     if (latches != (action.predicate == latch_) || value < -1 || value > 1) return false;
     const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+    MELD_ASSERT(feature < 32, "feature {}", feature);
     const std::uint32_t bit = std::uint32_t{1} << feature;
     if (switched_.empty() || switched_.back().body != body) switched_.push_back({body, physics.scene->features(body)});
     physics::SwitchedFeatures& now = switched_.back().features;
@@ -121,37 +123,38 @@ bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, c
 }
 
 template <class Act>
-Result<void> BodyActions::each_pushed(const physics::Scene& scene, const Act& act) {
-    for (const std::vector<Pushed>* list : {&pushed_, &told_})
-        for (const Pushed& p : *list)
+Result<void> BodyActions::each_applied(const physics::Scene& scene, const Act& act) {
+    for (const std::vector<AppliedWrench>* list : {&applied_, &received_})
+        for (const AppliedWrench& p : *list)
             if (scene.has(p.body))
                 if (Result<void> done = act(p); !done) return done;
     return {};
 }
 
-Result<void> BodyActions::push(physics::Scene& scene, double step_s) {
-    return each_pushed(scene, [&](const Pushed& p) {
+Result<void> BodyActions::apply(physics::Scene& scene, double step_s) {
+    return each_applied(scene, [&](const AppliedWrench& p) {
         physics::Vec3 torque = p.torque_nm;
         if (p.rolls) {
             // What brings it to its spin within the step, if the motor is strong enough for that.
-            const physics::Vec3 missing = p.spin_rad_s - scene.state(p.body).spin_rad_s;
+            const physics::Vec3 missing = p.angular_velocity_rad_s - scene.state(p.body).angular_velocity_rad_s;
+            MELD_EXPECT(step_s > 0, "{} s", step_s);
             physics::Vec3 motor = (scene.moment_of_inertia(p.body) / step_s) * missing;
             const double strength = length(motor), most = world_->physics.roll_torque;
             if (strength > most) motor = (most / strength) * motor;
             torque = torque + motor;
         }
-        return scene.set_push(p.body, p.force_n, torque);
+        return scene.set_wrench(p.body, p.force_n, torque);
     });
 }
 
 Result<void> BodyActions::release(physics::Scene& scene) {
-    auto done = each_pushed(scene, [&](const Pushed& p) { return scene.set_push(p.body, {}, {}); });
-    pushed_.clear();
-    told_.clear();
+    auto done = each_applied(scene, [&](const AppliedWrench& p) { return scene.set_wrench(p.body, {}, {}); });
+    applied_.clear();
+    received_.clear();
     return done;
 }
 
-void BodyActions::refuse(PartState& part, Catom catom, Code code) {
+void BodyActions::report_failed(PartState& part, Catom catom, Code code) {
     if (!failed_) return;
     Value value{};
     value.integer = static_cast<i64>(code);

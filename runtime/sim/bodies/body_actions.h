@@ -16,17 +16,17 @@ class BodyActions {
     enum class Code : std::int64_t { Magnet = 20, Latch = 21 };
 
     void start(const PartState& part, const world::World& world);
-    // Switches what is to be switched, and takes in the pushes of this tick. Those parts are told that have the body too. Every
+    // Switches features and collects the wrenches of this tick. Parts that hold a ghost of the body are notified. Every
     // part calls it; `divided` where there are several.
     Result<void> take(PartState& part, PhysicsScene& physics, const DividedBodies* divided);
-    // After bodies have changed hands within the tick: pushes follow them. Every part calls it.
+    // After bodies have changed hands within the tick: wrenches follow them. Every part calls it.
     void follow(PartState& part, const DividedBodies& divided);
-    // Before each step of the tick: pushes, and the torques that bring rolling catoms to their spins. Errors: a push that is
-    // not finite.
-    Result<void> push(physics::Scene& scene, double step_s);
-    // Whether anything may be pushed in this tick; the same on all parts.
-    bool any_pushes() const { return pushing_; }
-    // After the last step: what was pushed is left alone.
+    // Before each step of the tick: sets the wrenches, with the torques that bring rolling catoms to their angular velocities.
+    // Errors: a wrench that is not finite.
+    Result<void> apply(physics::Scene& scene, double step_s);
+    // Whether any wrench may act in this tick; the same on all parts.
+    bool any_wrenches() const { return acting_; }
+    // After the last step: removes the wrenches.
     Result<void> release(physics::Scene& scene);
 
   private:
@@ -34,29 +34,29 @@ class BodyActions {
         std::optional<u32> numbers, vector;  // With three numbers, with a vec3.
         bool is(u32 predicate) const { return numbers == predicate || vector == predicate; }
     };
-    struct Pushed {
+    struct AppliedWrench {
         physics::BodyId body;
         bool rolls = false;
-        physics::Vec3 force_n = {}, torque_nm = {}, spin_rad_s = {};
+        physics::Vec3 force_n = {}, torque_nm = {}, angular_velocity_rad_s = {};
     };
     struct Switched {
         physics::BodyId body;
         physics::SwitchedFeatures features;
     };
     static physics::Vec3 vector_of(const PartState& part, const eval::Action& action);
-    Pushed& pushed(physics::BodyId body);
+    AppliedWrench& applied_to(physics::BodyId body);
     bool switch_feature(PartState& part, const PhysicsScene& physics, const eval::Action& action);
-    void tell_holders(PartState& part, const DividedBodies& divided, bool switches);
+    void notify_holders(PartState& part, const DividedBodies& divided, bool switches);
     template <class Act>
-    Result<void> each_pushed(const physics::Scene& scene, const Act& act);
-    void refuse(PartState& part, Catom catom, Code code);
+    Result<void> each_applied(const physics::Scene& scene, const Act& act);
+    void report_failed(PartState& part, Catom catom, Code code);
 
     const world::World* world_ = nullptr;
     std::optional<u32> magnet_, latch_, failed_;
     Form force_, torque_, roll_;
-    bool pushing_ = false;
+    bool acting_ = false;
     // Of our bodies, and of ghosts.
-    std::vector<Pushed> pushed_, told_;
+    std::vector<AppliedWrench> applied_, received_;
     std::vector<Switched> switched_;
 };
 

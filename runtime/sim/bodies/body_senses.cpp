@@ -1,4 +1,5 @@
 #include "runtime/sim/bodies/body_senses.h"
+#include "runtime/base/assert.h"
 
 #include <fmt/format.h>
 
@@ -43,7 +44,7 @@ void BodySenses::find_sensor(const PartState& part, const char* name, std::size_
         sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
 }
 
-bool BodySenses::feels_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
+bool BodySenses::senses_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
 
 Result<void> BodySenses::start(PartState& part, const world::World& world) {
     world_ = &world;
@@ -93,10 +94,10 @@ void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodi
             for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) visit(worker, c);
         });
     };
-    each_catom([&](int worker, Catom c) { feel(part, *physics.scene, c, worker); });
+    each_catom([&](int worker, Catom c) { sense_catom(part, *physics.scene, c, worker); });
     if (!touches_at_ || physics.features.empty()) return;
     each_catom([&](int worker, Catom c) {
-        if (part.owned(c)) tell_contacts(part, physics, c, worker);
+        if (part.owned(c)) write_contacts(part, physics, c, worker);
     });
 }
 
@@ -105,7 +106,8 @@ void BodySenses::sum_normal_forces(PartState& part, const physics::Scene& scene,
     if (divided != nullptr) divided->complete(part, normal_force_n_);
 }
 
-void BodySenses::feel(PartState& part, const physics::Scene& scene, Catom catom, int worker) const {
+void BodySenses::sense_catom(PartState& part, const physics::Scene& scene, Catom catom, int worker) const {
+    MELD_EXPECT(catom < part.ensemble.index_count(), "catom {} of {}", catom, part.ensemble.index_count());
     if (part.ensemble.state(catom) == kCatomFree) return;
     const auto body = static_cast<physics::BodyId>(part.ensemble.id(catom));
     const physics::BodyState state = scene.state(body);
@@ -134,7 +136,7 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantit
         case Quantity::Orientation:
             return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
         case Quantity::Velocity:
-            return numbers(state.velocity_m_s);
+            return numbers(state.linear_velocity_m_s);
         case Quantity::Acceleration:
             return numbers(scene.acceleration(body));
         case Quantity::Pressure:
@@ -146,25 +148,25 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantit
     return {};
 }
 
-bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& told, const tuple::Numbers& now) {
-    if (told.count == 0) return true;
+bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now) {
+    if (last.count == 0) return true;
     if (sensor.quantity == Quantity::Pressure || sensor.quantity == Quantity::Energy)
-        return std::abs(now.at[0] - told.at[0]) > sensor.threshold * std::abs(told.at[0]);
+        return std::abs(now.at[0] - last.at[0]) > sensor.threshold * std::abs(last.at[0]);
     if (sensor.quantity == Quantity::Orientation) {
         // Half the angle between two rotations has this cosine.
-        const double cosine = std::abs(now.at[0] * told.at[0] + now.at[1] * told.at[1] + now.at[2] * told.at[2] + now.at[3] * told.at[3]);
+        const double cosine = std::abs(now.at[0] * last.at[0] + now.at[1] * last.at[1] + now.at[2] * last.at[2] + now.at[3] * last.at[3]);
         return 2 * std::acos(std::min(1.0, cosine)) > sensor.threshold;
     }
     double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += (now.at[i] - told.at[i]) * (now.at[i] - told.at[i]);
+    for (std::size_t i = 0; i < 3; ++i) sum += (now.at[i] - last.at[i]) * (now.at[i] - last.at[i]);
     return sum > sensor.threshold * sensor.threshold;
 }
 
 // Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
-void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
-    std::vector<std::pair<u64, i64>> told, now;
+void BodySenses::write_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
+    std::vector<std::pair<u64, i64>> last, now;
     tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom,
-                     [&](const Value* v) { told.emplace_back(v[0].catom, v[1].integer); });
+                     [&](const Value* v) { last.emplace_back(v[0].catom, v[1].integer); });
     const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
     const world::Vec3 here = part.ensemble.position(catom);
     for (int port = 0; port < kMaxPorts; ++port) {
@@ -174,20 +176,20 @@ void BodySenses::tell_contacts(PartState& part, const PhysicsScene& physics, Cat
         const physics::Vec3 towards = rotate(turned, {there[0] - here[0], there[1] - here[1], there[2] - here[2]});
         now.emplace_back(part.ensemble.id(*other), nearest_feature(physics.features, towards));
     }
-    std::sort(told.begin(), told.end());
+    std::sort(last.begin(), last.end());
     std::sort(now.begin(), now.end());
-    if (told == now) return;
+    if (last == now) return;
     const auto values = [](const std::pair<u64, i64>& fact) {
         std::array<Value, 2> v{};
         v[0].catom = fact.first;
         v[1].integer = fact.second;
         return v;
     };
-    for (const auto& fact : told)
+    for (const auto& fact : last)
         if (!std::binary_search(now.begin(), now.end(), fact))
             tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
     for (const auto& fact : now)
-        if (!std::binary_search(told.begin(), told.end(), fact))
+        if (!std::binary_search(last.begin(), last.end(), fact))
             tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
     part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
 }

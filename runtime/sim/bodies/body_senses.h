@@ -1,4 +1,4 @@
-// What catoms feel of their bodies, told to those programs that read it, and only when it has changed by enough.
+// What catoms sense of their bodies: written for programs that read it, when it has changed by more than a threshold.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@ namespace meld::sim {
 
 class BodySenses {
   public:
-    // Whether the program is told of its catoms' accelerations.
-    static bool feels_acceleration(const PartState& part);
+    // Whether the program senses accelerations.
+    static bool senses_acceleration(const PartState& part);
     // Finds what the program reads. Errors: it reads what only a lattice has.
     Result<void> start(PartState& part, const world::World& world);
     // Touches of obstacles that began and ended; after each step.
     void note_obstacles(PartState& part, std::span<const physics::TouchEvent> events);
     // After the last step of a tick: places, and all else that is read. Cost: one pass over the contacts where pressure is read,
-    // and one over the catoms of the part, both on all workers; a few more instructions for those that are told something.
+    // and one over the catoms of the part, both on all workers; a few more instructions for catoms that are notified.
     void sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided);
 
   private:
@@ -30,19 +30,19 @@ class BodySenses {
     struct Sensor {
         Quantity quantity;
         u32 predicate;  // That stores it.
-        u64 dirty;      // What to mark at a catom that is told.
+        u64 dirty;      // What to mark at a catom that is notified.
         double threshold;
     };
     void find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
-    // Of this part's bodies; what presses at the rim of the part is known to the part next to it.
+    // Of this part's bodies; contacts at the border of the part are known to the part next to it.
     void sum_normal_forces(PartState& part, const physics::Scene& scene, const DividedBodies* divided);
     // The next two may run on different workers for different catoms.
-    // Places a catom and tells it, if it is ours, what has changed enough.
-    void feel(PartState& part, const physics::Scene& scene, Catom catom, int worker) const;
-    // Tells a catom which of its features its neighbours touch, once all are placed.
-    void tell_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const;
+    // Places a catom and, if it is ours, writes what has changed by enough.
+    void sense_catom(PartState& part, const physics::Scene& scene, Catom catom, int worker) const;
+    // Writes which of its features its neighbours touch, once all are placed.
+    void write_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const;
     tuple::Numbers measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const;
-    static bool differs(const Sensor& sensor, const tuple::Numbers& told, const tuple::Numbers& now);
+    static bool differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now);
 
     const world::World* world_ = nullptr;
     std::vector<Sensor> sensors_;

@@ -12,7 +12,7 @@ namespace {
 
 using NewOwners = std::map<std::uint64_t, int>;
 
-// One end of a link, as it is told to the part that gets the catom: who is there, over which port of whom, and all that the
+// One end of a link, as it is sent to the part that gets the catom: who is there, over which port of whom, and all that the
 // part needs to know the other as a ghost.
 struct Neighbour {
     int port = 0;

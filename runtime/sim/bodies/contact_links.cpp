@@ -34,8 +34,8 @@ void forget_if_lonely(PartState& part, Catom ghost) {
 }
 
 void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
-    std::vector<physics::TouchEvent> told;
-    if (divided != nullptr) found = told = share(part, found, *divided);
+    std::vector<physics::TouchEvent> shared;
+    if (divided != nullptr) found = shared = share(part, found, *divided);
     std::vector<Pair> begun, ended;
     const auto beginnings =
         std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
@@ -55,7 +55,7 @@ void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
     connect_promised(part);
 }
 
-// The part that owns a pair's block has seen what befell it; the owners of both catoms are told.
+// The part that owns a pair's block sees its events; it sends them to the owners of both catoms.
 std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events,
                                                      const DividedBodies& divided) const {
     std::vector<physics::TouchEvent> mine;
@@ -119,6 +119,7 @@ void ContactLinks::change_hands(const PartState& part, const std::vector<Pair>& 
 }
 
 int ContactLinks::lowest_free_port(const PartState& part, Catom catom) {
+    MELD_EXPECT(catom < taken_.size(), "catom {} of {}", catom, taken_.size());
     for (int port = 0; port < kMaxPorts; ++port) {
         if ((taken_[catom] >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
         taken_[catom] = static_cast<std::uint16_t>(taken_[catom] | 1u << port);
@@ -141,12 +142,13 @@ void ContactLinks::make_offers(const PartState& part) {
     for (const Pair& pair : waiting_)
         for (const physics::BodyId id : {pair.first, pair.second})
             if (const std::optional<Catom> catom = ours(part, id)) taken_[*catom] = 0;
+    MELD_ENSURE(std::all_of(taken_.begin(), taken_.end(), [](std::uint16_t ports) { return ports == 0; }));
 }
 
 void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided) {
     offers_.clear();
     std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
-    const auto tell = [&](physics::BodyId from, physics::BodyId to, int port) {
+    const auto send = [&](physics::BodyId from, physics::BodyId to, int port) {
         const int owner = port < 0 ? part.comm.part() : divided.owner_of(to);
         if (owner == part.comm.part()) return;
         const Catom catom = *part.ensemble.find(from);
@@ -161,8 +163,8 @@ void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided
         bytes.insert(bytes.end(), exports.begin(), exports.end());
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
-        tell(waiting_[i].first, waiting_[i].second, offered_[i][0]);
-        tell(waiting_[i].second, waiting_[i].first, offered_[i][1]);
+        send(waiting_[i].first, waiting_[i].second, offered_[i][0]);
+        send(waiting_[i].second, waiting_[i].first, offered_[i][1]);
     }
     for (const comm::Packet& packet : exchange_bytes(part, out))
         for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
@@ -179,9 +181,9 @@ void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided
 
 std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const {
     if (offered >= 0) return Side{*part.ensemble.find(from), offered};
-    const auto told = offers_.find({from, to});
-    if (told == offers_.end()) return std::nullopt;
-    const Offer& offer = told->second;
+    const auto received = offers_.find({from, to});
+    if (received == offers_.end()) return std::nullopt;
+    const Offer& offer = received->second;
     std::optional<Catom> ghost = part.ensemble.find(from);
     if (!ghost) {
         ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
@@ -191,6 +193,7 @@ std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::B
 }
 
 void ContactLinks::connect_promised(PartState& part) {
+    MELD_EXPECT(offered_.size() == waiting_.size() && std::is_sorted(waiting_.begin(), waiting_.end()), "{} pairs", waiting_.size());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         const auto [first, second] = waiting_[i];

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/core/part_state.h"
 

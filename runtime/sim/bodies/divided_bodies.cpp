@@ -16,7 +16,7 @@ namespace {
 // The curve goes through as many blocks as a lattice has bricks; those beyond share the owners of the last.
 constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
 
-// Space is divided anew when a part has more than so many times the mean, if that helps: blocks are not cut, so a small
+// Space is divided again when the work of a part exceeds kMaxLoad times the mean, if that helps: blocks are not cut, so a small
 // ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
 constexpr double kMaxLoad = 1.25, kWorthMoving = 0.9;
 
@@ -27,8 +27,8 @@ double load_of(const std::vector<std::uint64_t>& work) {
     return sum == 0 ? 1 : greatest * static_cast<double>(work.size()) / static_cast<double>(sum);
 }
 
-// What a part of the physics has to say, as packets.
-std::vector<comm::Packet> packets_of(physics::Part::Messages messages) {
+// The messages of a subdomain as packets.
+std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
     std::vector<comm::Packet> packets;
     for (auto& [to, bytes] : messages)
         if (!bytes.empty()) packets.push_back({to, std::move(bytes)});
@@ -59,9 +59,9 @@ Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
         put_text(bytes, mine.error().suggestion);
         put(bytes, mine.error().code);
     }
-    for (const auto& told : gather_bytes(part, bytes)) {
-        if (told.empty()) continue;
-        const std::byte* at = told.data();
+    for (const auto& theirs : gather_bytes(part, bytes)) {
+        if (theirs.empty()) continue;
+        const std::byte* at = theirs.data();
         Error error;
         error.problem = take_text(at);
         error.suggestion = take_text(at);
@@ -72,7 +72,8 @@ Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
 }
 
 DividedBodies::DividedBodies(PartState& part, physics::Scene& scene) {
-    bodies_ = std::make_unique<physics::Part>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
+    subdomain_ =
+        std::make_unique<physics::Subdomain>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
     partition_.emplace(weigh_all(part), part.comm.parts());
 }
 
@@ -84,12 +85,13 @@ world::BrickKey DividedBodies::key_of(physics::BlockCoordinates block) const {
 int DividedBodies::owner(physics::BlockCoordinates block) const {
     const auto [at, made] = owners_.try_emplace(physics::pack(block), 0);
     if (made) at->second = partition_->owner(key_of(block));
+    MELD_ENSURE(at->second >= 0, "block {} {} {}", block.x, block.y, block.z);
     return at->second;
 }
 
 DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
-    for (const auto& [block, weight] : bodies_->weights()) mine[key_of(block)] += weight;
+    for (const auto& [block, weight] : subdomain_->weights()) mine[key_of(block)] += weight;
     std::vector<std::byte> bytes;
     for (const auto& [key, weight] : mine) {
         put(bytes, key);
@@ -107,7 +109,7 @@ void DividedBodies::balance(PartState& part) {
     const auto parts = static_cast<std::size_t>(part.comm.parts());
     // What each part will have to do when bodies have gone where they belong.
     std::vector<std::uint64_t> mine(parts), all(parts);
-    for (const auto& [block, weight] : bodies_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
+    for (const auto& [block, weight] : subdomain_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
     std::vector<std::byte> bytes;
     for (std::size_t p = 0; p < parts; ++p) {
         if (mine[p] == 0) continue;
@@ -136,8 +138,9 @@ void DividedBodies::balance(PartState& part) {
 }
 
 Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int substeps) {
+    MELD_EXPECT(!part.alone());
     std::vector<std::byte> wish;
-    put(wish, bodies_->must_rebuild(step_s, substeps));
+    put(wish, subdomain_->must_rebuild(step_s, substeps));
     const std::vector<std::byte> wishes = part.comm.allgather(wish);
     const std::byte* at = wishes.data();
     bool any = false;
@@ -145,31 +148,31 @@ Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int sub
     if (!any) return false;
     balance(part);
     Result<void> fine;
-    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_bodies(part.workers))))
-        if (auto done = bodies_->unpack_bodies(packet.bytes); !done && fine) fine = done;
-    bodies_->unpacked();
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(subdomain_->pack_bodies(part.workers))))
+        if (auto done = subdomain_->unpack_bodies(packet.bytes); !done && fine) fine = done;
+    subdomain_->unpacked();
     if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
     return true;
 }
 
 Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, int substeps) {
     Result<void> fine;
-    for (const physics::Stage& stage : bodies_->stages(step_s, substeps)) {
-        if (fine) fine = bodies_->run(stage, part.workers);
+    for (const physics::Stage& stage : subdomain_->stages(step_s, substeps)) {
+        if (fine) fine = subdomain_->run(stage, part.workers);
         if (!stage.must_exchange()) continue;
-        // A part that has failed says nothing more; the others find out at the end.
+        // A part that has failed sends nothing more; the others learn of it at the end.
         const std::vector<comm::Packet> received =
-            part.comm.exchange(fine ? packets_of(bodies_->pack(stage)) : std::vector<comm::Packet>{});
+            part.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
         for (const comm::Packet& packet : received)
-            if (fine) bodies_->unpack(stage, packet.bytes);
+            if (fine) subdomain_->unpack(stage, packet.bytes);
     }
     if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
-    return bodies_->finish();
+    return subdomain_->finish();
 }
 
 void DividedBodies::complete(PartState& part, std::vector<ExactSum>& normal_forces) const {
-    for (const comm::Packet& packet : part.comm.exchange(packets_of(bodies_->pack_sums(normal_forces))))
-        bodies_->unpack_sums(normal_forces, packet.bytes);
+    for (const comm::Packet& packet : part.comm.exchange(packets_of(subdomain_->pack_sums(normal_forces))))
+        subdomain_->unpack_sums(normal_forces, packet.bytes);
 }
 
 }  // namespace meld::sim

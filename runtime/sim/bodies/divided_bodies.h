@@ -1,5 +1,5 @@
 // The bodies of a run on several processes: each part holds those in its blocks of space and, as ghosts, those around. Carries
-// the messages of physics/part.h; the bits are those of the undivided world.
+// the messages of physics/scene/subdomain.h; the bits are those of the undivided world.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/part.h"
+#include "physics/scene/subdomain.h"
 #include "runtime/partition/partition.h"
 #include "runtime/sim/core/part_state.h"
 
@@ -20,20 +20,20 @@ class DividedBodies {
     DividedBodies(PartState& part, physics::Scene& scene);
 
     // Before a step, on every part: whether bodies have changed hands. Those that were ours and are no more are in departed().
-    // Space is divided along a curve through the blocks so that all parts have about as much work; it is divided anew when one
-    // has too much of it.
+    // Space is divided along a curve through the blocks so that all parts have about the same work; it is divided again when
+    // one has too much.
     Result<bool> redistribute(PartState& part, double step_s, int substeps);
-    const std::vector<std::pair<physics::BodyId, int>>& departed() const { return bodies_->departed(); }
+    const std::vector<std::pair<physics::BodyId, int>>& departed() const { return subdomain_->departed(); }
     // A step. The error of the first part that has one is everybody's.
     Result<physics::StepReport> step(PartState& part, double step_s, int substeps);
     // After Scene::sum_normal_forces, on every part: what others know of presses on our bodies is added.
     void complete(PartState& part, std::vector<ExactSum>& normal_forces) const;
     // Of bodies that are ours or next to ours; since the last step in which bodies changed hands.
-    int owner_of(physics::BodyId body) const { return bodies_->owner_of(body); }
+    int owner_of(physics::BodyId body) const { return subdomain_->owner_of(body); }
     // The other parts that have the body too. Ascending.
-    const std::vector<int>& holders_of(physics::BodyId body) const { return bodies_->holders_of(body); }
+    const std::vector<int>& holders_of(physics::BodyId body) const { return subdomain_->holders_of(body); }
 
-    // How often space was divided anew after the start, and the greatest share of the work that a part had after bodies changed
+    // How often space was divided again after the start, and the greatest share of the work that a part had after bodies changed
     // hands, in shares of the mean; the same on all parts.
     int divisions() const { return divisions_; }
     double greatest_load() const { return greatest_load_; }
@@ -41,7 +41,7 @@ class DividedBodies {
   private:
     int owner(physics::BlockCoordinates block) const;
     world::BrickKey key_of(physics::BlockCoordinates block) const;
-    // Divides space anew if the part with most work has too much of it.
+    // Divides space again if the part with most work has too much.
     void balance(PartState& part);
     // The work in each block, the same on all parts.
     using Weights = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
@@ -51,7 +51,7 @@ class DividedBodies {
     world::Lattice curve_{world::LatticeKind::Cubic};
     std::optional<partition::Partition> partition_;
     mutable std::unordered_map<std::uint64_t, int> owners_;  // Of blocks that have been asked for.
-    std::unique_ptr<physics::Part> bodies_;
+    std::unique_ptr<physics::Subdomain> subdomain_;
     int divisions_ = 0;
     double greatest_load_ = 0;
 };

@@ -5,14 +5,15 @@
 #include <cmath>
 #include <map>
 
+#include "runtime/base/assert.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/core/bytes.h"
 
 namespace meld::sim {
 
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double largest_radius_m,
-                                               double touch_m) {
-    const double reach_m = 2 * largest_radius_m + touch_m;
+std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m) {
+    MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
+    const double reach_m = 2 * max_radius_m + touch_m;
     std::vector<std::byte> bytes;
     for (const FixedBody& body : mine) put(bytes, body);
     // By cells as wide as the reach, so that who touches a body is in its cell or next to it.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
 #include "runtime/base/log.h"
 #include "runtime/base/stage_clock.h"
@@ -33,7 +34,7 @@ Result<void> FreeMotion::start(PartState& part) {
 namespace {
 
 // A region that matches no catom on any part is hardly meant.
-void warn_of_nobody(PartState& part, std::vector<bool> met) {
+void warn_of_empty_groups(PartState& part, std::vector<bool> met) {
     std::vector<std::byte> mine;
     for (const bool some : met) put(mine, some);
     for (const auto& theirs : gather_bytes(part, mine))
@@ -50,7 +51,7 @@ Result<void> FreeMotion::make_scene(PartState& part) {
     BodyMaker bodies(world_, part.next_id);
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
-    warn_of_nobody(part, bodies.groups_met());
+    warn_of_empty_groups(part, bodies.groups_met());
     std::vector<std::byte> bytes;
     if (part.ensemble.owned_count() > 0) {
         put(bytes, bodies.radii());
@@ -62,12 +63,12 @@ Result<void> FreeMotion::make_scene(PartState& part) {
         if (from.empty()) continue;
         const std::byte* at = from.data();
         const auto theirs = take_value<RadiusRange>(at);
-        radii = {radii.least > 0 ? std::min(radii.least, theirs.least) : theirs.least, std::max(radii.largest, theirs.largest)};
+        radii = {radii.min > 0 ? std::min(radii.min, theirs.min) : theirs.min, std::max(radii.max, theirs.max)};
         while (at != from.data() + from.size()) surfaces.insert(take_value<Surface>(at));
     }
-    const double touch_m = physics::Settings{}.touch_share * 2 * radii.least;
-    fixed_touches_ = touches_among(part, bodies.at_rest(), radii.largest, touch_m);
-    auto made = make_physics_scene(world_, radii, BodySenses::feels_acceleration(part));
+    const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
+    fixed_touches_ = touches_among(part, bodies.at_rest(), radii.max, touch_m);
+    auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(part));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     auto done = bodies.add_materials(physics_, surfaces);
@@ -76,7 +77,7 @@ Result<void> FreeMotion::make_scene(PartState& part) {
         if (part.owned(c)) done = bodies.make(physics_, part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
     give_back(part.start_cells);
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
-    if (radii.least != world_.radius || radii.largest != world_.radius)
+    if (radii.min != world_.radius || radii.max != world_.radius)
         part.diameter_of = [this, &part](Catom c) {
             return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius;
         };
@@ -84,6 +85,7 @@ Result<void> FreeMotion::make_scene(PartState& part) {
 }
 
 Result<void> FreeMotion::step(PartState& part) {
+    MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !part.alone());
     if (auto done = actions_.take(part, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(part); !done) return done;
@@ -101,8 +103,8 @@ Result<void> FreeMotion::step_once(PartState& part) {
     const auto report = move(part);
     // The ensemble still has the places of the last tick that went well.
     if (!report) {
-        const Error told = about_catoms(report.error());
-        return fail(fmt::format("in tick {}, {}", part.abi.now, told.problem), told.suggestion, told.code);
+        const Error error = about_catoms(report.error());
+        return fail(fmt::format("in tick {}, {}", part.abi.now, error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
     note_fixed_touches(part);
@@ -118,7 +120,7 @@ Result<void> FreeMotion::step_once(PartState& part) {
 
 void FreeMotion::note_fixed_touches(const PartState& part) {
     if (fixed_touches_.empty()) return;
-    // All parts know all of them; the owner of the first tells.
+    // All parts know all of them; the owner of the first reports it.
     std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
         return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != part.comm.part());
     });
@@ -130,15 +132,15 @@ void FreeMotion::note_fixed_touches(const PartState& part) {
 Result<physics::StepReport> FreeMotion::move(PartState& part) {
     const double step_s = world_.physics.step;
     const int substeps = world_.physics.substeps;
-    if (actions_.any_pushes())
-        if (auto pushed = agree_on_error(part, actions_.push(*physics_.scene, step_s)); !pushed)
-            return tl::unexpected<Error>(pushed.error());
+    if (actions_.any_wrenches())
+        if (auto applied = agree_on_error(part, actions_.apply(*physics_.scene, step_s)); !applied)
+            return tl::unexpected<Error>(applied.error());
     if (!divided_) return physics_.scene->step(step_s, substeps, part.workers);
     const auto changed_hands = hand_over(part, step_s, substeps);
     if (!changed_hands) return tl::unexpected<Error>(changed_hands.error());
     moved_ = true;
     auto report = divided_->step(part, step_s, substeps);
-    if (report && *changed_hands && actions_.any_pushes()) actions_.follow(part, *divided_);
+    if (report && *changed_hands && actions_.any_wrenches()) actions_.follow(part, *divided_);
     return report;
 }
 

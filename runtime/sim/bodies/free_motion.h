@@ -1,4 +1,4 @@
-// [motion] kind = "ode": catoms are bodies that fall, touch, roll and pull, moved by the physics between the ticks of their
+// [motion] kind = "bodies": catoms are bodies that fall, touch, roll and pull, moved by the physics between the ticks of their
 // programs.
 #pragma once
 
@@ -22,7 +22,7 @@ class FreeMotion : public SimModule {
   public:
     explicit FreeMotion(const world::World& world) : world_(world) {}
     Result<void> start(PartState& part) override;
-    // Carries out the actions of the last tick, moves the bodies for the time of a tick, and tells the programs.
+    // Carries out the actions of the last tick, moves the bodies for the time of a tick, and updates what the programs sense.
     Result<void> step(PartState& part) override;
     void finish(PartState& part) override;
     std::string status() const override;

@@ -1,5 +1,6 @@
 // A scene of the physics as a world file describes it.
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/base/assert.h"
 
 #include <fmt/format.h>
 
@@ -20,7 +21,7 @@ using world::World;
 
 physics::Vec3 vector_of(const world::Vec3& v) { return {v[0], v[1], v[2]}; }
 
-physics::Settings settings_of(const World& world, RadiusRange radii, bool feels_acceleration) {
+physics::Settings settings_of(const World& world, RadiusRange radii, bool senses_acceleration) {
     const PhysicsOptions& p = world.physics;
     physics::Settings s;
     s.engine = p.engine == "hash" ? physics::EngineKind::Hash : p.engine == "ode" ? physics::EngineKind::Ode : physics::EngineKind::Blocks;
@@ -30,12 +31,12 @@ physics::Settings settings_of(const World& world, RadiusRange radii, bool feels_
     s.angular_damping_per_s = p.angular_damping;
     s.sleep_ticks = p.sleep_ticks;
     s.sleep_speed_m_s = p.sleep_speed;
-    s.greatest_speed_m_s = p.greatest_speed;
-    s.deepest_overlap_share = p.deepest_overlap;
-    s.least_radius_m = radii.least, s.largest_radius_m = radii.largest;
-    // A run ends with the first step that fails, and what it shows is what the programs were told before.
+    s.max_speed_m_s = p.greatest_speed;
+    s.max_overlap_share = p.deepest_overlap;
+    s.min_radius_m = radii.min, s.max_radius_m = radii.max;
+    // A run ends with the first step that fails, and what it shows is what the programs sensed before.
     s.keep_last_good = false;
-    s.keep_former_velocities = feels_acceleration;
+    s.keep_former_velocities = senses_acceleration;
     return s;
 }
 
@@ -127,14 +128,14 @@ std::string named(std::string text, std::string_view from, std::string_view to) 
 Error about_catoms(Error error) {
     for (std::string* text : {&error.problem, &error.suggestion}) {
         *text = named(named(*text, "body ", "catom @"), "bodies ", "catoms @");
-        for (const auto& [setting, key] : {std::pair<std::string_view, std::string_view>{"greatest_speed_m_s", "[motion] greatest_speed"}})
+        for (const auto& [setting, key] : {std::pair<std::string_view, std::string_view>{"max_speed_m_s", "[motion] greatest_speed"}})
             if (const std::size_t at = text->find(setting); at != std::string::npos) text->replace(at, setting.size(), key);
     }
     return error;
 }
 
-Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool feels_acceleration) {
-    auto scene = physics::Scene::make(settings_of(world, radii, feels_acceleration));
+Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool senses_acceleration) {
+    auto scene = physics::Scene::make(settings_of(world, radii, senses_acceleration));
     if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
     PhysicsScene out{std::move(*scene), {}, 0};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
@@ -143,6 +144,7 @@ Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, b
 }
 
 BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+    MELD_EXPECT(id < physics::kMaxBodies && id < first_placed_ + world_.placed.size(), "catom {}", id);
     const PhysicsOptions& p = world_.physics;
     Surface surface{p.friction, p.restitution};
     physics::BodySpec spec;
@@ -157,8 +159,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.mass_kg = group.mass.value_or(spec.mass_kg);
         spec.inertia_factor = group.inertia.value_or(spec.inertia_factor);
         spec.fixed = group.fixed.value_or(spec.fixed);
-        if (group.velocity) spec.velocity_m_s = vector_of(*group.velocity);
-        if (group.spin) spec.spin_rad_s = vector_of(*group.spin);
+        if (group.velocity) spec.linear_velocity_m_s = vector_of(*group.velocity);
+        if (group.spin) spec.angular_velocity_rad_s = vector_of(*group.spin);
         surface.friction = group.friction.value_or(surface.friction);
         surface.restitution = group.restitution.value_or(surface.restitution);
     }
@@ -175,9 +177,9 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.radius_m;
-    radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.least, r), std::max(radii_.largest, r)};
+    radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.min, r), std::max(radii_.max, r)};
     surfaces_.insert(surface);
-    if (spec.fixed && spec.velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
+    if (spec.fixed && spec.linear_velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
 }
 
 Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
@@ -192,6 +194,7 @@ Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surfac
 
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
     auto [spec, surface] = describe(id, cell, position);
+    MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);
     spec.material = materials_.at(surface);
     if (auto added = scene.scene->add_body(spec); !added || scene.features.empty()) return added;
     return scene.scene->set_feature_table(spec.id, scene.feature_table);

@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "runtime/sim/bodies/fixed_touches.h"
 #include "runtime/world/world_file.h"
 
@@ -15,15 +15,15 @@ namespace meld::sim {
 
 // The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file where there is one.
 struct RadiusRange {
-    double least = 0, largest = 0;
+    double min = 0, max = 0;
 };
 struct PhysicsScene {
     std::unique_ptr<physics::Scene> scene;
     std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
 };
-// `radii`: those of all bodies of all parts; feels_acceleration: the program is told of it.
-Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool feels_acceleration);
+// `radii`: those of all bodies of all parts; senses_acceleration: the program senses it.
+Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool senses_acceleration);
 
 // What a catom is made of.
 struct Surface {

@@ -149,8 +149,8 @@ TEST_P(Actuation, EqualPolesPushApart) {
         need(scene->set_features(id, id == 0 ? 1 : 2, 0));
     }
     run(*scene, 120, 2, workers_);
-    EXPECT_GT(scene->state(1).velocity_m_s.x, 0.01);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, -scene->state(1).velocity_m_s.x, 1e-6);
+    EXPECT_GT(scene->state(1).linear_velocity_m_s.x, 0.01);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, -scene->state(1).linear_velocity_m_s.x, 1e-6);
 }
 
 // A chain of balls hangs from a fixed one by its latches as long as the uppermost holds the weight below.

@@ -37,22 +37,23 @@ class AgainstOde : public testing::TestWithParam<SolverMode> {
 
 TEST_P(AgainstOde, FreeFlightIsTheSame) {
     Pair pair(solver());
-    pair.both([](Scene& scene) { need(scene.add_body({.id = 0, .velocity_m_s = {3, 1, 10}, .spin_rad_s = {1, 2, 3}})); });
+    pair.both(
+        [](Scene& scene) { need(scene.add_body({.id = 0, .linear_velocity_m_s = {3, 1, 10}, .angular_velocity_rad_s = {1, 2, 3}})); });
     EXPECT_LT(pair.apart(240), 1e-4);
-    EXPECT_LT(length(pair.ours->state(0).spin_rad_s - pair.odes->state(0).spin_rad_s), 1e-5);
+    EXPECT_LT(length(pair.ours->state(0).angular_velocity_rad_s - pair.odes->state(0).angular_velocity_rad_s), 1e-5);
 }
 
 TEST_P(AgainstOde, SlidingAndRollingGoTheSameWay) {
     Pair pair(solver());
     pair.both([](Scene& scene) {
         need(scene.add_obstacle(Plane{}, 0));
-        need(scene.add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {5, 2, 0}, .spin_rad_s = {0, 0, 4}}));
+        need(scene.add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {5, 2, 0}, .angular_velocity_rad_s = {0, 0, 4}}));
     });
     // ODE takes a tick to notice the contact, for it must overlap first, and its friction is a pyramid along the axes: it has
     // less friction along a diagonal's axes. Over 7 m of way they part by this much.
     EXPECT_LT(pair.apart(60), 0.1);
     EXPECT_LT(pair.apart(180), 0.5);
-    EXPECT_LT(length(pair.ours->state(0).velocity_m_s - pair.odes->state(0).velocity_m_s), 0.25);
+    EXPECT_LT(length(pair.ours->state(0).linear_velocity_m_s - pair.odes->state(0).linear_velocity_m_s), 0.25);
 }
 
 TEST_P(AgainstOde, DroppedBallsComeToRestAlike) {
@@ -68,11 +69,12 @@ TEST_P(AgainstOde, DroppedBallsComeToRestAlike) {
 TEST_P(AgainstOde, CollisionOfTwoBallsPartsThemAlike) {
     Pair pair(solver(), {});
     pair.both([](Scene& scene) {
-        need(scene.add_body({.id = 0, .position_m = {-1, 0.3, 0}, .velocity_m_s = {2, 0, 0}, .mass_kg = 2}));
+        need(scene.add_body({.id = 0, .position_m = {-1, 0.3, 0}, .linear_velocity_m_s = {2, 0, 0}, .mass_kg = 2}));
         need(scene.add_body({.id = 1, .position_m = {0.5, 0, 0}}));
     });
     EXPECT_LT(pair.apart(120), 0.08);
-    for (const BodyId id : {0u, 1u}) EXPECT_LT(length(pair.ours->state(id).velocity_m_s - pair.odes->state(id).velocity_m_s), 0.15);
+    for (const BodyId id : {0u, 1u})
+        EXPECT_LT(length(pair.ours->state(id).linear_velocity_m_s - pair.odes->state(id).linear_velocity_m_s), 0.15);
 }
 
 // A pyramid of 14 balls with a fixed base stands in both.

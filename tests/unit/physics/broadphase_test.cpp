@@ -8,6 +8,7 @@
 #include <random>
 
 #include "physics/block_grid.h"
+#include "physics/comparison/hash_broadphase.h"
 
 namespace meld::physics {
 namespace {
@@ -39,7 +40,7 @@ std::vector<BodyPair> pairs_by_id(Broadphase& broadphase, Bodies bodies, double 
     std::vector<BodyPair> pairs;
     for (const auto& list : broadphase.pairs)
         for (const BodyPair pair : list) {
-            const auto [a, b] = std::minmax(bodies.nature[pair.first].id, bodies.nature[pair.second].id);
+            const auto [a, b] = std::minmax(bodies.properties[pair.first].id, bodies.properties[pair.second].id);
             pairs.push_back({a, b});
         }
     std::sort(pairs.begin(), pairs.end());
@@ -51,8 +52,8 @@ std::vector<BodyPair> all_pairs(const Bodies& bodies, double reach) {
     for (std::uint32_t i = 0; i < bodies.count(); ++i)
         for (std::uint32_t j = i + 1; j < bodies.count(); ++j) {
             const Place &p = bodies.place[i], &q = bodies.place[j];
-            if ((bodies.nature[i].flags | bodies.nature[j].flags) & kRemoved) continue;
-            if (bodies.nature[i].flags & bodies.nature[j].flags & kFixed) continue;
+            if ((bodies.properties[i].flags | bodies.properties[j].flags) & kRemoved) continue;
+            if (bodies.properties[i].flags & bodies.properties[j].flags & kFixed) continue;
             if (length(Vec3{p.x, p.y, p.z} - Vec3{q.x, q.y, q.z}) < p.radius + q.radius + reach) pairs.push_back({i, j});
         }
     return pairs;
@@ -88,7 +89,7 @@ TEST(BlockGrid, OrderDependsOnTheWorldAlone) {
     std::vector<std::uint32_t> order(bodies.count());
     for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
     std::shuffle(order.begin(), order.end(), std::mt19937(5));
-    for (const std::uint32_t i : order) shuffled.add(bodies.place[i], bodies.turn[i], bodies.motion[i], bodies.nature[i]);
+    for (const std::uint32_t i : order) shuffled.add(bodies.place[i], bodies.orientation[i], bodies.velocity[i], bodies.properties[i]);
 
     const auto ids_after = [](Bodies& some, int threads) {
         Workers workers(threads);
@@ -96,16 +97,16 @@ TEST(BlockGrid, OrderDependsOnTheWorldAlone) {
         Buffer<std::uint32_t> former;
         EXPECT_TRUE(grid.build(some, GridShape::fitting(0.3, 0.9, 0.1), 0.1, workers, former));
         std::vector<BodyId> ids;
-        for (const Nature& nature : some.nature) ids.push_back(nature.id);
+        for (const BodyProperties& properties : some.properties) ids.push_back(properties.id);
         return ids;
     };
     EXPECT_EQ(ids_after(bodies, 1), ids_after(shuffled, 4));
-    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) EXPECT_EQ(bodies.slot(bodies.nature[slot].id), slot);
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) EXPECT_EQ(bodies.slot(bodies.properties[slot].id), slot);
 }
 
 TEST(BlockGrid, DropsRemovedBodiesAndForgetsTheirIds) {
     Bodies bodies = random_bodies(1000, 10, 0.5, 0.5, 11);
-    for (std::size_t i = 0; i < 1000; i += 3) bodies.nature[i].flags |= kRemoved;
+    for (std::size_t i = 0; i < 1000; i += 3) bodies.properties[i].flags |= kRemoved;
     const std::vector<BodyPair> expected = all_pairs(bodies, 0.1);
     EXPECT_EQ(pairs_by_id(*make_block_broadphase(), bodies, 0.1, 2), expected);
     EXPECT_EQ(pairs_by_id(*make_hash_broadphase(), bodies, 0.1, 2), expected);
@@ -129,7 +130,7 @@ TEST(BlockGrid, NamesTheLowestBodyThatIsNowhere) {
         const auto built = grid.build(bodies, GridShape::fitting(0.5, 0.5, 0.1), 0.1, workers, former);
         ASSERT_FALSE(built);
         EXPECT_TRUE(built.error().problem.starts_with("body 40 is at")) << built.error().message();
-        EXPECT_EQ(bodies.nature[5].id, 5u);
+        EXPECT_EQ(bodies.properties[5].id, 5u);
     }
 }
 

@@ -68,7 +68,7 @@ TEST(Determinism, SameBitsInAnyOrderOfAdding) {
             const BodyId id = backwards ? 499 - i : i;
             need(scene->add_body({.id = id,
                                   .position_m = {1.01 * (id % 10), 1.01 * (id / 10 % 10), 0.6 + 1.02 * (id / 100)},
-                                  .velocity_m_s = {0.1 * (id % 7), 0, 0}}));
+                                  .linear_velocity_m_s = {0.1 * (id % 7), 0, 0}}));
         }
         Workers workers(2);
         run(*scene, 60, 2, workers);

@@ -24,7 +24,7 @@ TEST(Errors, BodiesThatCannotBeAreRefused) {
     refused({.id = 7, .radius_m = std::nan("")}, "body 7 has the radius nan m");
     refused({.id = 7, .inertia_factor = 0}, "body 7 has the inertia factor 0");
     refused({.id = 7, .position_m = {0, HUGE_VAL, 0}}, "body 7 is at (0, inf, 0)");
-    refused({.id = 7, .velocity_m_s = {std::nan(""), 0, 0}}, "the velocity of body 7 is not finite");
+    refused({.id = 7, .linear_velocity_m_s = {std::nan(""), 0, 0}}, "the velocity of body 7 is not finite");
     refused({.id = 7, .orientation = {0, 0, 0, 0}}, "the orientation of body 7 is no rotation");
     refused({.id = 7, .material = 3}, "body 7 is made of material 3, which does not exist");
     refused({.id = kMaxBodies}, "body 2147483648 has a number that is too large");
@@ -36,8 +36,8 @@ TEST(Errors, ActionsOnNobodyAreRefused) {
     auto scene = make_scene();
     need(scene->add_body({.id = 1}));
     EXPECT_EQ(scene->remove_body(5).error().problem, "there is no body 5");
-    EXPECT_EQ(scene->set_push(5, {}, {}).error().problem, "there is no body 5");
-    EXPECT_FALSE(scene->set_push(1, {std::nan(""), 0, 0}, {}));
+    EXPECT_EQ(scene->set_wrench(5, {}, {}).error().problem, "there is no body 5");
+    EXPECT_FALSE(scene->set_wrench(1, {std::nan(""), 0, 0}, {}));
     EXPECT_FALSE(scene->set_state(1, {.position_m = {0, 0, std::nan("")}}));
     EXPECT_FALSE(scene->set_feature_table(1, 1));
     EXPECT_EQ(scene->set_features(1, 1, 0).error().problem, "body 1 has 0 features, and another one is switched");
@@ -75,7 +75,7 @@ TEST_P(EnginesGoingWrong, OverlapNamesBothBodiesAndKeepsTheState) {
     auto scene = make_scene({.engine = GetParam()});
     need(scene->add_body({.id = 12, .position_m = {0, 0, 0}}));
     need(scene->add_body({.id = 3, .position_m = {0.3, 0, 0}}));
-    need(scene->add_body({.id = 5, .position_m = {9, 0, 0}, .velocity_m_s = {1, 0, 0}}));
+    need(scene->add_body({.id = 5, .position_m = {9, 0, 0}, .linear_velocity_m_s = {1, 0, 0}}));
     const Digest before = scene->digest();
     const auto report = scene->step(kTick, 2, workers_);
     if (GetParam() == EngineKind::Ode) {
@@ -101,7 +101,7 @@ TEST_P(EnginesGoingWrong, ExplodingVelocityNamesTheBodyAndKeepsTheState) {
     run(*scene, 5, 2, workers_);
     const Digest before = scene->digest();
     for (const double force : {1e7, 1e30}) {
-        need(scene->set_push(9, {force, 0, 0}, {}));
+        need(scene->set_wrench(9, {force, 0, 0}, {}));
         const auto report = scene->step(kTick, 2, workers_);
         ASSERT_FALSE(report) << force;
         EXPECT_TRUE(report.error().problem.starts_with("step 6: ")) << report.error().message();
@@ -110,7 +110,7 @@ TEST_P(EnginesGoingWrong, ExplodingVelocityNamesTheBodyAndKeepsTheState) {
         EXPECT_EQ(scene->digest(), before);
         EXPECT_EQ(scene->tick(), 5u);
     }
-    need(scene->set_push(9, {}, {}));
+    need(scene->set_wrench(9, {}, {}));
     run(*scene, 5, 2, workers_);
     EXPECT_EQ(scene->tick(), 10u);
 }
@@ -155,7 +155,7 @@ TEST(Errors, WhatWasSetOutlivesAStepThatDoesNotBegin) {
         run(*scene, 3, 2, workers);
         // Too far away for the blocks; the others know no limit there, but no step takes no time.
         const bool blocks = engine == EngineKind::Blocks;
-        need(scene->set_state(1, {.position_m = {blocks ? 1e9 : 7, 0, 0}, .velocity_m_s = {1, 0, 0}}));
+        need(scene->set_state(1, {.position_m = {blocks ? 1e9 : 7, 0, 0}, .linear_velocity_m_s = {1, 0, 0}}));
         const Digest set = scene->digest();
         for (int tries = 0; tries < 2; ++tries) {
             EXPECT_FALSE(scene->step(blocks ? kTick : 0, 2, workers));

@@ -17,7 +17,7 @@ class Mechanics : public testing::Test {
 
 TEST_F(Mechanics, FreeFallFollowsTheParabola) {
     auto scene = make_scene();
-    need(scene->add_body({.id = 3, .position_m = {0, 0, 100}, .velocity_m_s = {1, -2, 5}}));
+    need(scene->add_body({.id = 3, .position_m = {0, 0, 100}, .linear_velocity_m_s = {1, -2, 5}}));
     const int ticks = 240, substeps = 2;
     run(*scene, ticks, substeps, workers_);
     const double t = ticks * kTick, h = kTick / substeps;
@@ -32,28 +32,28 @@ TEST_F(Mechanics, FreeFallFollowsTheParabola) {
 TEST_F(Mechanics, DampingLosesItsShareASecond) {
     for (const EngineKind engine : {EngineKind::Blocks, EngineKind::Hash, EngineKind::Ode}) {
         auto scene = make_scene({.engine = engine, .gravity_m_s2 = {}, .linear_damping_per_s = 0.5, .angular_damping_per_s = 1});
-        need(scene->add_body({.id = 0, .velocity_m_s = {1, 0, 0}, .spin_rad_s = {0, 0, 2}}));
+        need(scene->add_body({.id = 0, .linear_velocity_m_s = {1, 0, 0}, .angular_velocity_rad_s = {0, 0, 2}}));
         run(*scene, 240, 1, workers_);
         EXPECT_NEAR(speed(*scene, 0), std::exp(-0.5), 1e-3);
-        EXPECT_NEAR(scene->state(0).spin_rad_s.z, 2 * std::exp(-1.0), 4e-3);
+        EXPECT_NEAR(scene->state(0).angular_velocity_rad_s.z, 2 * std::exp(-1.0), 4e-3);
     }
 }
 
 TEST_F(Mechanics, PushesAndTorquesAccelerate) {
     auto scene = make_scene({.gravity_m_s2 = {}});
     need(scene->add_body({.id = 0, .radius_m = 0.5, .mass_kg = 2}));
-    need(scene->set_push(0, {3, 0, 0}, {0, 0.1, 0}));
+    need(scene->set_wrench(0, {3, 0, 0}, {0, 0.1, 0}));
     run(*scene, 240, 1, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 1.5, 1e-4);
-    EXPECT_NEAR(scene->state(0).spin_rad_s.y, 0.1 / (0.4 * 2 * 0.25), 1e-4);
-    need(scene->set_push(0, {}, {}));
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 1.5, 1e-4);
+    EXPECT_NEAR(scene->state(0).angular_velocity_rad_s.y, 0.1 / (0.4 * 2 * 0.25), 1e-4);
+    need(scene->set_wrench(0, {}, {}));
     run(*scene, 60, 1, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 1.5, 1e-4);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 1.5, 1e-4);
 }
 
 TEST_F(Mechanics, SpinTurnsTheBody) {
     auto scene = make_scene({.gravity_m_s2 = {}});
-    need(scene->add_body({.id = 0, .spin_rad_s = {0, 0, std::numbers::pi / 2}}));
+    need(scene->add_body({.id = 0, .angular_velocity_rad_s = {0, 0, std::numbers::pi / 2}}));
     run(*scene, 240, 1, workers_);
     const Vec3 x = rotate(scene->state(0).orientation, {1, 0, 0});
     EXPECT_NEAR(x.x, 0, 1e-3);
@@ -63,14 +63,14 @@ TEST_F(Mechanics, SpinTurnsTheBody) {
 // A ball thrown flat slides with the friction's deceleration until it rolls, at 5/7 of its speed.
 TEST_F(Mechanics, SlidingBecomesRollingAtFiveSevenths) {
     auto scene = scene_on_plane();
-    need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {7, 0, 0}}));
+    need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {7, 0, 0}}));
     run(*scene, 24, 2, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 7 - 0.5 * kGravity * 0.1, 0.02);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 7 - 0.5 * kGravity * 0.1, 0.02);
     run(*scene, 240, 2, workers_);
     const BodyState state = scene->state(0);
-    EXPECT_NEAR(state.velocity_m_s.x, 5, 0.01);
-    EXPECT_NEAR(state.spin_rad_s.y * 0.5, state.velocity_m_s.x, 1e-3);
-    EXPECT_NEAR(state.velocity_m_s.y, 0, 1e-6);
+    EXPECT_NEAR(state.linear_velocity_m_s.x, 5, 0.01);
+    EXPECT_NEAR(state.angular_velocity_rad_s.y * 0.5, state.linear_velocity_m_s.x, 1e-3);
+    EXPECT_NEAR(state.linear_velocity_m_s.y, 0, 1e-6);
 }
 
 // On a slope: rolling without slipping gains 5/7 of the slope's pull, and with little friction it slides.
@@ -83,7 +83,7 @@ TEST_F(Mechanics, RollingAndSlidingDownASlope) {
         need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .material = material}));
         run(*scene, 240, 2, workers_);
         const double rolling = 5.0 / 7 * kGravity * std::sin(angle), sliding = kGravity * (std::sin(angle) - friction * std::cos(angle));
-        EXPECT_NEAR(scene->state(0).velocity_m_s.x, friction > 0.1 ? rolling : sliding, 0.01) << friction;
+        EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, friction > 0.1 ? rolling : sliding, 0.01) << friction;
     }
 }
 
@@ -93,7 +93,7 @@ TEST_F(Mechanics, HollowBallsRollMoreSlowly) {
     need(scene->add_obstacle(Plane{}, 0));
     need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .inertia_factor = 2.0 / 3}));
     run(*scene, 240, 2, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 3.0 / 5 * kGravity * std::sin(angle), 0.01);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 3.0 / 5 * kGravity * std::sin(angle), 0.01);
 }
 
 // In both modes, with any number of substeps: it is pressed with its weight, and slows by friction alone, mu g.
@@ -103,10 +103,10 @@ TEST_F(Mechanics, WeightAndFrictionDoNotDependOnSubsteps) {
             SolverSettings solver = SolverSettings::pgs20();
             if (mode == SolverMode::Soft) solver = {};
             auto scene = scene_on_plane({.solver = solver, .sleep_ticks = 0});
-            need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .velocity_m_s = {4, 0, 0}, .inertia_factor = 1}));
+            need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {4, 0, 0}, .inertia_factor = 1}));
             run(*scene, 60, substeps, workers_);
             // mu = 0.5; slipping ends when v = 4 / (1 + inertia factor), after the quarter of a second.
-            EXPECT_NEAR(scene->state(0).velocity_m_s.x, 4 - 0.5 * kGravity * 0.25, 0.03) << substeps;
+            EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 4 - 0.5 * kGravity * 0.25, 0.03) << substeps;
             run(*scene, 120, substeps, workers_);
             ASSERT_EQ(scene->contacts().size(), 1u);
             EXPECT_NEAR(scene->contacts()[0].normal_force_n, kGravity, 0.02 * kGravity) << substeps;
@@ -135,11 +135,11 @@ TEST_F(Mechanics, BallsBounceBackWithTheirRestitution) {
 TEST_F(Mechanics, EqualBallsExchangeVelocities) {
     auto scene = make_scene({.gravity_m_s2 = {}});
     const auto material = need(scene->add_material({.friction = 0.0f, .restitution = 1.0f}));
-    need(scene->add_body({.id = 0, .position_m = {-2, 0, 0}, .velocity_m_s = {3, 0, 0}, .material = material}));
+    need(scene->add_body({.id = 0, .position_m = {-2, 0, 0}, .linear_velocity_m_s = {3, 0, 0}, .material = material}));
     need(scene->add_body({.id = 1, .position_m = {0, 0, 0}, .material = material}));
     run(*scene, 240, 1, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0, 1e-4);
-    EXPECT_NEAR(scene->state(1).velocity_m_s.x, 3, 1e-4);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 0, 1e-4);
+    EXPECT_NEAR(scene->state(1).linear_velocity_m_s.x, 3, 1e-4);
 }
 
 // Soft contacts are the default, which these have not.
@@ -147,11 +147,11 @@ TEST_F(Mechanics, OtherEnginesExchangeVelocitiesUnlessToldOtherwise) {
     for (const EngineKind engine : {EngineKind::Hash, EngineKind::Ode}) {
         auto scene = make_scene({.engine = engine, .gravity_m_s2 = {}});
         const std::uint8_t elastic = need(scene->add_material({.restitution = 1}));
-        need(scene->add_body({.id = 0, .velocity_m_s = {1, 0, 0}, .material = elastic}));
+        need(scene->add_body({.id = 0, .linear_velocity_m_s = {1, 0, 0}, .material = elastic}));
         need(scene->add_body({.id = 1, .position_m = {1.5, 0, 0}, .material = elastic}));
         run(*scene, 240, 2, workers_);
-        EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0, 1e-3);
-        EXPECT_NEAR(scene->state(1).velocity_m_s.x, 1, 1e-3);
+        EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 0, 1e-3);
+        EXPECT_NEAR(scene->state(1).linear_velocity_m_s.x, 1, 1e-3);
     }
 }
 
@@ -159,11 +159,11 @@ TEST_F(Mechanics, HeavyBallsPushLightOnes) {
     auto scene = make_scene({.gravity_m_s2 = {}});
     const auto material = need(scene->add_material({.friction = 0.0f, .restitution = 1.0f}));
     need(scene->add_body(
-        {.id = 0, .position_m = {-2, 0, 0}, .velocity_m_s = {1, 0, 0}, .radius_m = 0.5, .mass_kg = 3, .material = material}));
+        {.id = 0, .position_m = {-2, 0, 0}, .linear_velocity_m_s = {1, 0, 0}, .radius_m = 0.5, .mass_kg = 3, .material = material}));
     need(scene->add_body({.id = 1, .position_m = {0, 0, 0}, .radius_m = 0.2, .mass_kg = 1, .material = material}));
     run(*scene, 480, 1, workers_);
-    EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0.5, 1e-4);
-    EXPECT_NEAR(scene->state(1).velocity_m_s.x, 1.5, 1e-4);
+    EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 0.5, 1e-4);
+    EXPECT_NEAR(scene->state(1).linear_velocity_m_s.x, 1.5, 1e-4);
 }
 
 // A touching cube of balls stands: the pile sags by a fraction of a percent and comes to rest.

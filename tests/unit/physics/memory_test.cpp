@@ -3,7 +3,7 @@
 #include <fstream>
 #include <string>
 
-#include "physics/carried_contacts.h"
+#include "physics/warm_start_cache.h"
 #include "tests/unit/physics/scenes.h"
 
 // Sanitizers keep what is freed until they are asked to give it back; without one there is nobody to ask.
@@ -52,7 +52,7 @@ TEST(Memory, DoesNotGrowWithListsMadeAnew) {
 TEST(Memory, FormerContactsGoWhenTheBlocksAroundAreDone) {
     constexpr std::uint32_t kSide = 60, kJob = 4;
     Bodies bodies;
-    std::vector<Chunks<CarriedContact>> lists(3);
+    std::vector<Chunks<CachedContact>> lists(3);
     for (std::uint32_t id = 0; id < kSide * kSide * kSide; ++id) {
         const std::uint32_t x = id % kSide, y = id / kSide % kSide, z = id / kSide / kSide;
         bodies.add({double(x), double(y), double(z), 0.5}, {1, 0, 0, 0}, {},
@@ -66,7 +66,7 @@ TEST(Memory, FormerContactsGoWhenTheBlocksAroundAreDone) {
     BlockGrid grid;
     Buffer<std::uint32_t> order;
     need(grid.build(bodies, GridShape::fitting(0.5, 0.5, 0.1), 0.1, workers, order));
-    FormerContacts former(lists, grid, bodies, kJob, workers);
+    WarmStartCache former(lists, grid, bodies, kJob, workers);
     EXPECT_TRUE(lists.empty());
 
     const std::size_t blocks = grid.blocks().size(), jobs = (blocks + kJob - 1) / kJob;
@@ -77,8 +77,8 @@ TEST(Memory, FormerContactsGoWhenTheBlocksAroundAreDone) {
             const Block& asked = grid.blocks()[around];
             for (std::uint32_t slot = asked.first; slot < asked.first + asked.count; ++slot)
                 for (const std::uint32_t n : {0u, 1u}) {
-                    const std::uint32_t id = bodies.nature[slot].id;
-                    const CarriedContact* found = former.find(slot, id + 7 + n);
+                    const std::uint32_t id = bodies.properties[slot].id;
+                    const CachedContact* found = former.find(slot, id + 7 + n);
                     wrong +=
                         !found || found->id() != id || found->touching() != (n == 1) || found->normal_impulse != static_cast<float>(id + n);
                 }
@@ -93,7 +93,7 @@ TEST(Memory, FormerContactsGoWhenTheBlocksAroundAreDone) {
             former.done(job);
         }
     EXPECT_EQ(wrong, 0u);
-    EXPECT_GT(before - resident_bytes(), 0.7 * 2 * kSide * kSide * kSide * sizeof(CarriedContact));
+    EXPECT_GT(before - resident_bytes(), 0.7 * 2 * kSide * kSide * kSide * sizeof(CachedContact));
 }
 
 }  // namespace

@@ -101,14 +101,14 @@ TEST(Obstacles, FastBallsDoNotPassThinWalls) {
                     else
                         need(scene->add_obstacle(Box{.size_m = {60, 60, 0.1}, .orientation = turned}, material));
                     need(scene->add_body(
-                        {.id = 0, .position_m = {0, 0, start}, .velocity_m_s = {0.4 * speed, 0, -speed}, .material = material}));
+                        {.id = 0, .position_m = {0, 0, start}, .linear_velocity_m_s = {0.4 * speed, 0, -speed}, .material = material}));
                     double nearest = start;
                     for (int tick = 0; tick < static_cast<int>(2 * start / speed / kTick) + 3; ++tick) {
                         need(scene->step(kTick, 2, workers));
                         nearest = std::min(nearest, scene->state(0).position_m.z);
                     }
                     EXPECT_GT(nearest, 0.54) << speed << " from " << start;
-                    const Vec3 after = scene->state(0).velocity_m_s;
+                    const Vec3 after = scene->state(0).linear_velocity_m_s;
                     EXPECT_NEAR(after.x, 0.4 * speed, 1e-3 * speed);
                     EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed)
                         << speed << " from " << start << (plane ? " onto a plane" : " onto a box");
@@ -122,10 +122,10 @@ TEST(Obstacles, FastBallsPassBesideThem) {
             auto scene = make_scene({.gravity_m_s2 = {}});
             need(scene->add_obstacle(Box{.size_m = {2, 2, 2}}, 0));
             // Its way leads past the edge, which the nearest point of the box is on, with 5 cm to spare.
-            need(scene->add_body({.id = 0, .position_m = {1.55, start, start}, .velocity_m_s = {0, -speed, -speed}}));
+            need(scene->add_body({.id = 0, .position_m = {1.55, start, start}, .linear_velocity_m_s = {0, -speed, -speed}}));
             for (int tick = 0; tick < 8; ++tick) need(scene->step(kTick, 2, workers));
-            EXPECT_NEAR(scene->state(0).velocity_m_s.z, -speed, 1e-6 * speed);
-            EXPECT_NEAR(scene->state(0).velocity_m_s.x, 0, 1e-6 * speed);
+            EXPECT_NEAR(scene->state(0).linear_velocity_m_s.z, -speed, 1e-6 * speed);
+            EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, 0, 1e-6 * speed);
         }
 }
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <random>
 
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 
 namespace meld::physics {
 
@@ -53,8 +53,8 @@ inline void add_cloud(Scene& scene, int side, double spacing, unsigned seed, dou
                 need(scene.add_body(
                     {.id = id++,
                      .position_m = {spacing * x + jitter(random), spacing * y + jitter(random), height + spacing * z + jitter(random)},
-                     .velocity_m_s = {speed(random), speed(random), speed(random)},
-                     .spin_rad_s = {speed(random), speed(random), speed(random)},
+                     .linear_velocity_m_s = {speed(random), speed(random), speed(random)},
+                     .angular_velocity_rad_s = {speed(random), speed(random), speed(random)},
                      .radius_m = r,
                      .mass_kg = 8 * r * r * r}));
             }
@@ -68,6 +68,6 @@ inline void run(Scene& scene, int ticks, int substeps, Workers& workers) {
     }
 }
 
-inline double speed(const Scene& scene, BodyId body) { return length(scene.state(body).velocity_m_s); }
+inline double speed(const Scene& scene, BodyId body) { return length(scene.state(body).linear_velocity_m_s); }
 
 }  // namespace meld::physics

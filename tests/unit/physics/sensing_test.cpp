@@ -19,7 +19,7 @@ TEST_P(Sensing, TouchBeginsAndEndsOnce) {
     some.gravity_m_s2 = {};
     auto scene = make_scene(some);
     const auto material = need(scene->add_material({.friction = 0.0f, .restitution = 1.0f}));
-    need(scene->add_body({.id = 9, .position_m = {-1.5, 0, 0}, .velocity_m_s = {2, 0, 0}, .material = material}));
+    need(scene->add_body({.id = 9, .position_m = {-1.5, 0, 0}, .linear_velocity_m_s = {2, 0, 0}, .material = material}));
     need(scene->add_body({.id = 4, .position_m = {0, 0, 0}, .material = material}));
     std::vector<TouchEvent> events;
     for (int tick = 0; tick < 240; ++tick) {
@@ -136,8 +136,8 @@ TEST_F(Sleep, WakesWhenHitPushedOrUndermined) {
         add_cube(*scene, 3);
         run(*scene, 200, 2, workers_);
         ASSERT_TRUE(scene->asleep(26));
-        if (what == 0) need(scene->add_body({.id = 100, .position_m = {0.5, 0.5, 5}, .velocity_m_s = {0, 0, -5}}));
-        if (what == 1) need(scene->set_push(26, {100, 0, 0}, {}));
+        if (what == 0) need(scene->add_body({.id = 100, .position_m = {0.5, 0.5, 5}, .linear_velocity_m_s = {0, 0, -5}}));
+        if (what == 1) need(scene->set_wrench(26, {100, 0, 0}, {}));
         if (what == 2) need(scene->remove_body(8));
         run(*scene, 120, 2, workers_);
         const BodyId moved = what == 0 ? 18 : 26;

@@ -7,7 +7,7 @@
 namespace meld::world {
 namespace {
 
-const std::string kFree = "[[body]]\nshape = \"box(2, 2, 2)\"\n[motion]\nkind = \"ode\"\n";
+const std::string kFree = "[[body]]\nshape = \"box(2, 2, 2)\"\n[motion]\nkind = \"bodies\"\n";
 
 World world_of(const std::string& text) {
     Result<World> world = parse_world(text, "w.toml");
@@ -20,6 +20,12 @@ std::string error_of(const std::string& text) {
     return world ? "fine" : world.error().message();
 }
 
+TEST(PhysicsSection, TheFormerNameOfBodiesIsAccepted) {
+    const World world = world_of("[[body]]\npositions = [[0, 0, 1]]\n[motion]\nkind = \"ode\"\nmass = 3\n");
+    EXPECT_EQ(world.motion.kind, "bodies");
+    EXPECT_EQ(world.physics.mass, 3);
+}
+
 TEST(PhysicsSection, ReadsEachKey) {
     const World world = world_of(R"toml(
 radius = 0.25
@@ -28,7 +34,7 @@ shape = "box(2, 2, 2)"
 [[body]]
 positions = [[10, 0, 0.5], [11.5, -2, 0.5]]
 [motion]
-kind = "ode"
+kind = "bodies"
 engine = "hash"
 solver = "pgs20"
 step = "2ms"
@@ -164,9 +170,10 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         EXPECT_TRUE(found.starts_with(message)) << line << "\n" << found;
     }
     EXPECT_EQ(error_of("held = 1\n" + kFree), "w.toml:1:8: catoms hold units only where they stand on a lattice. take held out");
-    EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0, 0]]\n"),
-              "w.toml:1:1: a [[body]] has positions, and catoms stand on cells here. give it cells, or the world [motion] kind = \"ode\"");
-    EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0]]\n[motion]\nkind = \"ode\"\n"),
+    EXPECT_EQ(
+        error_of("[[body]]\npositions = [[0, 0, 0]]\n"),
+        "w.toml:1:1: a [[body]] has positions, and catoms stand on cells here. give it cells, or the world [motion] kind = \"bodies\"");
+    EXPECT_EQ(error_of("[[body]]\npositions = [[0, 0]]\n[motion]\nkind = \"bodies\"\n"),
               "w.toml:2:14: an item of [[body]] positions is not a point [x, y, z] of three finite numbers");
 }
 

@@ -1,4 +1,4 @@
-// The memory of contacts while their batches are laid out anew: what is carried from the old batches, and how the new ones find it.
+// The warm-start cache: each contact's impulses while batches are laid out again, taken from the old batches and found by the new.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,12 @@
 #include "physics/block_grid.h"
 #include "physics/bodies.h"
 #include "physics/chunks.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
-// One contact's memory, as seen from the body with the lower id.
-struct CarriedContact {
+// One contact's impulses, as seen from the body with the lower id.
+struct CachedContact {
     // That body, times two, and one more if the two touch: numbers of bodies have 31 bits.
     std::uint32_t id_and_touch;
     // A body, or the code of an obstacle's contact.
@@ -27,23 +28,24 @@ struct CarriedContact {
 };
 static_assert(kMaxBodies == 0x80000000u);
 
-// Carried contacts in the order of the bodies' present slots. Blocks that are laid out ask for their contacts and those of the
-// blocks around, and say when they are done; then memory that nobody will ask for is given back, so that the old contacts
-// go while the new ones come.
-class FormerContacts {
+// Cached contacts in the order of the bodies' present slots. Blocks that are laid out ask for their contacts and those of the
+// blocks around, and call `done` afterwards; then memory that no block will read again is freed, so that the old
+// contacts go while the new ones are made.
+class WarmStartCache {
   public:
-    // Takes the contacts out of the lists; those whose body is not here end. The grid outlives this.
-    FormerContacts(std::vector<Chunks<CarriedContact>>& lists, const BlockGrid& grid, const Bodies& bodies, std::size_t blocks_per_job,
+    // Takes the contacts out of the lists and drops those whose body is not in this subdomain. The grid outlives this.
+    WarmStartCache(std::vector<Chunks<CachedContact>>& lists, const BlockGrid& grid, const Bodies& bodies, std::size_t blocks_per_job,
                    Workers& workers);
 
     // The contact of the body in this slot with a partner, or null; `slot` is that of the body with the lower id. Any worker may ask.
-    const CarriedContact* find(std::uint32_t slot, std::uint32_t partner) const {
+    const CachedContact* find(std::uint32_t slot, std::uint32_t partner) const {
         if (contacts_.empty()) return nullptr;
+        MELD_EXPECT(slot < end_.size(), "slot {} of {}", slot, end_.size());
         for (std::uint32_t i = slot == 0 ? 0 : end_[slot - 1]; i < end_[slot]; ++i)
             if (contacts_[i].partner == partner) return &contacts_[i];
         return nullptr;
     }
-    // The blocks of this job, blocks_per_job from job * blocks_per_job on, ask no more. Any worker may say so.
+    // The blocks of this job, blocks_per_job from job * blocks_per_job on, are laid out and will not ask again. Any worker may call it.
     void done(std::size_t job);
 
   private:
@@ -51,11 +53,11 @@ class FormerContacts {
     std::size_t blocks_per_job_;
     // Behind the last contact of each slot.
     Buffer<std::uint32_t> end_;
-    Buffer<CarriedContact> contacts_;
+    Buffer<CachedContact> contacts_;
 
     std::mutex mutex_;
     std::vector<bool> done_;
-    // All jobs before this one are done; nobody asks for contacts of blocks before this one; so many bytes are gone.
+    // All jobs before this one are done; contacts of blocks before this one are not needed; bytes freed so far.
     std::size_t next_job_ = 0, next_block_ = 0, gone_bytes_ = 0;
 };
 

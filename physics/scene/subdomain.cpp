@@ -1,5 +1,5 @@
-// Packing and unpacking what parts of a divided world tell each other.
-#include "physics/part.h"
+// Packing and unpacking the messages between subdomains.
+#include "physics/scene/subdomain.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ namespace meld::physics {
 namespace {
 
 template <class T>
-void put(Part::Bytes& bytes, const T& value) {
+void put(Subdomain::Bytes& bytes, const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
     const auto* begin = reinterpret_cast<const std::byte*>(&value);
     bytes.insert(bytes.end(), begin, begin + sizeof value);
@@ -26,7 +26,7 @@ void put(Part::Bytes& bytes, const T& value) {
 // Reads values one after another; `more` says whether there are any.
 class Reader {
   public:
-    explicit Reader(const Part::Bytes& bytes) : bytes_(bytes) {}
+    explicit Reader(const Subdomain::Bytes& bytes) : bytes_(bytes) {}
     bool more() const { return at_ < bytes_.size(); }
     bool holds(std::size_t size) const { return bytes_.size() - at_ >= size; }
     template <class T>
@@ -39,7 +39,7 @@ class Reader {
     }
 
   private:
-    const Part::Bytes& bytes_;
+    const Subdomain::Bytes& bytes_;
     std::size_t at_ = 0;
 };
 
@@ -49,22 +49,22 @@ constexpr std::uint32_t kMovingWeight = 4, kRestingWeight = 1;
 // All of a body that travels with it.
 struct PackedBody {
     Place place;
-    Turn turn;
-    Motion motion;
-    Nature nature;
-    Push push;
+    Orientation orientation;
+    BodyVelocity velocity;
+    BodyProperties properties;
+    Wrench wrench;
     Bodies::FeatureState features;
     double energy_j;
 };
 
 struct PackedVelocity {
     BodyId id;
-    float velocity[3], rim[3];
+    float linear[3], surface[3];
 };
 
-struct PackedPull {
+struct PackedFeatureWrench {
     BodyId id;
-    Push pull;
+    Wrench pull;
     float charge_j;
 };
 
@@ -84,15 +84,15 @@ BlockCoordinates block_of(const Place& place, double block_m) {
 
 }  // namespace
 
-Part::Part(Scene& scene, OwnerOf owner, int self)
+Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self)
     : scene_(scene), world_(scene.world()), engine_(static_cast<BlockEngine&>(scene.engine())), owner_(std::move(owner)), self_(self) {
     MELD_CHECK(scene.world().settings.engine == EngineKind::Blocks, "only the engine 'blocks' is divided");
     engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
 }
 
-bool Part::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
+bool Subdomain::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
 
-std::vector<int> Part::holders(BlockCoordinates c) const {
+std::vector<int> Subdomain::holders(BlockCoordinates c) const {
     std::vector<int> parts;
     for (int i = 0; i < 27; ++i)
         if (const int owner = owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}); owner != self_) parts.push_back(owner);
@@ -101,16 +101,16 @@ std::vector<int> Part::holders(BlockCoordinates c) const {
     return parts;
 }
 
-Part::Standing Part::standing(BlockCoordinates c) const {
+Subdomain::Standing Subdomain::standing(BlockCoordinates c) const {
     const int owner = owner_(c);
     bool near_us = owner == self_;
     for (int i = 0; !near_us && i < 27; ++i) near_us = owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}) == self_;
     return {c, owner, near_us, holders(c)};
 }
 
-double Part::block_m() const { return engine_.next_shape().block_m(); }
+double Subdomain::block_m() const { return engine_.next_shape().block_m(); }
 
-std::size_t Part::block_with(BodyId body) const {
+std::size_t Subdomain::block_with(BodyId body) const {
     const std::uint32_t slot = world_.bodies.slot(body);
     const auto blocks = engine_.grid_.blocks();
     const auto after =
@@ -119,27 +119,27 @@ std::size_t Part::block_with(BodyId body) const {
     return static_cast<std::size_t>(after - blocks.begin()) - 1;
 }
 
-int Part::owner_of(BodyId body) const { return owner_(physics::unpack(engine_.grid_.blocks()[block_with(body)].key)); }
+int Subdomain::owner_of(BodyId body) const { return owner_(physics::unpack(engine_.grid_.blocks()[block_with(body)].key)); }
 
-std::vector<std::pair<BlockCoordinates, std::uint32_t>> Part::weights() const {
+std::vector<std::pair<BlockCoordinates, std::uint32_t>> Subdomain::weights() const {
     const Bodies& bodies = world_.bodies;
     const double block_m = engine_.next_shape().block_m();
     std::vector<std::pair<BlockCoordinates, std::uint32_t>> found;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kGhost | kRemoved)) continue;
+        if (bodies.properties[slot].flags & (kGhost | kRemoved)) continue;
         const BlockCoordinates block = block_of(bodies.place[slot], block_m);
         if (found.empty() || !(found.back().first == block)) found.emplace_back(block, 0);
-        found.back().second += bodies.motion[slot].inverse_mass == 0 ? kRestingWeight : kMovingWeight;
+        found.back().second += bodies.velocity[slot].inverse_mass == 0 ? kRestingWeight : kMovingWeight;
     }
     return found;
 }
 
-Part::Messages Part::pack_bodies(Workers& workers) {
+Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     Bodies& bodies = world_.bodies;
     engine_.count_still_ticks();
     engine_.note_stillness();
-    engine_.take_contacts_out(workers);
-    engine_.carried_ = engine_.rebuild_ = true;
+    engine_.cache_contacts(workers);
+    engine_.cached_ = engine_.rebuild_ = true;
 
     // Where our bodies are now, in blocks as the coming rebuild will cut space.
     const double block_m = engine_.next_shape().block_m();
@@ -148,12 +148,12 @@ Part::Messages Part::pack_bodies(Workers& workers) {
     std::optional<Standing> at;
     departed_.clear();
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        Nature& nature = bodies.nature[slot];
-        if (nature.flags & (kGhost | kRemoved)) continue;
+        BodyProperties& properties = bodies.properties[slot];
+        if (properties.flags & (kGhost | kRemoved)) continue;
         // Bodies of a block follow each other.
         if (const BlockCoordinates block = block_of(bodies.place[slot], block_m); !at || !(at->block == block)) at = standing(block);
         for (const int part : at->holders) leaving[part].push_back(slot);
-        if (at->owner != self_) departed_.emplace_back(nature.id, at->owner);
+        if (at->owner != self_) departed_.emplace_back(properties.id, at->owner);
         if (at->near_us) kept.push_back(slot);
     }
     Messages messages;
@@ -162,64 +162,65 @@ Part::Messages Part::pack_bodies(Workers& workers) {
         Bytes& bytes = messages[part];
         put(bytes, static_cast<std::uint64_t>(slots.size()));
         for (const std::uint32_t slot : slots) {
-            const BodyId id = bodies.nature[slot].id;
+            const BodyId id = bodies.properties[slot].id;
             if (ids.size() <= id) ids.resize(id + 1u);
             ids[id] = true;
-            put(bytes, PackedBody{bodies.place[slot], bodies.turn[slot], bodies.motion[slot], bodies.nature[slot],
-                                  bodies.pushes.empty() ? Push{} : bodies.pushes[slot],
+            put(bytes, PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
+                                  bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
                                   bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
                                   bodies.energy.empty() ? 0 : bodies.energy[slot]});
         }
-        for (const CarriedContact& contact : engine_.contacts_.carried_of(ids)) put(bytes, contact);
+        for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) put(bytes, contact);
     }
     std::sort(departed_.begin(), departed_.end());
-    for (const auto& [id, owner] : departed_) bodies.nature[bodies.slot(id)].flags |= kGhost;
+    for (const auto& [id, owner] : departed_) bodies.properties[bodies.slot(id)].flags |= kGhost;
     bodies.permute(kept, workers);
     engine_.forget_blocks();
     return messages;
 }
 
-Result<void> Part::unpack_bodies(const Bytes& bytes) {
+Result<void> Subdomain::unpack_bodies(const Bytes& bytes) {
     Bodies& bodies = world_.bodies;
     Reader reader(bytes);
     const double block_m = engine_.next_shape().block_m();
     for (auto left = reader.take<std::uint64_t>(); left > 0; --left) {
         PackedBody body = reader.take<PackedBody>();
-        if (bodies.has(body.nature.id))
-            return fail(fmt::format("body {} came from another part and is here already", body.nature.id), "Give each body to one part");
+        if (bodies.has(body.properties.id))
+            return fail(fmt::format("body {} came from another part and is here already", body.properties.id),
+                        "Give each body to one part");
         const bool ours = owner_(block_of(body.place, block_m)) == self_;
-        body.nature.flags = static_cast<std::uint8_t>((body.nature.flags & kFixed) | (ours ? 0 : kGhost));
-        bodies.add(body.place, body.turn, body.motion, body.nature);
+        body.properties.flags = static_cast<std::uint8_t>((body.properties.flags & kFixed) | (ours ? 0 : kGhost));
+        bodies.add(body.place, body.orientation, body.velocity, body.properties);
         if (world_.has_features()) bodies.need_features();
-        const std::uint32_t slot = bodies.slot(body.nature.id);
-        const Push& push = body.push;
-        if (std::any_of(push.force, push.force + 3, [](float f) { return f != 0; }) ||
-            std::any_of(push.torque, push.torque + 3, [](float f) { return f != 0; }))
-            bodies.need_pushes();
-        if (!bodies.pushes.empty()) bodies.pushes[slot] = push;
+        const std::uint32_t slot = bodies.slot(body.properties.id);
+        const Wrench& wrench = body.wrench;
+        if (std::any_of(wrench.force, wrench.force + 3, [](float f) { return f != 0; }) ||
+            std::any_of(wrench.torque, wrench.torque + 3, [](float f) { return f != 0; }))
+            bodies.need_wrenches();
+        if (!bodies.wrenches.empty()) bodies.wrenches[slot] = wrench;
         if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
         bodies.restore_masses(slot);
     }
-    std::vector<CarriedContact> contacts;
-    while (reader.more()) contacts.push_back(reader.take<CarriedContact>());
-    engine_.contacts_.add_carried(std::move(contacts));
+    std::vector<CachedContact> contacts;
+    while (reader.more()) contacts.push_back(reader.take<CachedContact>());
+    engine_.contacts_.add_cached(std::move(contacts));
     return {};
 }
 
-void Part::unpacked() { engine_.rebuild_ = true; }
+void Subdomain::unpacked() { engine_.rebuild_ = true; }
 
-std::vector<Stage> Part::stages(double dt_s, int substeps) {
+std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
     times_ = {dt_s, substeps};
     return engine_.plan(times_);
 }
 
-Result<void> Part::run(const Stage& stage, Workers& workers) {
+Result<void> Subdomain::run(const Stage& stage, Workers& workers) {
     if (auto done = engine_.run(stage, times_, workers); !done) return done;
     if (stage.kind == Stage::Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
     return {};
 }
 
-void Part::plan_exchange() {
+void Subdomain::plan_exchange() {
     for (auto& lists : touched_) lists.clear();
     border_.clear();
     const auto blocks = engine_.grid_.blocks();
@@ -249,7 +250,8 @@ void Part::plan_exchange() {
         }
 }
 
-Part::Messages Part::pack(const Stage& stage) const {
+Subdomain::Messages Subdomain::pack(const Stage& stage) const {
+    MELD_EXPECT(stage.must_exchange(), "nothing is exchanged after stage {}", static_cast<int>(stage.kind));
     Messages messages;
     const Bodies& bodies = world_.bodies;
     if (stage.kind == Stage::Kind::Prepare) {
@@ -260,23 +262,23 @@ Part::Messages Part::pack(const Stage& stage) const {
     for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)]) {
         Bytes& bytes = messages[part];
         const bool pulls = stage.kind == Stage::Kind::Actuate;
-        bytes.reserve(slots.size() * (pulls ? sizeof(PackedPull) : sizeof(PackedVelocity)));
+        bytes.reserve(slots.size() * (pulls ? sizeof(PackedFeatureWrench) : sizeof(PackedVelocity)));
         for (const std::uint32_t slot : slots) {
-            const BodyId id = bodies.nature[slot].id;
+            const BodyId id = bodies.properties[slot].id;
             if (pulls) {
-                put(bytes, PackedPull{id, engine_.pulls_[slot], bodies.features[slot].charge_j});
+                put(bytes, PackedFeatureWrench{id, engine_.feature_wrenches_[slot], bodies.features[slot].charge_j});
                 continue;
             }
-            const Motion& motion = bodies.motion[slot];
-            put(bytes,
-                PackedVelocity{
-                    id, {motion.velocity[0], motion.velocity[1], motion.velocity[2]}, {motion.rim[0], motion.rim[1], motion.rim[2]}});
+            const BodyVelocity& velocity = bodies.velocity[slot];
+            put(bytes, PackedVelocity{id,
+                                      {velocity.linear[0], velocity.linear[1], velocity.linear[2]},
+                                      {velocity.surface[0], velocity.surface[1], velocity.surface[2]}});
         }
     }
     return messages;
 }
 
-void Part::unpack(const Stage& stage, const Bytes& bytes) {
+void Subdomain::unpack(const Stage& stage, const Bytes& bytes) {
     Bodies& bodies = world_.bodies;
     Reader reader(bytes);
     while (reader.more()) {
@@ -284,21 +286,21 @@ void Part::unpack(const Stage& stage, const Bytes& bytes) {
             const auto rest = reader.take<PackedRest>();
             if (const std::uint32_t block = engine_.grid_.find(rest.key); block != kNoBlock) engine_.states_[block].rests = rest.rests != 0;
         } else if (stage.kind == Stage::Kind::Actuate) {
-            const auto pull = reader.take<PackedPull>();
+            const auto pull = reader.take<PackedFeatureWrench>();
             if (!bodies.has(pull.id)) continue;
-            engine_.pulls_[bodies.slot(pull.id)] = pull.pull;
+            engine_.feature_wrenches_[bodies.slot(pull.id)] = pull.pull;
             bodies.features[bodies.slot(pull.id)].charge_j = pull.charge_j;
         } else {
             const auto moving = reader.take<PackedVelocity>();
             if (!bodies.has(moving.id)) continue;
-            Motion& motion = bodies.motion[bodies.slot(moving.id)];
-            std::copy_n(moving.velocity, 3, motion.velocity);
-            std::copy_n(moving.rim, 3, motion.rim);
+            BodyVelocity& velocity = bodies.velocity[bodies.slot(moving.id)];
+            std::copy_n(moving.linear, 3, velocity.linear);
+            std::copy_n(moving.surface, 3, velocity.surface);
         }
     }
 }
 
-StepReport Part::finish() {
+StepReport Subdomain::finish() {
     world_.last_step_s = times_.dt_s;
     scene_.forget_contacts();
     StepReport report = engine_.report();
@@ -307,19 +309,19 @@ StepReport Part::finish() {
     return report;
 }
 
-Part::Messages Part::pack_sums(std::span<const ExactSum> of_slot) const {
+Subdomain::Messages Subdomain::pack_sums(std::span<const ExactSum> of_slot) const {
     Messages messages;
     for (std::size_t b = 0; b < engine_.grid_.blocks().size(); ++b) {
         if (engine_.states_[b].owned) continue;
         const Block& block = engine_.grid_.blocks()[b];
         Bytes& bytes = messages[owner_(physics::unpack(block.key))];
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
-            if (!(of_slot[slot] == ExactSum{})) put(bytes, world_.bodies.nature[slot].id), put(bytes, of_slot[slot]);
+            if (!(of_slot[slot] == ExactSum{})) put(bytes, world_.bodies.properties[slot].id), put(bytes, of_slot[slot]);
     }
     return messages;
 }
 
-void Part::unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const {
+void Subdomain::unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const {
     Reader reader(bytes);
     while (reader.more()) {
         const auto id = reader.take<BodyId>();
@@ -327,7 +329,7 @@ void Part::unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const {
     }
 }
 
-std::vector<BlockCoordinates> Part::border_blocks() const {
+std::vector<BlockCoordinates> Subdomain::border_blocks() const {
     std::vector<std::uint64_t> keys;
     for (const auto& [part, blocks] : border_)
         for (const std::uint32_t b : blocks) keys.push_back(engine_.grid_.blocks()[b].key);

@@ -8,10 +8,13 @@
 #include <functional>
 
 #include "physics/broadphase.h"
-#include "physics/contact_log.h"
+#include "physics/comparison/contact_log.h"
+#include "physics/comparison/engines.h"
+#include "physics/comparison/pairwise_features.h"
 #include "physics/engine.h"
+#include "physics/feature_wrenches.h"
 #include "physics/kernels.h"
-#include "physics/pulls.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -49,21 +52,21 @@ class HashEngine final : public Engine {
         Bodies& bodies = world_.bodies;
         LastGood& kept = world_.last_good;
         if (world_.settings.keep_last_good || world_.settings.keep_former_velocities)
-            kept.motion.assign(bodies.motion.begin(), bodies.motion.end());
+            kept.velocity.assign(bodies.velocity.begin(), bodies.velocity.end());
         if (world_.settings.keep_last_good) {
             kept.place.assign(bodies.place.begin(), bodies.place.end());
-            kept.turn.assign(bodies.turn.begin(), bodies.turn.end());
+            kept.orientation.assign(bodies.orientation.begin(), bodies.orientation.end());
             kept.complete = true;
         }
         world_.obstacles.prepare(workers.threads());
         const Rules rules = rules_for(world_.settings, times);
         {
             const StageClock clock(world_.times.actuation);
-            if (auto pulled = pulls_.find(world_, times.dt_s, workers); !pulled) return tl::unexpected(pulled.error());
+            if (auto pulled = features_.find(world_, times.dt_s, workers); !pulled) return tl::unexpected(pulled.error());
         }
         for (int substep = 0; substep < times.substeps; ++substep)
             if (auto done = substep_once(rules, workers); !done) return tl::unexpected(done.error());
-        if (world_.has_features()) settle_charges(world_, workers);
+        if (world_.has_features()) account_charges(world_, workers);
         report_events(times);
         return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = candidates_, .rebuilt = true};
     }
@@ -92,7 +95,7 @@ class HashEngine final : public Engine {
         Bodies& bodies = world_.bodies;
         std::vector<std::uint32_t> kept;
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-            if ((bodies.nature[slot].flags & kRemoved) == 0) kept.push_back(slot);
+            if ((bodies.properties[slot].flags & kRemoved) == 0) kept.push_back(slot);
         if (kept.size() != bodies.count()) bodies.permute(kept, workers);
         return {};
     }
@@ -108,8 +111,8 @@ class HashEngine final : public Engine {
             const StageClock clock(world_.times.refresh);
             if (auto collided = collide(workers); !collided) return collided;
         }
-        accelerate(bodies.motion.data(), bodies.place.data(), bodies.pushes.empty() ? nullptr : bodies.pushes.data(),
-                   pulls_.pulls().empty() ? nullptr : pulls_.pulls().data(), 0, count, rules.move);
+        accelerate(bodies.velocity.data(), bodies.place.data(), bodies.wrenches.empty() ? nullptr : bodies.wrenches.data(),
+                   features_.wrenches().empty() ? nullptr : features_.wrenches().data(), 0, count, rules.move);
         rule_ = rules.solve;
         {
             const StageClock clock(world_.times.solve);
@@ -130,7 +133,7 @@ class HashEngine final : public Engine {
 
     void add_contact(std::uint32_t a, std::uint32_t b, std::uint32_t obstacle, Vec3 normal, double gap, std::uint8_t other_material) {
         Bodies& bodies = world_.bodies;
-        const std::uint8_t material = bodies.nature[a].material;
+        const std::uint8_t material = bodies.properties[a].material;
         FlatContact contact{a,
                             b,
                             obstacle,
@@ -142,7 +145,7 @@ class HashEngine final : public Engine {
                             {}};
         const float restitution = std::max(world_.materials[material].restitution, world_.materials[other_material].restitution);
         const float parting = parting_speed(contact);
-        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.least_bounce_m_s))
+        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.min_bounce_speed_m_s))
             contact.bounce_speed = -restitution * parting;
         contacts_.push_back(contact);
     }
@@ -157,21 +160,22 @@ class HashEngine final : public Engine {
                 const Place &a = bodies.place[pair.first], &b = bodies.place[pair.second];
                 const Vec3 apart{b.x - a.x, b.y - a.y, b.z - a.z};
                 const double distance = length(apart), radii = a.radius + b.radius;
-                if (radii - distance > world_.settings.deepest_overlap_share * radii)
-                    return world_.too_deep(bodies.nature[pair.first].id, bodies.nature[pair.second].id, radii - distance);
+                if (radii - distance > world_.settings.max_overlap_share * radii)
+                    return world_.too_deep(bodies.properties[pair.first].id, bodies.properties[pair.second].id, radii - distance);
                 add_contact(pair.first, pair.second, 0, distance > 0 ? (1 / distance) * apart : Vec3{0, 0, 1}, distance - radii,
-                            bodies.nature[pair.second].material);
+                            bodies.properties[pair.second].material);
             }
         }
         std::array<SurfaceContact, kMaxSurfaceContacts> found;
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
             const Place& p = bodies.place[slot];
             for (std::uint32_t obstacle = 0; obstacle < world_.obstacles.count(); ++obstacle) {
-                if ((bodies.nature[slot].flags & kFixed) || !world_.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, 0)) continue;
+                if ((bodies.properties[slot].flags & kFixed) || !world_.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, 0))
+                    continue;
                 const int count = world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found);
                 for (int i = 0; i < count; ++i) {
                     const SurfaceContact& contact = found[static_cast<std::size_t>(i)];
-                    if (auto fine = world_.check_depth(bodies.nature[slot].id, p.radius, obstacle, -contact.gap_m); !fine)
+                    if (auto fine = world_.check_depth(bodies.properties[slot].id, p.radius, obstacle, -contact.gap_m); !fine)
                         return world_.wrong(fine.error().problem, fine.error().suggestion);
                     add_contact(slot, kNobody, obstacle, -contact.normal, contact.gap_m, world_.obstacles.material(obstacle));
                 }
@@ -182,30 +186,35 @@ class HashEngine final : public Engine {
     }
 
     float parting_speed(const FlatContact& c) {
-        Motion& a = world_.bodies.motion[c.a];
+        BodyVelocity& a = world_.bodies.velocity[c.a];
         float speed = 0;
         for (int i = 0; i < 3; ++i)
-            speed += c.normal[i] * ((c.b == kNobody ? 0.0f : read(world_.bodies.motion[c.b].velocity[i])) - read(a.velocity[i]));
+            speed += c.normal[i] * ((c.b == kNobody ? 0.0f : read(world_.bodies.velocity[c.b].linear[i])) - read(a.linear[i]));
         return speed;
     }
 
     float wanted(const FlatContact& c) {
-        const float mass = 1 / (world_.bodies.motion[c.a].inverse_mass + (c.b == kNobody ? 0.0f : world_.bodies.motion[c.b].inverse_mass));
-        const float bias = std::min(std::max(c.gap * rule_.overlap_rate, -rule_.push_speed), -c.bounce_speed);
+        const float mass =
+            1 / (world_.bodies.velocity[c.a].inverse_mass + (c.b == kNobody ? 0.0f : world_.bodies.velocity[c.b].inverse_mass));
+        const float bias = std::min(std::max(c.gap * rule_.overlap_rate, -rule_.max_depenetration_speed), -c.bounce_speed);
         return std::max(c.impulse - rule_.over_relaxation * mass * (parting_speed(c) + bias), 0.0f);
     }
 
     void solve(FlatContact& c) {
-        Motion still{};
-        Motion &a = world_.bodies.motion[c.a], &b = c.b == kNobody ? still : world_.bodies.motion[c.b];
+        BodyVelocity still{};
+        BodyVelocity &a = world_.bodies.velocity[c.a], &b = c.b == kNobody ? still : world_.bodies.velocity[c.b];
+        MELD_ASSERT(c.a < world_.bodies.count() && (c.b == kNobody || c.b < world_.bodies.count()), "slots {} and {}", c.a, c.b);
         if (a.inverse_mass + b.inverse_mass == 0) return;
         const float now = std::exchange(c.impulse, wanted(c)), change = c.impulse - now;
-        float rel[3], rim[3], along = 0;
+        float rel[3], surface[3], along = 0;
         for (int i = 0; i < 3; ++i)
-            rel[i] = read(b.velocity[i]) - read(a.velocity[i]), rim[i] = read(b.rim[i]) + read(a.rim[i]), along += rel[i] * c.normal[i];
+            rel[i] = read(b.linear[i]) - read(a.linear[i]), surface[i] = read(b.surface[i]) + read(a.surface[i]),
+            along += rel[i] * c.normal[i];
         const float* n = c.normal;
-        const float twist[3] = {rim[1] * n[2] - rim[2] * n[1], rim[2] * n[0] - rim[0] * n[2], rim[0] * n[1] - rim[1] * n[0]};
-        const float mass = 1 / (a.inverse_mass + b.inverse_mass + a.inverse_rim_mass + b.inverse_rim_mass), limit = c.friction * c.impulse;
+        const float twist[3] = {surface[1] * n[2] - surface[2] * n[1], surface[2] * n[0] - surface[0] * n[2],
+                                surface[0] * n[1] - surface[1] * n[0]};
+        const float mass = 1 / (a.inverse_mass + b.inverse_mass + a.inverse_surface_mass + b.inverse_surface_mass),
+                    limit = c.friction * c.impulse;
         float tangent[3], squared = 0;
         for (int i = 0; i < 3; ++i)
             tangent[i] = c.tangent[i] - rule_.over_relaxation * mass * (rel[i] - twist[i] - along * n[i]),
@@ -217,8 +226,8 @@ class HashEngine final : public Engine {
         const float turn[3] = {n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2],
                                n[0] * across[1] - n[1] * across[0]};
         for (int i = 0; i < 3; ++i) {
-            add(a.velocity[i], -a.inverse_mass * impulse[i]), add(b.velocity[i], b.inverse_mass * impulse[i]);
-            add(a.rim[i], -a.inverse_rim_mass * turn[i]), add(b.rim[i], -b.inverse_rim_mass * turn[i]);
+            add(a.linear[i], -a.inverse_mass * impulse[i]), add(b.linear[i], b.inverse_mass * impulse[i]);
+            add(a.surface[i], -a.inverse_surface_mass * turn[i]), add(b.surface[i], -b.inverse_surface_mass * turn[i]);
         }
     }
 
@@ -227,8 +236,8 @@ class HashEngine final : public Engine {
         const double per_second = 1 / times.substep_s();
         std::vector<ContactReport> reports;
         for (const FlatContact& c : contacts_) {
-            const BodyId a = world_.bodies.nature[c.a].id;
-            const Touch touch = c.b == kNobody ? Touch{a, c.obstacle, true} : touch_of(a, world_.bodies.nature[c.b].id);
+            const BodyId a = world_.bodies.properties[c.a].id;
+            const Touch touch = c.b == kNobody ? Touch{a, c.obstacle, true} : touch_of(a, world_.bodies.properties[c.b].id);
             const double sign = touch.body == a ? 1 : -1;
             const auto vector = [sign](const float(&v)[3]) {
                 return sign * Vec3{static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
@@ -236,14 +245,14 @@ class HashEngine final : public Engine {
             reports.push_back({touch, vector(c.normal), static_cast<double>(c.gap), per_second * static_cast<double>(c.impulse),
                                per_second * vector(c.tangent)});
         }
-        pulls_.discount(reports);
+        features_.discount(reports);
         log_.update(world_, std::move(reports));
     }
 
     World& world_;
     std::unique_ptr<Broadphase> broadphase_ = make_hash_broadphase();
     std::vector<FlatContact> contacts_;
-    FlatPulls pulls_;
+    PairwiseFeatures features_;
     ContactLog log_;
     SweepRule rule_{};
     std::size_t candidates_ = 0;

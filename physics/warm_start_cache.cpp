@@ -1,15 +1,16 @@
-// Taking the memory of contacts out of their batches, and sorting it for the new ones.
-#include "physics/carried_contacts.h"
+// Taking the impulses out of the batches, and sorting them for the new ones.
+#include "physics/warm_start_cache.h"
 
 #include <algorithm>
 #include <atomic>
 #include <utility>
 
 #include "physics/contacts.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
-FormerContacts::FormerContacts(std::vector<Chunks<CarriedContact>>& lists, const BlockGrid& grid, const Bodies& bodies,
+WarmStartCache::WarmStartCache(std::vector<Chunks<CachedContact>>& lists, const BlockGrid& grid, const Bodies& bodies,
                                std::size_t blocks_per_job, Workers& workers)
     : blocks_(grid.blocks()), blocks_per_job_(blocks_per_job), done_((blocks_.size() + blocks_per_job - 1) / blocks_per_job) {
     std::size_t total = 0;
@@ -18,7 +19,7 @@ FormerContacts::FormerContacts(std::vector<Chunks<CarriedContact>>& lists, const
     end_.assign(bodies.count(), 0);
     const auto advance = [&](std::uint32_t id) { return std::atomic_ref(end_[bodies.slot(id)]).fetch_add(1, std::memory_order_relaxed); };
     workers.run(lists.size(), [&](int, std::size_t list) {
-        lists[list].each([&](const CarriedContact& contact) {
+        lists[list].each([&](const CachedContact& contact) {
             if (bodies.has(contact.id())) advance(contact.id());
         });
     });
@@ -27,16 +28,19 @@ FormerContacts::FormerContacts(std::vector<Chunks<CarriedContact>>& lists, const
     contacts_.resize(first);
     // What begins as a slot's first entry is behind its last when all are in.
     workers.run(lists.size(), [&](int, std::size_t list) {
-        lists[list].consume([&](const CarriedContact& contact) {
+        lists[list].consume([&](const CachedContact& contact) {
             if (bodies.has(contact.id())) contacts_[advance(contact.id())] = contact;
         });
     });
     lists.clear();
+    MELD_ENSURE(end_.empty() || end_.back() == contacts_.size(), "{} of {} contacts", end_.back(), contacts_.size());
 }
 
-void FormerContacts::done(std::size_t job) {
+void WarmStartCache::done(std::size_t job) {
     if (contacts_.empty()) return;
+    MELD_EXPECT(job < done_.size(), "job {} of {}", job, done_.size());
     const std::lock_guard lock(mutex_);
+    MELD_ASSERT(!done_[job], "job {} is done twice", job);
     done_[job] = true;
     while (next_job_ < done_.size() && done_[next_job_]) ++next_job_;
     const std::size_t laid_out = std::min(blocks_.size(), next_job_ * blocks_per_job_);
@@ -50,45 +54,46 @@ void FormerContacts::done(std::size_t job) {
     gone_bytes_ = give_back_front(contacts_, gone_bytes_, slot == 0 ? 0 : end_[slot - 1]);
 }
 
-std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& workers) {
-    std::vector<std::vector<CarriedContact>> ended(static_cast<std::size_t>(workers.threads()));
-    carried_.clear();
-    carried_.resize(static_cast<std::size_t>(workers.threads()));
-    const auto removed = [&](std::uint32_t slot) { return (bodies.nature[slot].flags & kRemoved) != 0; };
+std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, Workers& workers) {
+    std::vector<std::vector<CachedContact>> ended(static_cast<std::size_t>(workers.threads()));
+    cached_.clear();
+    cached_.resize(static_cast<std::size_t>(workers.threads()));
+    const auto removed = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
     const auto take = [](auto& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
+        MELD_ASSERT(id < kMaxBodies && batch.normal_impulse[i] == batch.normal_impulse[i], "body {}", id);
         list.push_back({id << 1 | (touches ? 1u : 0u),
                         partner,
                         batch.normal_impulse[i],
                         {sign * batch.tx[i], sign * batch.ty[i], sign * batch.tz[i]}});
     };
-    workers.run(pairs_.shelves.size() + obstacles_.shelves.size(), [&](int worker, std::size_t n) {
-        const bool is_pair = n < pairs_.shelves.size();
-        Shelf& shelf = is_pair ? pairs_.shelves[n] : obstacles_.shelves[n - pairs_.shelves.size()];
-        for (std::size_t at = 0; at < shelf.batches.size(); ++at) {
-            const Batch& batch = shelf.batches[at];
+    workers.run(pairs_.chunks.size() + obstacles_.chunks.size(), [&](int worker, std::size_t n) {
+        const bool is_pair = n < pairs_.chunks.size();
+        Chunk& chunk = is_pair ? pairs_.chunks[n] : obstacles_.chunks[n - pairs_.chunks.size()];
+        for (std::size_t at = 0; at < chunk.batches.size(); ++at) {
+            const Batch& batch = chunk.batches[at];
             for (int i = 0; i < kLanes; ++i) {
                 if (batch.a[i] >= bodies.count()) continue;
-                const bool touches = (shelf.touching[at] >> i & 1) != 0;
-                const std::uint32_t a = bodies.nature[batch.a[i]].id;
+                const bool touches = (chunk.touching[at] >> i & 1) != 0;
+                const std::uint32_t a = bodies.properties[batch.a[i]].id;
                 const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i]));
                 if (ends && !touches) continue;
                 const auto note = [&](std::uint32_t partner, std::uint32_t id, float sign) {
                     if (ends)
                         take(ended[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
                     else
-                        take(carried_[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
+                        take(cached_[static_cast<std::size_t>(worker)], batch, i, partner, id, sign, touches);
                 };
                 if (!is_pair) {
-                    note(obstacle_code(shelf.lanes[at * kLanes + static_cast<std::size_t>(i)]), a, 1);
+                    note(obstacle_code(chunk.lanes[at * kLanes + static_cast<std::size_t>(i)]), a, 1);
                     continue;
                 }
-                const std::uint32_t b = bodies.nature[batch.b[i]].id;
+                const std::uint32_t b = bodies.properties[batch.b[i]].id;
                 note(std::max(a, b), std::min(a, b), a < b ? 1.0f : -1.0f);
             }
         }
         // Its memory makes room for the list that it was taken to.
-        shelf = Shelf();
+        chunk = Chunk();
     });
     pairs_ = Layout(), obstacles_ = Layout();
     give_back(adhesion), give_back(bounces);
@@ -98,19 +103,19 @@ std::vector<CarriedContact> Contacts::carry(const Bodies& bodies, Workers& worke
     return std::move(ended[0]);
 }
 
-std::vector<CarriedContact> Contacts::carried_of(const std::vector<bool>& ids_wanted) const {
-    std::vector<CarriedContact> found;
+std::vector<CachedContact> Contacts::cached_of(const std::vector<bool>& ids_wanted) const {
+    std::vector<CachedContact> found;
     const auto wanted = [&](std::uint32_t id) { return id < ids_wanted.size() && ids_wanted[id]; };
-    for (const auto& list : carried_)
-        list.each([&](const CarriedContact& contact) {
+    for (const auto& list : cached_)
+        list.each([&](const CachedContact& contact) {
             if (wanted(contact.id()) || wanted(contact.partner)) found.push_back(contact);
         });
     return found;
 }
 
-void Contacts::add_carried(std::vector<CarriedContact> contacts) {
-    carried_.emplace_back();
-    for (const CarriedContact& contact : contacts) carried_.back().push_back(contact);
+void Contacts::add_cached(std::vector<CachedContact> contacts) {
+    cached_.emplace_back();
+    for (const CachedContact& contact : contacts) cached_.back().push_back(contact);
 }
 
 }  // namespace meld::physics

@@ -8,11 +8,13 @@
 #include <functional>
 #include <span>
 
-#include "physics/contact_log.h"
+#include "physics/comparison/contact_log.h"
+#include "physics/comparison/engines.h"
+#include "physics/comparison/pairwise_features.h"
 #include "physics/engine.h"
+#include "physics/feature_wrenches.h"
 #include "physics/ode_library.h"
 #include "physics/ode_shapes.h"
-#include "physics/pulls.h"
 
 namespace meld::physics {
 
@@ -55,12 +57,12 @@ class OdeEngine final : public Engine {
                         "Use the engine 'blocks'");
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
             if (const Place& p = bodies.place[slot]; !(std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < HUGE_VAL))
-                return world_.wrong(fmt::format("body {} is nowhere", bodies.nature[slot].id), "Check the forces on it");
-        world_.last_good = {bodies.motion, bodies.place, bodies.turn, true};
+                return world_.wrong(fmt::format("body {} has no finite position", bodies.properties[slot].id), "Check the forces on it");
+        world_.last_good = {bodies.velocity, bodies.place, bodies.orientation, true};
         {
             const StageClock clock(world_.times.actuation);
             Workers one(1);
-            if (auto pulled = pulls_.find(world_, times.dt_s, one); !pulled) return tl::unexpected(pulled.error());
+            if (auto pulled = features_.find(world_, times.dt_s, one); !pulled) return tl::unexpected(pulled.error());
         }
         try {
             enter_ode_thread();
@@ -79,8 +81,8 @@ class OdeEngine final : public Engine {
             return world_.wrong(fmt::format("ODE gave up ({})", failure.what()),
                                 "Check bodies that overlap or fly, or use the engine 'blocks'");
         }
-        if (world_.has_features()) settle_charges(world_, workers);
-        pulls_.discount(reports_);
+        if (world_.has_features()) account_charges(world_, workers);
+        features_.discount(reports_);
         log_.update(world_, std::move(reports_));
         return StepReport{.bodies = bodies.count(), .awake_bodies = bodies.count(), .candidates = log_.contacts().size(), .rebuilt = true};
     }
@@ -100,7 +102,7 @@ class OdeEngine final : public Engine {
         Bodies& bodies = world_.bodies;
         std::vector<std::uint32_t> kept;
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-            if ((bodies.nature[slot].flags & kRemoved) == 0) kept.push_back(slot);
+            if ((bodies.properties[slot].flags & kRemoved) == 0) kept.push_back(slot);
         if (kept.size() != bodies.count()) bodies.permute(kept, workers);
     }
 
@@ -113,14 +115,14 @@ class OdeEngine final : public Engine {
         dWorldSetQuickStepW(mirror_->world, settings.solver.over_relaxation);
         dWorldSetERP(mirror_->world, settings.solver.error_reduction);
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-            const Nature& nature = bodies.nature[slot];
-            const double radius = bodies.place[slot].radius, mass = static_cast<double>(nature.mass),
-                         inertia = static_cast<double>(nature.inertia_factor) * mass * radius * radius;
+            const BodyProperties& properties = bodies.properties[slot];
+            const double radius = bodies.place[slot].radius, mass = static_cast<double>(properties.mass),
+                         inertia = static_cast<double>(properties.inertia_factor) * mass * radius * radius;
             const dBodyID body = dBodyCreate(mirror_->world);
             dMass inertial;
             dMassSetParameters(&inertial, mass, 0, 0, 0, inertia, inertia, inertia, 0, 0, 0);
             dBodySetMass(body, &inertial);
-            if (nature.flags & kFixed) dBodySetKinematic(body);
+            if (properties.flags & kFixed) dBodySetKinematic(body);
             const dGeomID sphere = dCreateSphere(mirror_->space, radius);
             dGeomSetBody(sphere, body);
             dGeomSetData(sphere, reinterpret_cast<void*>(static_cast<std::uintptr_t>(slot)));
@@ -141,13 +143,13 @@ class OdeEngine final : public Engine {
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
             const dBodyID body = mirror_->bodies[slot];
             const Place& p = bodies.place[slot];
-            const Turn& t = bodies.turn[slot];
-            const Motion& m = bodies.motion[slot];
+            const Orientation& t = bodies.orientation[slot];
+            const BodyVelocity& m = bodies.velocity[slot];
             dBodySetPosition(body, p.x, p.y, p.z);
             const dQuaternion q = {d(t.w), d(t.x), d(t.y), d(t.z)};
             dBodySetQuaternion(body, q);
-            dBodySetLinearVel(body, d(m.velocity[0]), d(m.velocity[1]), d(m.velocity[2]));
-            dBodySetAngularVel(body, d(m.rim[0]) / p.radius, d(m.rim[1]) / p.radius, d(m.rim[2]) / p.radius);
+            dBodySetLinearVel(body, d(m.linear[0]), d(m.linear[1]), d(m.linear[2]));
+            dBodySetAngularVel(body, d(m.surface[0]) / p.radius, d(m.surface[1]) / p.radius, d(m.surface[2]) / p.radius);
         }
         stale_ = false;
     }
@@ -159,10 +161,11 @@ class OdeEngine final : public Engine {
             const dReal *v = dBodyGetLinearVel(mirror_->bodies[slot]), *w = dBodyGetAngularVel(mirror_->bodies[slot]);
             Place& place = bodies.place[slot];
             place = {p[0], p[1], p[2], place.radius};
-            bodies.turn[slot] = {static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]), static_cast<float>(q[3])};
+            bodies.orientation[slot] = {static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]),
+                                        static_cast<float>(q[3])};
             for (int i = 0; i < 3; ++i)
-                bodies.motion[slot].velocity[i] = static_cast<float>(v[i]),
-                bodies.motion[slot].rim[i] = static_cast<float>(place.radius * w[i]);
+                bodies.velocity[slot].linear[i] = static_cast<float>(v[i]),
+                bodies.velocity[slot].surface[i] = static_cast<float>(place.radius * w[i]);
         }
     }
 
@@ -181,11 +184,12 @@ class OdeEngine final : public Engine {
     void step_once(double step_s, bool last) {
         const Bodies& bodies = world_.bodies;
         const auto d = [](float value) { return static_cast<double>(value); };
-        for (const std::span<const Push> pushes : {std::span<const Push>(bodies.pushes), std::span<const Push>(pulls_.pulls())})
-            for (std::size_t slot = 0; slot < pushes.size(); ++slot) {
-                const Push& push = pushes[slot];
-                dBodyAddForce(mirror_->bodies[slot], d(push.force[0]), d(push.force[1]), d(push.force[2]));
-                dBodyAddTorque(mirror_->bodies[slot], d(push.torque[0]), d(push.torque[1]), d(push.torque[2]));
+        for (const std::span<const Wrench> wrenches :
+             {std::span<const Wrench>(bodies.wrenches), std::span<const Wrench>(features_.wrenches())})
+            for (std::size_t slot = 0; slot < wrenches.size(); ++slot) {
+                const Wrench& wrench = wrenches[slot];
+                dBodyAddForce(mirror_->bodies[slot], d(wrench.force[0]), d(wrench.force[1]), d(wrench.force[2]));
+                dBodyAddTorque(mirror_->bodies[slot], d(wrench.torque[0]), d(wrench.torque[1]), d(wrench.torque[2]));
             }
         if (mirror_->damped_for_s != step_s) set_damping(step_s);
         reports_.clear();
@@ -209,9 +213,9 @@ class OdeEngine final : public Engine {
         if (!body_a && !body_b) return;
         if (!body_a) return near(b, a);
         const auto index = [](dGeomID geom) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom))); };
-        const Nature& first = world_.bodies.nature[index(a)];
-        const std::uint8_t other = body_b ? world_.bodies.nature[index(b)].material : world_.obstacles.material(index(b));
-        if ((first.flags & kFixed) && (!body_b || (world_.bodies.nature[index(b)].flags & kFixed))) return;
+        const BodyProperties& first = world_.bodies.properties[index(a)];
+        const std::uint8_t other = body_b ? world_.bodies.properties[index(b)].material : world_.obstacles.material(index(b));
+        if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index(b)].flags & kFixed))) return;
         std::array<dContact, kMaxContactsOfPair> contacts{};
         const int count = dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
@@ -224,12 +228,12 @@ class OdeEngine final : public Engine {
             if (restitution > 0) {
                 contact.surface.mode |= dContactBounce;
                 contact.surface.bounce = restitution;
-                contact.surface.bounce_vel = world_.settings.solver.least_bounce_m_s;
+                contact.surface.bounce_vel = world_.settings.solver.min_bounce_speed_m_s;
             }
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);
             if (!keep_reports_) continue;
-            const Touch touch = body_b ? touch_of(first.id, world_.bodies.nature[index(b)].id) : Touch{first.id, index(b), true};
+            const Touch touch = body_b ? touch_of(first.id, world_.bodies.properties[index(b)].id) : Touch{first.id, index(b), true};
             const double sign = touch.body == first.id ? 1 : -1;
             // ODE's normal leads from b to a.
             reports_.push_back(
@@ -248,7 +252,7 @@ class OdeEngine final : public Engine {
     std::unique_ptr<Mirror> mirror_;
     std::vector<ContactReport> reports_;
     std::vector<Feedback> feedback_;
-    FlatPulls pulls_;
+    PairwiseFeatures features_;
     ContactLog log_;
     bool stale_ = true, changed_ = false, keep_reports_ = false;
 };

@@ -28,14 +28,14 @@
 #include <vector>
 
 #include "physics/block_grid.h"
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "physics/stage.h"
 
 namespace meld::physics {
 
 class BlockEngine;
 
-class Part {
+class Subdomain {
   public:
     using Bytes = std::vector<std::byte>;
     // Bytes by the number of the part that they are for.
@@ -44,7 +44,7 @@ class Part {
 
     // The scene has the engine Blocks and outlives the part. `owner` says the same on all parts and may change between ticks,
     // before a rebuild.
-    Part(Scene& scene, OwnerOf owner, int self);
+    Subdomain(Scene& scene, OwnerOf owner, int self);
 
     bool must_rebuild(double dt_s, int substeps) const;
     // Bodies that others need, with the memory of their contacts; ghosts go, bodies in blocks of others become theirs.

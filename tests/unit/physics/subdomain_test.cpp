@@ -1,5 +1,5 @@
 // A world divided among parts, with the messages carried by hand, gives the bits of the undivided world.
-#include "physics/part.h"
+#include "physics/scene/subdomain.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 Settings settings_for_parts() {
     Settings settings;
-    settings.least_radius_m = 0.3, settings.largest_radius_m = 0.5;
+    settings.min_radius_m = 0.3, settings.max_radius_m = 0.5;
     settings.sleep_ticks = 10;
     return settings;
 }
@@ -31,7 +31,7 @@ void furnish(Scene& scene, const std::function<bool(BodyId)>& mine) {
         const Vec3 at{1.25 * (id % 12) + jitter(random), 1.25 * (id / 12 % 12) + jitter(random), 2.5 + 1.25 * (id / 144) + jitter(random)};
         const Vec3 velocity{speed(random), speed(random), speed(random)};
         if (!mine(id)) continue;
-        need(scene.add_body({.id = id, .position_m = at, .velocity_m_s = velocity, .radius_m = r, .mass_kg = 8 * r * r * r}));
+        need(scene.add_body({.id = id, .position_m = at, .linear_velocity_m_s = velocity, .radius_m = r, .mass_kg = 8 * r * r * r}));
         if (id % 2 == 0) need(scene.set_feature_table(id, table)), need(scene.set_features(id, 0xfff, id % 3 == 0 ? 0xfff : 0));
     }
     for (BodyId id = 900; id < 1100; ++id)
@@ -50,39 +50,39 @@ Digest undivided(int ticks) {
 
 class Divided {
   public:
-    Divided(int parts, Part::OwnerOf owner) {
+    Divided(int parts, Subdomain::OwnerOf owner) {
         for (int self = 0; self < parts; ++self) {
             scenes_.push_back(make_scene(settings_for_parts()));
             // Bodies begin anywhere; the first rebuild brings them to their owners.
             furnish(*scenes_.back(), [&](BodyId id) { return static_cast<int>(id) % parts == self; });
-            parts_.push_back(std::make_unique<Part>(*scenes_.back(), owner, self));
+            subdomains_.push_back(std::make_unique<Subdomain>(*scenes_.back(), owner, self));
         }
     }
 
     bool must_rebuild() const {
-        return std::any_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
+        return std::any_of(subdomains_.begin(), subdomains_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
     }
     void tick() {
         if (must_rebuild()) {
-            std::vector<Part::Messages> sent;
-            for (const auto& part : parts_) sent.push_back(part->pack_bodies(workers_));
+            std::vector<Subdomain::Messages> sent;
+            for (const auto& part : subdomains_) sent.push_back(part->pack_bodies(workers_));
             for (const auto& messages : sent)
-                for (const auto& [to, bytes] : messages) need(parts_[static_cast<std::size_t>(to)]->unpack_bodies(bytes));
-            for (const auto& part : parts_) part->unpacked();
+                for (const auto& [to, bytes] : messages) need(subdomains_[static_cast<std::size_t>(to)]->unpack_bodies(bytes));
+            for (const auto& part : subdomains_) part->unpacked();
             ++rebuilds;
         }
         std::vector<Stage> stages;
-        for (const auto& part : parts_) stages = part->stages(kTick, 2);
+        for (const auto& part : subdomains_) stages = part->stages(kTick, 2);
         for (const Stage& stage : stages) {
-            for (const auto& part : parts_) need(part->run(stage, workers_));
+            for (const auto& part : subdomains_) need(part->run(stage, workers_));
             if (!stage.must_exchange()) continue;
-            std::vector<Part::Messages> sent;
-            for (const auto& part : parts_) sent.push_back(part->pack(stage));
+            std::vector<Subdomain::Messages> sent;
+            for (const auto& part : subdomains_) sent.push_back(part->pack(stage));
             for (const auto& messages : sent)
                 for (const auto& [to, bytes] : messages)
-                    parts_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
+                    subdomains_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
         }
-        for (const auto& part : parts_) part->finish();
+        for (const auto& part : subdomains_) part->finish();
     }
 
     Digest digest() const {
@@ -95,19 +95,19 @@ class Divided {
         for (const auto& scene : scenes_) count += scene->body_count();
         return count;
     }
-    const Part& part(std::size_t index) const { return *parts_[index]; }
+    const Subdomain& part(std::size_t index) const { return *subdomains_[index]; }
     // By body, what presses on it as its owner knows when all have told what they know.
     std::map<BodyId, double> normal_forces() {
-        std::vector<std::vector<ExactSum>> sums(parts_.size());
-        for (std::size_t i = 0; i < parts_.size(); ++i) scenes_[i]->sum_normal_forces(sums[i], workers_);
+        std::vector<std::vector<ExactSum>> sums(subdomains_.size());
+        for (std::size_t i = 0; i < subdomains_.size(); ++i) scenes_[i]->sum_normal_forces(sums[i], workers_);
         // What has been added is not sent on.
-        std::vector<Part::Messages> sent;
-        for (std::size_t i = 0; i < parts_.size(); ++i) sent.push_back(parts_[i]->pack_sums(sums[i]));
+        std::vector<Subdomain::Messages> sent;
+        for (std::size_t i = 0; i < subdomains_.size(); ++i) sent.push_back(subdomains_[i]->pack_sums(sums[i]));
         for (const auto& messages : sent)
             for (const auto& [to, bytes] : messages)
-                parts_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
+                subdomains_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
         std::map<BodyId, double> found;
-        for (std::size_t i = 0; i < parts_.size(); ++i)
+        for (std::size_t i = 0; i < subdomains_.size(); ++i)
             for (const BodyId body : scenes_[i]->bodies()) found[body] = sums[i][scenes_[i]->slot(body)].value();
         return found;
     }
@@ -117,7 +117,7 @@ class Divided {
 
   private:
     std::vector<std::unique_ptr<Scene>> scenes_;
-    std::vector<std::unique_ptr<Part>> parts_;
+    std::vector<std::unique_ptr<Subdomain>> subdomains_;
     Workers workers_{1};
 };
 
@@ -126,7 +126,7 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
     const Digest whole = undivided(ticks);
     const auto halves = [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; };
     const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
-    const std::pair<int, Part::OwnerOf> divisions[] = {{1, [](BlockCoordinates) { return 0; }}, {2, halves}, {3, scattered}};
+    const std::pair<int, Subdomain::OwnerOf> divisions[] = {{1, [](BlockCoordinates) { return 0; }}, {2, halves}, {3, scattered}};
     for (const auto& [parts, owner] : divisions) {
         Divided divided(parts, owner);
         for (int tick = 0; tick < ticks; ++tick) divided.tick();
@@ -187,7 +187,7 @@ TEST(Parts, HandABodyToOneThatHasNone) {
     need(first->set_feature_table(4, 1));
     need(first->set_features(4, 1, 1));
     const auto owner = [](BlockCoordinates) { return 1; };
-    Part from(*first, owner, 0), to(*second, owner, 1);
+    Subdomain from(*first, owner, 0), to(*second, owner, 1);
     Workers workers(1);
     auto sent = from.pack_bodies(workers);
     EXPECT_EQ(from.departed(), (std::vector<std::pair<BodyId, int>>{{4, 1}}));

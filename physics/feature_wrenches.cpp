@@ -1,10 +1,11 @@
 // What the features of two bodies do to each other, body by body and pair by pair.
-#include "physics/pulls.h"
+#include "physics/feature_wrenches.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "physics/actuation.h"
+#include "runtime/base/assert.h"
 
 namespace meld::physics {
 
@@ -13,7 +14,7 @@ namespace {
 constexpr std::size_t kSlotsPerJob = 4096;
 
 Vec3 position(const Place& place) { return {place.x, place.y, place.z}; }
-Quat orientation(const Turn& turn) {
+Quat orientation(const Orientation& turn) {
     return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)};
 }
 
@@ -36,21 +37,22 @@ Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat tur
     return near;
 }
 
-void add_push(Push& push, Vec3 force, Vec3 torque) {
-    push.force[0] += static_cast<float>(force.x), push.force[1] += static_cast<float>(force.y),
-        push.force[2] += static_cast<float>(force.z);
-    push.torque[0] += static_cast<float>(torque.x), push.torque[1] += static_cast<float>(torque.y),
-        push.torque[2] += static_cast<float>(torque.z);
-}
-
 }  // namespace
 
-void begin_pulls(World& world, std::vector<Push>& pulls, double dt_s, Workers& workers) {
+void add_wrench(Wrench& wrench, Vec3 force, Vec3 torque) {
+    wrench.force[0] += static_cast<float>(force.x), wrench.force[1] += static_cast<float>(force.y),
+        wrench.force[2] += static_cast<float>(force.z);
+    wrench.torque[0] += static_cast<float>(torque.x), wrench.torque[1] += static_cast<float>(torque.y),
+        wrench.torque[2] += static_cast<float>(torque.z);
+}
+
+void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers) {
     Bodies& bodies = world.bodies;
-    pulls.resize(bodies.count());
+    MELD_EXPECT(bodies.features.size() == bodies.count() && bodies.energy.size() == bodies.count(), "{} bodies", bodies.count());
+    wrenches.resize(bodies.count());
     workers.run((bodies.count() + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
         for (std::size_t slot = job * kSlotsPerJob; slot < std::min(bodies.count(), (job + 1) * kSlotsPerJob); ++slot) {
-            pulls[slot] = {};
+            wrenches[slot] = {};
             Bodies::FeatureState& state = bodies.features[slot];
             state.charge_before_j = std::exchange(state.charge_j, 0.0f);
             const std::vector<Feature>& table = world.tables[state.table];
@@ -61,12 +63,12 @@ void begin_pulls(World& world, std::vector<Push>& pulls, double dt_s, Workers& w
 }
 
 // Charging a plate takes C V^2 from its supply, shared by both bodies; discharging gives nothing back. Bodies that sleep keep their charge.
-void settle_charges(World& world, Workers& workers) {
+void account_charges(World& world, Workers& workers) {
     Bodies& bodies = world.bodies;
     workers.run((bodies.count() + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
         for (std::size_t slot = job * kSlotsPerJob; slot < std::min(bodies.count(), (job + 1) * kSlotsPerJob); ++slot) {
             Bodies::FeatureState& state = bodies.features[slot];
-            if (bodies.motion[slot].inverse_mass == 0 && (bodies.nature[slot].flags & kFixed) == 0)
+            if (bodies.velocity[slot].inverse_mass == 0 && (bodies.properties[slot].flags & kFixed) == 0)
                 state.charge_j = state.charge_before_j;
             else
                 bodies.energy[slot] += std::max(0.0, static_cast<double>(state.charge_j) - static_cast<double>(state.charge_before_j));
@@ -74,12 +76,13 @@ void settle_charges(World& world, Workers& workers) {
     });
 }
 
-double pull_pair(World& world, std::vector<Push>& pulls, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m) {
+double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m) {
+    MELD_EXPECT(a != b && a < wrenches.size() && b < wrenches.size(), "slots {} and {} of {}", a, b, wrenches.size());
     Bodies& bodies = world.bodies;
     Bodies::FeatureState &a_state = bodies.features[a], &b_state = bodies.features[b];
     const std::vector<Feature>&a_table = world.tables[a_state.table], &b_table = world.tables[b_state.table];
     const Place &a_place = bodies.place[a], &b_place = bodies.place[b];
-    const Quat a_turn = orientation(bodies.turn[a]), b_turn = orientation(bodies.turn[b]);
+    const Quat a_turn = orientation(bodies.orientation[a]), b_turn = orientation(bodies.orientation[b]);
     const double distance = gap_m + a_place.radius + b_place.radius, range = world.feature_range_m();
 
     const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range);
@@ -104,48 +107,12 @@ double pull_pair(World& world, std::vector<Push>& pulls, std::uint32_t a, std::u
             double charge = 0;
             const Interaction done = interact(first, first_pose, second, second_pose, charge);
             const Vec3 a_lever = a_place.radius * first_pose.direction, b_lever = b_place.radius * second_pose.direction;
-            add_push(pulls[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
-            add_push(pulls[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
+            add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
+            add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
             a_state.charge_j += static_cast<float>(charge / 2);
             b_state.charge_j += static_cast<float>(charge / 2);
         }
     return held;
-}
-
-Result<void> FlatPulls::find(World& world, double dt_s, Workers& workers) {
-    pulls_.clear(), held_.clear();
-    if (!world.has_features()) return {};
-    Bodies& bodies = world.bodies;
-    bodies.need_features();
-    begin_pulls(world, pulls_, dt_s, workers);
-    const double range = world.feature_range_m();
-    if (auto found = broadphase_->find(bodies, range, workers); !found) return found;
-    for (const auto& list : broadphase_->pairs)
-        for (const BodyPair pair : list) {
-            if (bodies.features[pair.first].on == 0 || bodies.features[pair.second].on == 0) continue;
-            const Place &a = bodies.place[pair.first], &b = bodies.place[pair.second];
-            const Vec3 apart = position(b) - position(a);
-            const double distance = length(apart), gap = distance - a.radius - b.radius;
-            if (!(distance > 0 && gap < range)) continue;
-            const Vec3 normal = (1 / distance) * apart;
-            const double held = pull_pair(world, pulls_, pair.first, pair.second, normal, gap);
-            if (held == 0) continue;
-            add_push(pulls_[pair.first], held * normal, {});
-            add_push(pulls_[pair.second], -held * normal, {});
-            held_.push_back({touch_of(bodies.nature[pair.first].id, bodies.nature[pair.second].id), held});
-        }
-    std::sort(held_.begin(), held_.end(), [](const Held& one, const Held& other) { return one.touch < other.touch; });
-    return {};
-}
-
-void FlatPulls::discount(std::vector<ContactReport>& reports) const {
-    std::vector<bool> done(held_.size());
-    for (ContactReport& report : reports) {
-        const auto found = std::lower_bound(held_.begin(), held_.end(), report.touch,
-                                            [](const Held& held, const Touch& touch) { return held.touch < touch; });
-        if (found == held_.end() || found->touch != report.touch) continue;
-        if (auto once = done[static_cast<std::size_t>(found - held_.begin())]; !once) report.normal_force_n -= found->force_n, once = true;
-    }
 }
 
 }  // namespace meld::physics

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "physics/engine.h"
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 #include "runtime/base/give_back.h"
 
 namespace meld::physics {
@@ -18,19 +18,19 @@ Vec3 position(const Place& p) { return {p.x, p.y, p.z}; }
 
 bool Scene::has(BodyId body) const {
     const Bodies& bodies = world_->bodies;
-    return bodies.has(body) && (bodies.nature[bodies.slot(body)].flags & kRemoved) == 0;
+    return bodies.has(body) && (bodies.properties[bodies.slot(body)].flags & kRemoved) == 0;
 }
 
 std::size_t Scene::body_count() const {
-    const auto& nature = world_->bodies.nature;
-    return static_cast<std::size_t>(
-        std::count_if(nature.begin(), nature.end(), [](const Nature& one) { return (one.flags & (kRemoved | kGhost)) == 0; }));
+    const auto& properties = world_->bodies.properties;
+    return static_cast<std::size_t>(std::count_if(properties.begin(), properties.end(),
+                                                  [](const BodyProperties& one) { return (one.flags & (kRemoved | kGhost)) == 0; }));
 }
 
 std::vector<BodyId> Scene::bodies() const {
     std::vector<BodyId> ids;
-    for (const Nature& nature : world_->bodies.nature)
-        if ((nature.flags & (kRemoved | kGhost)) == 0) ids.push_back(nature.id);
+    for (const BodyProperties& properties : world_->bodies.properties)
+        if ((properties.flags & (kRemoved | kGhost)) == 0) ids.push_back(properties.id);
     std::sort(ids.begin(), ids.end());
     return ids;
 }
@@ -39,25 +39,25 @@ BodyState Scene::state(BodyId body) const {
     const Bodies& bodies = world_->bodies;
     const std::uint32_t slot = bodies.slot(body);
     const Place& place = bodies.place[slot];
-    const Turn& turn = bodies.turn[slot];
+    const Orientation& turn = bodies.orientation[slot];
     return {position(place),
             {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)},
-            vector_of(bodies.motion[slot].velocity),
-            (1 / place.radius) * vector_of(bodies.motion[slot].rim)};
+            vector_of(bodies.velocity[slot].linear),
+            (1 / place.radius) * vector_of(bodies.velocity[slot].surface)};
 }
 
 Vec3 Scene::acceleration(BodyId body) const {
     const std::uint32_t slot = world_->bodies.slot(body);
-    if (slot >= world_->last_good.motion.size() || world_->last_step_s == 0) return {};
+    if (slot >= world_->last_good.velocity.size() || world_->last_step_s == 0) return {};
     return (1 / world_->last_step_s) *
-           (vector_of(world_->bodies.motion[slot].velocity) - vector_of(world_->last_good.motion[slot].velocity));
+           (vector_of(world_->bodies.velocity[slot].linear) - vector_of(world_->last_good.velocity[slot].linear));
 }
 
 double Scene::radius(BodyId body) const { return world_->bodies.place[world_->bodies.slot(body)].radius; }
 
 double Scene::moment_of_inertia(BodyId body) const {
-    const Nature& nature = world_->bodies.nature[world_->bodies.slot(body)];
-    return static_cast<double>(nature.inertia_factor) * static_cast<double>(nature.mass) * radius(body) * radius(body);
+    const BodyProperties& properties = world_->bodies.properties[world_->bodies.slot(body)];
+    return static_cast<double>(properties.inertia_factor) * static_cast<double>(properties.mass) * radius(body) * radius(body);
 }
 
 SwitchedFeatures Scene::features(BodyId body) const {
@@ -127,10 +127,10 @@ double Scene::kinetic_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) continue;
-        const Vec3 v = vector_of(bodies.motion[slot].velocity), u = vector_of(bodies.motion[slot].rim);
-        sum += static_cast<double>(bodies.nature[slot].mass) / 2 *
-               (dot(v, v) + static_cast<double>(bodies.nature[slot].inertia_factor) * dot(u, u));
+        if (bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) continue;
+        const Vec3 v = vector_of(bodies.velocity[slot].linear), u = vector_of(bodies.velocity[slot].surface);
+        sum += static_cast<double>(bodies.properties[slot].mass) / 2 *
+               (dot(v, v) + static_cast<double>(bodies.properties[slot].inertia_factor) * dot(u, u));
     }
     return sum;
 }
@@ -139,8 +139,8 @@ double Scene::potential_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
-            sum -= static_cast<double>(bodies.nature[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
+        if ((bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
+            sum -= static_cast<double>(bodies.properties[slot].mass) * dot(world_->settings.gravity_m_s2, position(bodies.place[slot]));
     return sum;
 }
 
@@ -148,8 +148,8 @@ Vec3 Scene::momentum() const {
     const Bodies& bodies = world_->bodies;
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if ((bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
-            sum = sum + static_cast<double>(bodies.nature[slot].mass) * vector_of(bodies.motion[slot].velocity);
+        if ((bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) == 0)
+            sum = sum + static_cast<double>(bodies.properties[slot].mass) * vector_of(bodies.velocity[slot].linear);
     return sum;
 }
 
@@ -157,10 +157,10 @@ Vec3 Scene::angular_momentum() const {
     const Bodies& bodies = world_->bodies;
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kFixed | kRemoved | kGhost)) continue;
-        const double mass = static_cast<double>(bodies.nature[slot].mass), radius = bodies.place[slot].radius;
-        sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.motion[slot].velocity)) +
-              mass * radius * static_cast<double>(bodies.nature[slot].inertia_factor) * vector_of(bodies.motion[slot].rim);
+        if (bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) continue;
+        const double mass = static_cast<double>(bodies.properties[slot].mass), radius = bodies.place[slot].radius;
+        sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.velocity[slot].linear)) +
+              mass * radius * static_cast<double>(bodies.properties[slot].inertia_factor) * vector_of(bodies.velocity[slot].surface);
     }
     return sum;
 }
@@ -168,8 +168,8 @@ Vec3 Scene::angular_momentum() const {
 Digest Scene::digest() const {
     struct Row {
         Place place;
-        Turn turn;
-        float velocity[3], rim[3];
+        Orientation orientation;
+        float linear[3], surface[3];
         std::uint32_t id;
         // Named, so that no byte of a row is left to chance.
         std::uint32_t zero;
@@ -178,14 +178,14 @@ Digest Scene::digest() const {
     const Bodies& bodies = world_->bodies;
     Digest digest;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-        if (bodies.nature[slot].flags & (kRemoved | kGhost)) continue;
+        if (bodies.properties[slot].flags & (kRemoved | kGhost)) continue;
         Row row;
         std::memset(&row, 0, sizeof row);
         row.place = bodies.place[slot];
-        row.turn = bodies.turn[slot];
-        std::memcpy(row.velocity, bodies.motion[slot].velocity, sizeof row.velocity);
-        std::memcpy(row.rim, bodies.motion[slot].rim, sizeof row.rim);
-        row.id = bodies.nature[slot].id;
+        row.orientation = bodies.orientation[slot];
+        std::memcpy(row.linear, bodies.velocity[slot].linear, sizeof row.linear);
+        std::memcpy(row.surface, bodies.velocity[slot].surface, sizeof row.surface);
+        row.id = bodies.properties[slot].id;
         digest.add_bytes(std::as_bytes(std::span(&row, 1)));
     }
     return digest;
@@ -195,8 +195,8 @@ std::uint64_t Scene::tick() const { return world_->tick; }
 StageTimes Scene::stage_times() const { return world_->times; }
 std::size_t Scene::bytes() const {
     const LastGood& kept = world_->last_good;
-    return world_->bodies.bytes() + engine_->bytes() + kept.motion.capacity() * sizeof(Motion) + kept.place.capacity() * sizeof(Place) +
-           kept.turn.capacity() * sizeof(Turn);
+    return world_->bodies.bytes() + engine_->bytes() + kept.velocity.capacity() * sizeof(BodyVelocity) +
+           kept.place.capacity() * sizeof(Place) + kept.orientation.capacity() * sizeof(Orientation);
 }
 double Scene::residual() { return engine_->residual(); }
 

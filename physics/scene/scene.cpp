@@ -5,8 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/comparison/engines.h"
 #include "physics/engine.h"
-#include "physics/physics.h"
+#include "physics/scene/scene.h"
 
 namespace meld::physics {
 
@@ -36,19 +37,21 @@ Result<void> check(const Settings& s) {
         return wrong("stiffness_share", solver.stiffness_share, "Give a share of the substep rate, up to 1");
     if (!(s.skin_share > 0 && s.skin_share <= 1))
         return wrong("skin_share", s.skin_share, "Give a share of the diameter, more than 0 and at most 1");
-    if (!(s.touch_share >= 0 && s.part_share >= s.touch_share))
-        return wrong("part_share", s.part_share, "Bodies part at a gap at least as wide as that at which they touch");
-    if (!(s.part_share <= s.skin_share)) return wrong("part_share", s.part_share, "Bodies part within the skin; make skin_share larger");
+    if (!(s.touch_share >= 0 && s.separation_share >= s.touch_share))
+        return wrong("separation_share", s.separation_share,
+                     "A touch must end at a gap at least as wide as touch_share, at which it begins");
+    if (!(s.separation_share <= s.skin_share))
+        return wrong("separation_share", s.separation_share, "A touch must end within the skin; make skin_share larger");
     if (s.sleep_ticks < 0) return wrong("sleep_ticks", s.sleep_ticks, "Give a number of ticks, or 0 for no sleep");
     const std::pair<const char*, double> positive[] = {{"damping_ratio", solver.damping_ratio},
-                                                       {"push_speed_m_s", solver.push_speed_m_s},
-                                                       {"greatest_speed_m_s", s.greatest_speed_m_s},
-                                                       {"deepest_overlap_share", s.deepest_overlap_share}};
+                                                       {"max_depenetration_speed_m_s", solver.max_depenetration_speed_m_s},
+                                                       {"max_speed_m_s", s.max_speed_m_s},
+                                                       {"max_overlap_share", s.max_overlap_share}};
     for (const auto& [name, value] : positive)
         if (!(value > 0) || !std::isfinite(value)) return wrong(name, value, "Give a positive number");
     const std::pair<const char*, double> not_negative[] = {{"linear_damping_per_s", s.linear_damping_per_s},
                                                            {"angular_damping_per_s", s.angular_damping_per_s},
-                                                           {"least_bounce_m_s", solver.least_bounce_m_s},
+                                                           {"min_bounce_speed_m_s", solver.min_bounce_speed_m_s},
                                                            {"sleep_speed_m_s", s.sleep_speed_m_s}};
     for (const auto& [name, value] : not_negative)
         if (!(value >= 0) || !std::isfinite(value)) return wrong(name, value, "Give a number that is not negative");
@@ -61,7 +64,7 @@ Result<void> check(BodyId id, const BodyState& state) {
                     "Give it a finite position");
     if (!is_rotation(state.orientation))
         return fail(fmt::format("the orientation of body {} is no rotation", id), "Give it a quaternion of length 1");
-    if (!is_finite(state.velocity_m_s) || !is_finite(state.spin_rad_s))
+    if (!is_finite(state.linear_velocity_m_s) || !is_finite(state.angular_velocity_rad_s))
         return fail(fmt::format("the velocity of body {} is not finite", id), "Give it finite velocities");
     return {};
 }
@@ -79,14 +82,14 @@ Result<void> check(const BodySpec& spec) {
     if (!(spec.inertia_factor > 0 && spec.inertia_factor <= 1))
         return fail(fmt::format("body {} has the inertia factor {}", spec.id, spec.inertia_factor),
                     "Give it one in (0, 1]; 0.4 is a solid ball");
-    return check(spec.id, {spec.position_m, spec.orientation, spec.velocity_m_s, spec.spin_rad_s});
+    return check(spec.id, {spec.position_m, spec.orientation, spec.linear_velocity_m_s, spec.angular_velocity_rad_s});
 }
 
-Motion motion_of(const BodyState& state, double radius) {
-    const Vec3 v = state.velocity_m_s, u = radius * state.spin_rad_s;
+BodyVelocity motion_of(const BodyState& state, double radius) {
+    const Vec3 v = state.linear_velocity_m_s, u = radius * state.angular_velocity_rad_s;
     return {{single(v.x), single(v.y), single(v.z)}, 0, {single(u.x), single(u.y), single(u.z)}, 0};
 }
-Turn turn_of(Quat q) {
+Orientation orientation_of(Quat q) {
     const double n = 1 / norm(q);
     return {single(n * q.w), single(n * q.x), single(n * q.y), single(n * q.z)};
 }
@@ -160,15 +163,15 @@ Result<void> Scene::add_body(const BodySpec& spec) {
                 world_->check_depth(spec.id, spec.radius_m, obstacle, world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m));
             !fine)
             return fail(fine.error().problem, fine.error().suggestion);
-    const Nature nature{.id = spec.id,
-                        .mass = single(spec.mass_kg),
-                        .inertia_factor = single(spec.inertia_factor),
-                        .material = spec.material,
-                        .flags = spec.fixed ? std::uint8_t{kFixed} : std::uint8_t{0},
-                        .still_ticks = 0};
-    const BodyState state{spec.position_m, spec.orientation, spec.velocity_m_s, spec.spin_rad_s};
-    bodies.add({spec.position_m.x, spec.position_m.y, spec.position_m.z, spec.radius_m}, turn_of(spec.orientation),
-               motion_of(state, spec.radius_m), nature);
+    const BodyProperties properties{.id = spec.id,
+                                    .mass = single(spec.mass_kg),
+                                    .inertia_factor = single(spec.inertia_factor),
+                                    .material = spec.material,
+                                    .flags = spec.fixed ? std::uint8_t{kFixed} : std::uint8_t{0},
+                                    .still_ticks = 0};
+    const BodyState state{spec.position_m, spec.orientation, spec.linear_velocity_m_s, spec.angular_velocity_rad_s};
+    bodies.add({spec.position_m.x, spec.position_m.y, spec.position_m.z, spec.radius_m}, orientation_of(spec.orientation),
+               motion_of(state, spec.radius_m), properties);
     bodies.restore_masses(bodies.slot(spec.id));
     engine_->structure_changed();
     return {};
@@ -181,7 +184,7 @@ Result<void> Scene::known(BodyId body) const {
 
 Result<void> Scene::remove_body(BodyId body) {
     if (auto fine = known(body); !fine) return fine;
-    world_->bodies.nature[world_->bodies.slot(body)].flags |= kRemoved;
+    world_->bodies.properties[world_->bodies.slot(body)].flags |= kRemoved;
     engine_->body_changed(world_->bodies.slot(body), false);
     engine_->structure_changed();
     return {};
@@ -195,23 +198,23 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
     Place& place = bodies.place[slot];
     const bool moved = Vec3{place.x, place.y, place.z} != state.position_m;
     place = {state.position_m.x, state.position_m.y, state.position_m.z, place.radius};
-    bodies.turn[slot] = turn_of(state.orientation);
-    const Motion former = bodies.motion[slot];
-    bodies.motion[slot] = motion_of(state, place.radius);
-    bodies.motion[slot].inverse_mass = former.inverse_mass, bodies.motion[slot].inverse_rim_mass = former.inverse_rim_mass;
+    bodies.orientation[slot] = orientation_of(state.orientation);
+    const BodyVelocity former = bodies.velocity[slot];
+    bodies.velocity[slot] = motion_of(state, place.radius);
+    bodies.velocity[slot].inverse_mass = former.inverse_mass, bodies.velocity[slot].inverse_surface_mass = former.inverse_surface_mass;
     engine_->body_changed(slot, moved);
     contacts_known_ = false;
     return {};
 }
 
-Result<void> Scene::set_push(BodyId body, Vec3 force, Vec3 torque) {
+Result<void> Scene::set_wrench(BodyId body, Vec3 force, Vec3 torque) {
     if (auto fine = known(body); !fine) return fine;
     if (!is_finite(force) || !is_finite(torque))
         return fail(fmt::format("the force on body {} is not finite", body), "Give it finite forces");
     Bodies& bodies = world_->bodies;
-    bodies.need_pushes();
+    bodies.need_wrenches();
     const std::uint32_t slot = bodies.slot(body);
-    bodies.pushes[slot] = {{single(force.x), single(force.y), single(force.z)}, {single(torque.x), single(torque.y), single(torque.z)}};
+    bodies.wrenches[slot] = {{single(force.x), single(force.y), single(force.z)}, {single(torque.x), single(torque.y), single(torque.z)}};
     engine_->body_changed(slot, false);
     return {};
 }
@@ -258,9 +261,9 @@ Result<StepReport> Scene::step(double dt_s, int substeps, Workers& workers) {
     auto report = engine_->step({dt_s, substeps}, workers);
     if (!report) {
         if (kept.complete) {
-            std::copy(kept.motion.begin(), kept.motion.end(), bodies.motion.begin());
+            std::copy(kept.velocity.begin(), kept.velocity.end(), bodies.velocity.begin());
             std::copy(kept.place.begin(), kept.place.end(), bodies.place.begin());
-            std::copy(kept.turn.begin(), kept.turn.end(), bodies.turn.begin());
+            std::copy(kept.orientation.begin(), kept.orientation.end(), bodies.orientation.begin());
             engine_->state_restored();
         }
         world_->events.clear();

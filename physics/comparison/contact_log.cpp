@@ -1,5 +1,5 @@
 // Comparing the contacts of two steps.
-#include "physics/contact_log.h"
+#include "physics/comparison/contact_log.h"
 
 #include <algorithm>
 #include <iterator>

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "physics/broadphase.h"
+#include "physics/comparison/hash_broadphase.h"
 #include "runtime/base/hash.h"
 
 namespace meld::physics {
@@ -45,9 +45,9 @@ class HashBroadphase final : public Broadphase {
         const std::size_t count = bodies.count();
         half_reach_ = reach_m / 2;
         const RadiusRange radii = radius_range(bodies);
-        cell_m_ = 2 * radii.least + reach_m;
+        cell_m_ = 2 * radii.min + reach_m;
         levels_ = 1;
-        while (cell_m_ * std::exp2(levels_ - 1) < 2 * radii.largest + reach_m) ++levels_;
+        while (cell_m_ * std::exp2(levels_ - 1) < 2 * radii.max + reach_m) ++levels_;
         std::size_t size = 1024;
         while (size < 4 * count) size *= 2;
         if (heads_.size() != size) heads_ = std::vector<std::atomic<std::uint32_t>>(size);
@@ -83,7 +83,7 @@ class HashBroadphase final : public Broadphase {
     }
 
     void insert(const Bodies& bodies, std::uint32_t body) {
-        if (bodies.nature[body].flags & kRemoved) return;
+        if (bodies.properties[body].flags & kRemoved) return;
         const Place& p = bodies.place[body];
         std::size_t node = body * kMaxBins;
         for_bins(p, level_of(p.radius), [&](std::size_t bin) {
@@ -95,7 +95,7 @@ class HashBroadphase final : public Broadphase {
     }
 
     void query(const Bodies& bodies, std::uint32_t body, int worker) {
-        if (bodies.nature[body].flags & kRemoved) return;
+        if (bodies.properties[body].flags & kRemoved) return;
         const Place& p = bodies.place[body];
         const int own = level_of(p.radius);
         Met& met = met_[static_cast<std::size_t>(worker)];
@@ -119,7 +119,7 @@ class HashBroadphase final : public Broadphase {
         const Place &p = bodies.place[body], &q = bodies.place[other];
         const double dx = q.x - p.x, dy = q.y - p.y, dz = q.z - p.z, reach = p.radius + q.radius + 2 * half_reach_;
         if (dx * dx + dy * dy + dz * dz >= reach * reach) return;
-        if (bodies.nature[body].flags & bodies.nature[other].flags & kFixed) return;
+        if (bodies.properties[body].flags & bodies.properties[other].flags & kFixed) return;
         pairs[static_cast<std::size_t>(worker)].push_back({body, other});
     }
 

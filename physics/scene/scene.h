@@ -1,0 +1,155 @@
+// The physics of an ensemble: spheres that fall, touch, slide, roll and pull on each other, by the million.
+//
+//     auto scene = physics::Scene::make({});
+//     scene->add_obstacle(physics::Plane{}, 0);
+//     scene->add_body({.id = 0, .position = {0, 0, 3}});
+//     Workers workers(2);
+//     auto done = scene->step(1.0 / 240, 2, workers);
+//
+// Everything is in SI units. One thread calls a scene; `step` uses the workers it is given. The state after a step is the same,
+// bit for bit, for any number of workers (with the Blocks engine, and with Ode, which uses only one). docs/physics.md says how it works.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/actuation.h"
+#include "physics/material.h"
+#include "physics/obstacles.h"
+#include "physics/reports.h"
+#include "physics/settings.h"
+#include "physics/types.h"
+#include "runtime/base/error.h"
+#include "runtime/base/exact_sum.h"
+#include "runtime/base/hash.h"
+#include "runtime/base/parallel_for.h"
+
+namespace meld::physics {
+
+struct BodySpec {
+    BodyId id = 0;
+    Vec3 position_m = {};
+    Quat orientation = {};
+    Vec3 linear_velocity_m_s = {};
+    Vec3 angular_velocity_rad_s = {};
+    double radius_m = 0.5;
+    double mass_kg = 1;
+    // Moment of inertia / (mass radius^2): 0.4 for a solid ball, 2/3 for a hollow one.
+    double inertia_factor = 0.4;
+    std::uint8_t material = 0;
+    // Moves only with its own velocity, whatever acts on it.
+    bool fixed = false;
+};
+
+struct BodyState {
+    Vec3 position_m = {};
+    Quat orientation = {};
+    Vec3 linear_velocity_m_s = {};
+    Vec3 angular_velocity_rad_s = {};
+};
+
+// By bit: which features are on, and which of them point inwards.
+struct SwitchedFeatures {
+    std::uint32_t on = 0, reversed = 0;
+};
+
+class Engine;
+struct World;
+
+class Scene {
+  public:
+    // The error says which setting cannot be.
+    static Result<std::unique_ptr<Scene>> make(const Settings& settings);
+    ~Scene();
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    // Building. Material 0 exists from the start.
+    Result<std::uint8_t> add_material(Material material);
+    Result<std::uint32_t> add_obstacle(Shape shape, std::uint8_t material);
+    Result<std::uint16_t> add_feature_table(std::vector<Feature> features);
+    // Reserves memory for `bodies` bodies with ids below `ids`, so that arrays need not grow.
+    void reserve(std::size_t bodies, std::size_t ids);
+    Result<void> add_body(const BodySpec& spec);
+    Result<void> remove_body(BodyId body);
+
+    // Acting. A wrench stays until it is set again; setting it wakes the body.
+    Result<void> set_state(BodyId body, const BodyState& state);
+    Result<void> set_wrench(BodyId body, Vec3 force_n, Vec3 torque_nm);
+    Result<void> set_feature_table(BodyId body, std::uint16_t table);
+    // Bit i of `on`: feature i is on; of `reversed`: its magnet points inwards.
+    Result<void> set_features(BodyId body, std::uint32_t on, std::uint32_t reversed);
+
+    // One tick of dt_s seconds, in `substeps` substeps. After an error the state is that before the step (see keep_last_good)
+    // and contacts begin without memory.
+    Result<StepReport> step(double dt_s, int substeps, Workers& workers);
+
+    // Reading. The body must exist (`has`).
+    bool has(BodyId body) const;
+    std::size_t body_count() const;
+    std::vector<BodyId> bodies() const;
+    BodyState state(BodyId body) const;
+    // Change of velocity over the last step; 0 unless the settings keep former velocities.
+    Vec3 acceleration(BodyId body) const;
+    double radius(BodyId body) const;
+    // About an axis through its centre, kg m^2.
+    double moment_of_inertia(BodyId body) const;
+    SwitchedFeatures features(BodyId body) const;
+    // Sum of the normal forces on the body over its surface, Pa.
+    double pressure(BodyId body);
+    double energy_drawn_j(BodyId body) const;
+    bool asleep(BodyId body) const;
+
+    // Where the body is among all that the scene holds, below slot_count(); until the next step.
+    std::uint32_t slot(BodyId body) const;
+    std::size_t slot_count() const;
+
+    // What began and ended to touch in the last step, sorted.
+    std::span<const TouchEvent> events() const;
+    // Gives their memory back where they are many, as they are when all that touches begins to.
+    void forget_events();
+    // All that touch now, sorted, each once; made when first asked for after a step.
+    std::span<const ContactReport> contacts();
+    // The same in no order, none of them kept, which costs a fraction.
+    void each_contact(const ContactVisitor& visit) const;
+    // Sums up by slot the normal forces in them that press on each body, N; in a divided world those known to this subdomain, see
+    // subdomain.h. Cost: one pass over the contacts on all workers.
+    void sum_normal_forces(std::vector<ExactSum>& of_slot, Workers& workers) const;
+    // Those of one body (in some of them it is `other`), as indices into contacts().
+    std::span<const std::uint32_t> contacts_of(BodyId body);
+
+    // Kinetic and, in the gravity of the settings, potential energy; the sum of momenta.
+    double kinetic_energy_j() const;
+    double potential_energy_j() const;
+    Vec3 momentum() const;
+    Vec3 angular_momentum() const;
+
+    // Of places, orientations and velocities of all bodies; their order does not matter.
+    Digest digest() const;
+    std::uint64_t tick() const;
+    StageTimes stage_times() const;
+    std::size_t bytes() const;
+    // Residual of the contact equations at the present velocities (see docs/physics.md); for studies.
+    double residual();
+
+    // For code that steps by stages (subdomain.h): the contacts that were asked for are no longer those that are.
+    void forget_contacts() { contacts_known_ = false; }
+    // The engine underneath, for code within physics and its tests.
+    World& world() { return *world_; }
+    Engine& engine() { return *engine_; }
+
+  private:
+    explicit Scene(const Settings& settings);
+    Result<void> known(BodyId body) const;
+
+    std::unique_ptr<World> world_;
+    std::unique_ptr<Engine> engine_;
+    std::vector<ContactReport> contacts_;
+    std::vector<std::uint32_t> contact_start_, contact_index_;
+    bool contacts_known_ = false;
+};
+
+}  // namespace meld::physics

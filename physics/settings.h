@@ -1,0 +1,80 @@
+// How a scene is stepped: which engine and solver, and the thresholds that they go by.
+#pragma once
+
+#include <cstddef>
+
+#include "physics/types.h"
+
+namespace meld::physics {
+
+enum class EngineKind {
+    // The sparse grid of blocks and the coloured solver: deterministic, for millions of bodies.
+    Blocks,
+    // The seed design, for comparison: bins filled by atomic exchange, and a parallel sweep without locks, which is not
+    // deterministic with several workers.
+    Hash,
+    // ODE as it is: a hash space and dWorldQuickStep, one thread, at most kMaxOdeBodies.
+    Ode,
+};
+
+enum class SolverMode {
+    // Soft contacts, warm started, with a relaxing pass: stacks stand. Only Blocks has them; the other engines take pgs20's
+    // sweeps instead.
+    Soft,
+    // Projected Gauss-Seidel from nothing, with error reduction, as ODE's QuickStep.
+    Pgs,
+};
+
+struct SolverSettings {
+    SolverMode mode = SolverMode::Soft;
+    // Sweeps over all colours in a substep, and how often each block is swept while it is in the cache.
+    int sweeps = 2;
+    int inner_sweeps = 1;
+    // Soft: sweeps that take the pushing velocity out again.
+    int relax_sweeps = 1;
+    // Soft: how stiff, as a share of the substep rate, and how strongly damped contacts are.
+    double stiffness_share = 0.25;
+    double damping_ratio = 10;
+    // Pgs: over-relaxation and the share of an overlap removed in a step (ODE's ERP).
+    double over_relaxation = 1.3;
+    double error_reduction = 0.2;
+    // The speed at which overlaps are resolved is at most this.
+    double max_depenetration_speed_m_s = 3;
+    // Contacts that approach more slowly do not bounce.
+    double min_bounce_speed_m_s = 0.05;
+
+    // What ODE does by default: 20 cold sweeps.
+    static SolverSettings pgs20();
+};
+
+struct Settings {
+    EngineKind engine = EngineKind::Blocks;
+    SolverSettings solver = {};
+    Vec3 gravity_m_s2{0, 0, -9.81};
+    // The share of the velocity lost per second (in the limit of small steps).
+    double linear_damping_per_s = 0;
+    double angular_damping_per_s = 0;
+    // Candidates are kept until something has moved half the skin; a share of the smallest body's diameter.
+    double skin_share = 0.1;
+    // A touch begins when the gap is below touch_share and ends when it is above separation_share; shares of the smallest diameter.
+    double touch_share = 0.005;
+    double separation_share = 0.02;
+    // A block sleeps when it and the blocks around it have been slower than this for sleep_ticks ticks; 0 ticks: never.
+    int sleep_ticks = 30;
+    double sleep_speed_m_s = 0.005;
+    // The radii of all bodies lie between these, where a scene is part of a larger one and must cut space as all parts do; 0:
+    // the bodies are asked.
+    double min_radius_m = 0;
+    double max_radius_m = 0;
+    // Limits beyond which a step ends with an error.
+    double max_speed_m_s = 1000;
+    double max_overlap_share = 0.5;
+    // Keep a copy of the state before each step, to go back to when it ends with an error (80 bytes a body).
+    bool keep_last_good = true;
+    // Keep the velocities of before each step, of which accelerations come (32 bytes a body).
+    bool keep_former_velocities = true;
+};
+
+inline constexpr std::size_t kMaxOdeBodies = 131072;
+
+}  // namespace meld::physics
