@@ -1,4 +1,4 @@
-// The interface of physics.h: checks what it is given, keeps the world, and lets the engine step.
+// The interface of scene.h: checks its arguments, keeps the world, and lets the engine step.
 #include <fmt/format.h>
 
 #include <algorithm>
