@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Draws moments of a recording of bodies side by side into an SVG: spheres seen along an axis, coloured by number from first to
 last unless the program coloured them, with what the program wrote and drew between them, and the world's ground and obstacles:
 boxes and terrain by their edges, planes where they cut the plane of view in the middle of the bodies.
@@ -14,6 +14,10 @@ import colorsys
 import html
 import itertools
 import tomllib
+
+from libraries import need
+
+need("h5py", "numpy")
 
 import h5py
 import numpy as np

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Draws three moments of a recorded shape change side by side, as shaded spheres seen from above at an angle.
 
     meldsim run examples/meld/shape_change.meld --record shape.vtkhdf
@@ -10,10 +10,15 @@ import argparse
 import struct
 import zlib
 
+from libraries import need
+
+need("h5py", "numpy")
+
 import h5py
 import numpy as np
 
 PANEL = (430, 400)          # Pixels of a panel, width and height.
+LABEL = 30                  # Pixels below the panels, for their ticks.
 SAMPLES = 3                 # Each pixel is the mean of this many squared.
 TURN = np.radians(-40)      # Of the scene about the upright axis.
 TILT = np.radians(24)       # Of the camera above the horizon.
@@ -21,10 +26,23 @@ LIGHT = np.array([0.10, -0.62, 0.78])   # Towards the light, in the turned scene
 LIGHT /= np.linalg.norm(LIGHT)
 PAPER = np.array([255.0, 255.0, 255.0])
 SHADOW = np.array([196.0, 202.0, 212.0])
+INK = np.array([88.0, 96.0, 108.0])
+DOT = 2                     # Pixels of the finished picture to a dot of a letter.
+# The letters of a label, five dots wide and seven high, a string a row.
+LETTERS = {
+    "0": "01110 10001 10011 10101 11001 10001 01110", "1": "00100 01100 00100 00100 00100 00100 01110",
+    "2": "01110 10001 00001 00010 00100 01000 11111", "3": "11111 00010 00100 00010 00001 10001 01110",
+    "4": "00010 00110 01010 10010 11111 00010 00010", "5": "11111 10000 11110 00001 00001 10001 01110",
+    "6": "00110 01000 10000 11110 10001 10001 01110", "7": "11111 00001 00010 00100 01000 01000 01000",
+    "8": "01110 10001 10001 01110 10001 10001 01110", "9": "01110 10001 10001 01111 00001 00010 01100",
+    "t": "01000 01000 11100 01000 01000 01001 00110", "i": "00100 00000 01100 00100 00100 00100 01110",
+    "c": "00000 00000 01110 10000 10000 10001 01110", "k": "10000 10000 10010 10100 11000 10100 10010",
+    ",": "00000 00000 00000 00000 01100 00100 01000", " ": "00000 00000 00000 00000 00000 00000 00000",
+}
 
 
 def moment(recording, tick):
-    """Positions and colours of the recorded step nearest to a tick; for the tick itself the latest."""
+    """Positions, colours and tick of the recorded step nearest to a tick; of equals the latest."""
     data = recording["VTKHDF"]
     times = data["Steps/Values"][:]
     step = len(times) - 1 - int(np.argmin(np.abs(times[::-1] - tick)))
@@ -32,7 +50,8 @@ def moment(recording, tick):
     first = data["Steps/PointOffsets"][step]
     colour = data["Steps/PointDataOffsets/colour"][step]
     return (data["Points"][first:first + points].astype(float),
-            data["PointData/colour"][colour:colour + points].astype(float))
+            data["PointData/colour"][colour:colour + points].astype(float),
+            int(times[step]))
 
 
 def occupancy(cells, margin):
@@ -94,10 +113,12 @@ def lit(cells, which, turned_to_scene):
 def blur(image, radius):
     for axis in (0, 1):
         for _ in range(3):
-            padded = np.concatenate([np.repeat(image.take([0], axis), radius + 1, axis), image, np.repeat(image.take([-1], axis), radius, axis)], axis)
+            before, after = np.repeat(image.take([0], axis), radius + 1, axis), np.repeat(image.take([-1], axis), radius, axis)
+            padded = np.concatenate([before, image, after], axis)
             summed = np.cumsum(padded, axis=axis)
             size = image.shape[axis]
-            image = (summed.take(range(2 * radius + 1, 2 * radius + 1 + size), axis) - summed.take(range(size), axis)) / (2 * radius + 1)
+            window = 2 * radius + 1
+            image = (summed.take(range(window, window + size), axis) - summed.take(range(size), axis)) / window
     return image
 
 
@@ -140,7 +161,8 @@ def darken_floor(image, points, view):
     shade = np.zeros((height, width))
     r = view.scale * 0.8
     for px, py in zip(x, y):
-        shade[max(0, int(py - r * np.sin(TILT))):max(0, int(py + r * np.sin(TILT)) + 1), max(0, int(px - r)):max(0, int(px + r) + 1)] = 1
+        rows = slice(max(0, int(py - r * np.sin(TILT))), max(0, int(py + r * np.sin(TILT)) + 1))
+        shade[rows, max(0, int(px - r)):max(0, int(px + r) + 1)] = 1
     shade = blur(shade, int(view.scale * 0.9))[..., None]
     image *= 1 - shade * (1 - SHADOW / PAPER)
 
@@ -169,6 +191,14 @@ def draw(image, points, colours, view):
         depth[ys, xs] = cd + near[pick]
         strength = (0.24 + 0.56 * sky[i]) * (0.5 + 0.5 * dome[pick]) + 0.70 * (0.12 + 0.88 * sun[i]) * diffuse[pick]
         image[ys, xs] = colours[i] * strength[:, None] + 60 * (sun[i] * shine[pick])[:, None]
+
+
+def write_label(image, text, middle, bottom):
+    """Draws a line of text whose middle is at a pixel and whose last row of dots ends `bottom` pixels above the edge."""
+    dots = np.hstack([np.array([[dot == "1" for dot in row + "0"] for row in LETTERS[letter].split()]) for letter in text])
+    mask = np.kron(dots, np.ones((DOT, DOT), dtype=bool))
+    top, left = image.shape[0] - bottom - mask.shape[0], middle - mask.shape[1] // 2
+    image[top:top + mask.shape[0], left:left + mask.shape[1]][mask] = INK
 
 
 def png(image, path):
@@ -204,7 +234,7 @@ def main():
     with h5py.File(options.recording) as recording:
         last = recording["VTKHDF/Steps/Values"][-1]
         moments = [moment(recording, tick) for tick in options.ticks or (0, last * 0.18, last)]
-    all_points = np.concatenate([points for points, _ in moments])
+    all_points = np.concatenate([points for points, _, _ in moments])
     plain = View(1, (0, 0), 0)
     x, y, _ = plain.project(all_points @ plain.turn.T)
     panel = np.array(PANEL) * SAMPLES
@@ -213,11 +243,14 @@ def main():
     image = np.tile(PAPER, (panel[1], panel[0] * len(moments), 1))
     views = [View(scale, (panel[0] * (i + 0.5) - (x.max() + x.min()) / 2 * scale, panel[1] / 2 - (y.max() + y.min()) / 2 * scale), floor)
              for i in range(len(moments))]
-    for view, (points, _) in zip(views, moments):
+    for view, (points, _, _) in zip(views, moments):
         darken_floor(image, points, view)
-    for view, (points, colours) in zip(views, moments):
+    for view, (points, colours, _) in zip(views, moments):
         draw(image, points, colours, view)
     image = image.reshape(PANEL[1], SAMPLES, -1, SAMPLES, 3).mean(axis=(1, 3))
+    image = np.concatenate([image, np.tile(PAPER, (LABEL, image.shape[1], 1))])
+    for i, (_, _, tick) in enumerate(moments):
+        write_label(image, f"tick {tick:,}", int(PANEL[0] * (i + 0.5)), 8)
     # A few bits less are not seen, and a third less to store.
     png(np.clip(np.rint(image / 4) * 4, 0, 255), options.picture)
 

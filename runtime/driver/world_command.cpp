@@ -30,7 +30,7 @@ int world_command(const std::string& path) {
     if (!world->target) return 0;
     const Result<world::Target> target = world::Target::make(*world, lattice);
     if (!target) return tell(target.error());
-    fmt::print("target: {}{}\n", world->target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    fmt::print("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
     return 0;
 }
 

@@ -1,12 +1,14 @@
-// Choosing a given number of target cells by breadth-first search from the body.
+// Choosing the cells of a target: by breadth-first search from the body, in a shape that may first be scaled to fit.
 #include "runtime/world/target.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <utility>
 
+#include "runtime/world/fit.h"
 #include "runtime/world/populate.h"
 
 namespace meld::world {
@@ -17,13 +19,25 @@ void set_bit(BrickCells& bits, std::uint32_t number) { bits[number / 64] |= std:
 
 double distance_squared(const Vec3& p) { return p[0] * p[0] + p[1] * p[1] + p[2] * p[2]; }
 
+// The cells of a shape in a brick without those left out, which are sorted.
+BrickCells cells_without(const FittedShape& fitted, const Lattice& lattice, Cell brick) {
+    BrickCells bits = cells_in_shape(fitted.shape, lattice, brick);
+    const CellKey first = lattice.key(lattice.cell_in_brick(brick, 0));
+    for (auto at = std::lower_bound(fitted.surplus.begin(), fitted.surplus.end(), first);
+         at != fitted.surplus.end() && *at - first < kBrickCells; ++at) {
+        const auto number = static_cast<std::uint32_t>(*at - first);
+        bits[number / 64] &= ~(std::uint64_t{1} << number % 64);
+    }
+    return bits;
+}
+
 // The cell of both body and target nearest the origin; of equals, the one with the least key.
-std::optional<Cell> starting_cell(const World& world, const Lattice& lattice) {
+std::optional<Cell> starting_cell(const World& world, const FittedShape& fitted, const Lattice& lattice) {
     std::optional<std::pair<double, CellKey>> best;
-    for_each_brick(*world.target, lattice, [&](Cell brick) {
+    for_each_brick(fitted.shape, lattice, [&](Cell brick) {
         BrickCells both = cells_of_body(world, lattice, brick);
         if (both == BrickCells{}) return true;
-        const BrickCells target = cells_in_shape(*world.target, lattice, brick);
+        const BrickCells target = cells_without(fitted, lattice, brick);
         for (std::uint32_t word = 0; word < both.size(); ++word) {
             for (std::uint64_t rest = both[word] & target[word]; rest != 0; rest &= rest - 1) {
                 const Cell cell = lattice.cell_in_brick(brick, word * 64 + static_cast<std::uint32_t>(std::countr_zero(rest)));
@@ -40,7 +54,7 @@ std::optional<Cell> starting_cell(const World& world, const Lattice& lattice) {
 // Breadth-first search over the cells of the target, which looks at the shape brick by brick as it gets there.
 class Search {
   public:
-    Search(const Shape& shape, const Lattice& lattice) : shape_(shape), lattice_(lattice) {}
+    Search(const FittedShape& fitted, const Lattice& lattice) : fitted_(fitted), lattice_(lattice) {}
 
     // Chooses up to `wanted` cells and returns how many there were.
     std::uint64_t run(Cell start, std::uint64_t wanted) {
@@ -86,11 +100,11 @@ class Search {
         const auto made = static_cast<std::uint32_t>(chosen_.size());
         rows_.insert(key, made);
         chosen_.push_back({});
-        unseen_.push_back(cells_in_shape(shape_, lattice_, brick));
+        unseen_.push_back(cells_without(fitted_, lattice_, brick));
         return made;
     }
 
-    const Shape& shape_;
+    const FittedShape& fitted_;
     const Lattice& lattice_;
     BrickTable rows_;
     std::vector<BrickCells> chosen_ = {BrickCells{}};
@@ -103,12 +117,13 @@ std::uint64_t count_cells(const Shape& shape, const Lattice& lattice) {
     return count_catoms(alone, lattice);
 }
 
-Error too_small(const World& world, const Lattice& lattice, std::uint64_t connected, std::uint64_t wanted) {
-    const std::uint64_t all = count_cells(*world.target, lattice);
+Error too_small(const World& world, const Shape& shape, const Lattice& lattice, std::uint64_t connected, std::uint64_t wanted) {
+    const std::uint64_t all = count_cells(shape, lattice);
     const std::string part = all > connected ? fmt::format(", {} of them connected to the body,", connected) : "";
-    const std::string why = world.target_is_mass ? "the catoms and what they hold would fill" : "[target] cells asks for";
-    return {fmt::format("the target {} has {} cells{} but {} {}", world.target->text(), all, part, why, wanted),
-            "make the shape larger, or the body smaller"};
+    const bool mass = world.target_is_mass || world.target_fits_mass;
+    const std::string why = mass ? "the catoms and what they hold would fill" : "[target] cells asks for";
+    return {fmt::format("the target {} has {} cells{} but {} {}", shape.text(), all, part, why, wanted),
+            world.target_fits_mass ? "make the shape one piece with thicker walls" : "make the shape larger, or the body smaller"};
 }
 
 }  // namespace
@@ -116,19 +131,26 @@ Error too_small(const World& world, const Lattice& lattice, std::uint64_t connec
 Result<Target> Target::make(const World& world, const Lattice& lattice) {
     Target target(lattice);
     target.shape_ = world.target;
-    const bool all = !world.target_cells && !world.target_is_mass;
-    if (!world.target || all) return target;
+    const bool of_mass = world.target_is_mass || world.target_fits_mass;
+    if (!world.target || (!world.target_cells && !of_mass)) return target;
 
     const std::uint64_t wanted =
-        world.target_is_mass ? count_catoms(world, lattice) * (1 + static_cast<std::uint64_t>(world.held)) : *world.target_cells;
-    const std::optional<Cell> start = starting_cell(world, lattice);
+        of_mass ? count_catoms(world, lattice) * (1 + static_cast<std::uint64_t>(world.held)) : *world.target_cells;
+    FittedShape fitted{*world.target, 1, {}};
+    if (world.target_fits_mass) {
+        Result<FittedShape> fit = fit_shape(*world.target, lattice, wanted);
+        if (!fit) return tl::unexpected(fit.error());
+        fitted = std::move(*fit);
+    }
+    const std::optional<Cell> start = starting_cell(world, fitted, lattice);
     if (!start) {
-        return fail(fmt::format("no catom stands in the target {}, so its cells cannot be counted from the body", world.target->text()),
+        return fail(fmt::format("no catom stands in the target {}, so its cells cannot be counted from the body", fitted.shape.text()),
                     "move the target or the body so that they overlap");
     }
-    Search search(*world.target, lattice);
+    Search search(fitted, lattice);
     const std::uint64_t chosen = search.run(*start, wanted);
-    if (chosen < wanted) return tl::unexpected(too_small(world, lattice, chosen, wanted));
+    if (chosen < wanted) return tl::unexpected(too_small(world, fitted.shape, lattice, chosen, wanted));
+    target.shape_ = fitted.shape;
     target.cells_ = chosen;
     target.rows_ = std::move(search.rows());
     target.chosen_ = std::move(search.chosen());

@@ -1,9 +1,10 @@
-// Which cells a world's target holds: all cells of its shape, or a given number of them.
+// Which cells a world's target holds: all cells of its shape, a given number of them, or those of the shape scaled to fit.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -17,7 +18,8 @@ namespace meld::world {
 // Immutable once made; any thread may ask.
 class Target {
   public:
-    // Without `cells` in [target] this costs nothing. With it, the cells are chosen here: breadth first over the lattice,
+    // With `fit` in [target] the shape is scaled first until it holds as many cells as there is mass (fit.h).
+    // Without `fit` and `cells` this costs nothing. With one of them, the cells are chosen here: breadth first over the lattice,
     // from the target cell inside the body that is nearest the origin (ties by key), each distance in the order of keys,
     // until the number is reached; so the choice is connected and the same on every part. Cost: a few hundred
     // nanoseconds a cell chosen. Errors: no catom stands in the target; the shape holds fewer cells than asked for.
@@ -28,6 +30,8 @@ class Target {
     void fill(Cell brick, std::span<std::uint64_t, 8> bits) const;
     // How many cells were chosen; absent where the target is the whole shape or there is none.
     std::optional<std::uint64_t> cells() const { return cells_; }
+    // The shape of the target as a text, scaled where it was made to fit; empty where there is no target.
+    std::string text() const { return shape_ ? shape_->text() : ""; }
 
   private:
     explicit Target(const Lattice& lattice) : lattice_(lattice) {}

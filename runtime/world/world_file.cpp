@@ -142,10 +142,17 @@ void read_bodies(TomlReader& reader, const Section& top, World& world) {
 }
 
 void read_target(TomlReader& reader, const toml::table& table, World& world) {
-    const Section target(reader, table, "[target]", {"shape", "cells"});
+    const Section target(reader, table, "[target]", {"shape", "cells", "fit"});
     world.target = target.read_shape("shape");
     const toml::node* cells = target.find("cells");
     if (!table.empty() && !target.has("shape")) return reader.wrong(table.source(), "[target] has no shape");
+    if (target.has("fit")) {
+        std::string fit;
+        target.read_choice("fit", fit, {"mass"});
+        world.target_fits_mass = true;
+        if (cells) target.wrong("cells", "[target] cells already follows from fit = \"mass\"", "take one of the two out");
+        return;
+    }
     if (!cells) return;
     if (cells->is_string() && **cells->as_string() == "mass") {
         world.target_is_mass = true;
@@ -222,8 +229,10 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
     if (top.has("time"))
         reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
     if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
-    if (world.target_cells || world.target_is_mass)
-        reader.wrong(top.find("target")->source(), "a target of so many cells needs a lattice", "take [target] cells out");
+    if (world.target_cells || world.target_is_mass || world.target_fits_mass) {
+        reader.wrong(top.find("target")->source(), "a target with a given number of cells needs a lattice",
+                     fmt::format("take [target] {} out", world.target_fits_mass ? "fit" : "cells"));
+    }
 }
 
 // What can only be said of the world as a whole.

@@ -68,6 +68,8 @@ struct World {
     // catoms times (1 + held). Target (target.h) chooses them.
     std::optional<std::uint64_t> target_cells;
     bool target_is_mass = false;
+    // [target] fit = "mass": the shape is scaled until it holds exactly as many cells as there is mass.
+    bool target_fits_mass = false;
     int held = 0;  // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
     std::vector<Event> events;

@@ -9,9 +9,15 @@ import subprocess
 import sys
 
 WHERE = "\ntype where-cell(node, int X, int Y, int Z).\nwhere-cell(A, X, Y, Z) :- cell(A, X, Y, Z).\n"
-# Processes and threads: all of them in a program's first world; half of them, in turn, in the others.
-SIZES = [(processes, threads) for processes in (1, 2, 3, 4) for threads in (1, 2)]
-HALVES = [[(1, 1), (2, 2), (3, 1), (4, 2)], [(1, 2), (2, 1), (3, 2), (4, 1)]]
+# Processes and threads: the first list in a program's first world; the others, in turn, in its further worlds. The campaign
+# (`scripts/test --all`) takes more of them.
+CAMPAIGN = os.environ.get("CLAYMELD_TEST_SIZES") == "all"
+if CAMPAIGN:
+    SIZES = [(processes, threads) for processes in (1, 2, 3, 4) for threads in (1, 2)]
+    FURTHER = [[(1, 1), (2, 2), (3, 1), (4, 2)], [(1, 2), (2, 1), (3, 2), (4, 1)]]
+else:
+    SIZES = [(1, 1), (1, 2), (2, 1), (3, 2)]
+    FURTHER = [[(1, 1), (2, 2)], [(1, 2), (3, 1)], [(1, 1), (4, 1)]]
 FACT = re.compile(r"([^(]+)\((.*)\)\.")
 # What a run has done does not depend on how it was divided.
 SAME = ("ended", "ticks", "catoms", "evaluations", "derivations", "exported_changes", "linear_messages", "dropped_messages")
@@ -61,13 +67,14 @@ class Runner:
         self.telling = self.folder / self.program.name
         self.telling.write_text(self.program.read_text() + telling)
         self.told = tuple(re.findall(r"type ([\w-]+)", telling))
-        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                                OMPI_MCA_rmaps_base_oversubscribe="1")
+        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1",
+                                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
 
     def run(self, program, world, processes, threads, options):
         facts, digest = self.folder / "out.facts", self.folder / "out.digest"
         facts.unlink(missing_ok=True)
-        command = [self.meldsim, "run", program, "--world", world, "--facts-out", facts, "--digest", digest, "--json", "-n", str(processes), "--threads", str(threads), *options]
+        command = [self.meldsim, "run", program, "--world", world, "--facts-out", facts, "--digest", digest, "--json",
+                   "-n", str(processes), "--threads", str(threads), *options]
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout}{done.stderr}")
@@ -75,14 +82,15 @@ class Runner:
 
     def run_plainly(self, world, processes, threads):
         """The facts at the end and what came of the run, of the program as it is and without a digest a tick."""
-        command = [self.meldsim, "run", self.program, "--world", world, "--facts-out", self.folder / "out.facts", "--json", "-n", str(processes), "--threads", str(threads)]
+        command = [self.meldsim, "run", self.program, "--world", world, "--facts-out", self.folder / "out.facts", "--json",
+                   "-n", str(processes), "--threads", str(threads)]
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
         return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
 
     def run_sizes(self, world, options=(), sizes=None, same=SAME):
         """The outcome in this world (a path), which must be the same for all numbers of processes and threads; `same`: also of
         the summary."""
-        sizes = sizes or (HALVES[self.worlds % 2] if self.worlds else SIZES)
+        sizes = sizes or (FURTHER[self.worlds % len(FURTHER)] if self.worlds else SIZES)
         self.worlds += 1
         text, digests, summary = self.run(self.telling, world, *sizes[0], options)
         for processes, threads in sizes[1:]:
@@ -97,7 +105,8 @@ class Runner:
                     sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
         # What the program derives does not change because its cells are told.
         plain, _, _ = self.run(self.program, world, 1, 1, options)
-        untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(tuple(name + "(" for name in self.told)))
+        added = tuple(name + "(" for name in self.told)
+        untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(added))
         if plain != untold:
             sys.exit(f"where this is not told other facts are derived:\n{first_difference(untold, plain)}")
         return Outcome(text, summary)

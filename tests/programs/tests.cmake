@@ -1,24 +1,24 @@
-# The example programs, each in several worlds, on several numbers of processes and threads.
+# The example programs, each in several worlds, on several numbers of processes and threads; the campaign takes more numbers.
 foreach(program gradient spanning_tree leader census temperature flood height_colour thermometer walk
         life shortest_paths relaxation pagerank pagerank_async bipartite colouring minimum_spanning_tree consensus
         queens quicksort belief_propagation mutual_exclusion localization heat)
-  add_test(NAME program_${program}
-           COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/program_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
-  set_tests_properties(program_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
+  meld_sizes_test(program_${program} ${CMAKE_CURRENT_LIST_DIR}/program_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
+    ${program})
 endforeach()
 
 # The invariants of shape change, watched from inside.
 meld_test(test_shape_change SOURCES ${CMAKE_CURRENT_LIST_DIR}/shape_change_test.cpp DEPENDS runtime/driver)
 target_compile_definitions(test_shape_change PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld")
 add_dependencies(test_shape_change meldc)
-add_test(NAME program_recording COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recording_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
+add_test(NAME program_recording
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recording_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
-add_test(NAME program_shape_change COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
-set_tests_properties(program_shape_change PROPERTIES TIMEOUT 300 PROCESSORS 2)
+meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
 foreach(program swarm rolling row bridge ring climber)
   add_test(NAME motion_${program}
-           COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
+           COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
+           ${program})
   set_tests_properties(motion_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
 endforeach()
 add_test(NAME motion_crowd

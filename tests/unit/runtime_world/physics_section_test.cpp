@@ -163,7 +163,8 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         {"[[motion.feature]]\ndirections = 6\narea = 0.1", "w.toml:7:8: a dipole has no area. it has strength, depth; area is of a plate"},
         {"[[motion.catoms]]\nwhere = \"id ==\"", "w.toml:6:15: expected a number, found the end"},
         {"[time]\ntick = \"1ms\"", "w.toml:5:1: a tick of this world lasts [motion] step times steps. take [time] out"},
-        {"[target]\nshape = \"box(1, 1, 1)\"\ncells = 3", "w.toml:5:1: a target of so many cells needs a lattice. take [target] cells out"},
+        {"[target]\nshape = \"box(1, 1, 1)\"\ncells = 3",
+         "w.toml:5:1: a target with a given number of cells needs a lattice. take [target] cells out"},
     };
     for (const auto& [line, message] : wrong) {
         const std::string found = error_of(kFree + line + "\n");

@@ -1,10 +1,14 @@
 #include "runtime/world/populate.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
+#include "runtime/world/fit.h"
 #include "runtime/world/target.h"
 
 namespace meld::world {
@@ -104,6 +108,36 @@ TEST(Measure, AnswersForAbsurdSizes) {
     EXPECT_FALSE(measure(World{}));
 }
 
+// The cells that a target has in the bricks of a shape that holds it; `fill` and `contains` must agree on them.
+std::set<Cell> cells_of(const Target& target, const Shape& around, const Lattice& lattice) {
+    std::set<Cell> chosen;
+    for_each_brick(around, lattice, [&](Cell brick) {
+        std::array<std::uint64_t, 8> bits{};
+        target.fill(brick, bits);
+        for (std::uint32_t number = 0; number < kBrickCells; ++number) {
+            const Cell cell = lattice.cell_in_brick(brick, number);
+            const bool set = bits[number / 64] >> number % 64 & 1;
+            EXPECT_EQ(set, target.contains(cell));
+            if (set) chosen.insert(cell);
+        }
+        return true;
+    });
+    return chosen;
+}
+
+bool connected(std::set<Cell> cells, const Lattice& lattice) {
+    std::vector<Cell> reached = {*cells.begin()};
+    cells.erase(reached[0]);
+    while (!reached.empty()) {
+        const Cell cell = reached.back();
+        reached.pop_back();
+        for (int port = 0; port < lattice.ports(); ++port) {
+            if (cells.erase(lattice.neighbour(cell, port)) > 0) reached.push_back(lattice.neighbour(cell, port));
+        }
+    }
+    return cells.empty();
+}
+
 TEST(Target, KeepsExactlyAsManyConnectedCellsAsThereIsMass) {
     for (const LatticeKind kind : {LatticeKind::Cubic, LatticeKind::Fcc, LatticeKind::Square}) {
         const Lattice lattice(kind);
@@ -115,34 +149,57 @@ TEST(Target, KeepsExactlyAsManyConnectedCellsAsThereIsMass) {
         ASSERT_TRUE(target) << target.error().message();
         const std::uint64_t mass = 2 * count_catoms(world, lattice);
         EXPECT_EQ(target->cells(), mass);
-        std::set<Cell> chosen;
-        World horn = world_of("trumpet(90)", kind);
-        std::vector<std::uint32_t> numbers;
-        for (const auto& [key, count] : count_bricks(horn, lattice, 0, 1)) {
-            const Cell brick = lattice.brick_at(key);
-            std::array<std::uint64_t, 8> bits{};
-            target->fill(brick, bits);
-            for (std::uint32_t number = 0; number < kBrickCells; ++number) {
-                const Cell cell = lattice.cell_in_brick(brick, number);
-                const bool set = bits[number / 64] >> number % 64 & 1;
-                EXPECT_EQ(set, target->contains(cell));
-                if (!set) continue;
-                EXPECT_TRUE(horn.body.contains(lattice.position(cell)));
-                chosen.insert(cell);
-            }
-        }
+        const std::set<Cell> chosen = cells_of(*target, *world.target, lattice);
         EXPECT_EQ(chosen.size(), mass);
-        std::vector<Cell> reached = {*chosen.begin()};
-        chosen.erase(reached[0]);
-        while (!reached.empty()) {
-            const Cell cell = reached.back();
-            reached.pop_back();
-            for (int port = 0; port < lattice.ports(); ++port) {
-                if (chosen.erase(lattice.neighbour(cell, port)) > 0) reached.push_back(lattice.neighbour(cell, port));
-            }
-        }
-        EXPECT_TRUE(chosen.empty());
+        for (const Cell cell : chosen) EXPECT_TRUE(world.target->contains(lattice.position(cell)));
+        EXPECT_TRUE(connected(chosen, lattice));
     }
+}
+
+TEST(Target, FitsAShapeToTheMass) {
+    for (const LatticeKind kind : {LatticeKind::Cubic, LatticeKind::Fcc, LatticeKind::Square, LatticeKind::Hex}) {
+        const Lattice lattice(kind);
+        // A plane cuts a horn into two walls, which are not connected.
+        const char* horn = lattice.flat() ? "ellipsoid(8, 2, 1)" : "move(trumpet(80, 40, 9), -30, 0, 0)";
+        for (const char* shape : {"sphere(30)", "box(3, 4, 50)", horn, "torus(12, 3)", "sphere(0.1)"}) {
+            SCOPED_TRACE(shape);
+            World world = world_of("box(25, 23, 11)", kind);
+            world.target = *Shape::parse(shape);
+            world.target_fits_mass = true;
+            const Result<Target> target = Target::make(world, lattice);
+            ASSERT_TRUE(target) << target.error().message();
+            const std::uint64_t mass = count_catoms(world, lattice);
+            EXPECT_EQ(target->cells(), mass);
+            const Box box = Shape::parse(target->text())->bounds();
+            double reach = 0;
+            for (std::size_t i = 0; i < 3; ++i) reach = std::max({reach, std::abs(box.low[i]), std::abs(box.high[i])});
+            const Shape around = *Shape::parse(fmt::format("box({0}, {0}, {0})", 2 * reach + 4));
+            const std::set<Cell> chosen = cells_of(*target, around, lattice);
+            EXPECT_EQ(chosen.size(), mass);
+            EXPECT_TRUE(connected(chosen, lattice));
+        }
+    }
+}
+
+TEST(Fit, LeavesOutCellsOfTheRimAlone) {
+    const Lattice lattice(LatticeKind::Cubic);
+    const Shape sphere = *Shape::parse("sphere(1)");
+    const Result<FittedShape> fitted = fit_shape(sphere, lattice, 1000);
+    ASSERT_TRUE(fitted);
+    // A ball has 1,021 cells from this radius on, of which 72 lie on its surface.
+    EXPECT_NEAR(fitted->scale, std::sqrt(38), 1e-9);
+    EXPECT_EQ(fitted->surplus.size(), 21u);
+    for (const CellKey key : fitted->surplus) {
+        const Vec3 at = lattice.position(lattice.cell_at(key));
+        EXPECT_NEAR(at[0] * at[0] + at[1] * at[1] + at[2] * at[2], 38, 1e-9);
+    }
+}
+
+TEST(Fit, KeepsAShapeThatFitsAndNamesOneThatCannot) {
+    const Lattice cubic(LatticeKind::Cubic), square(LatticeKind::Square);
+    EXPECT_EQ(fit_shape(*Shape::parse("box(4, 5, 6)"), cubic, 120)->scale, 1);
+    EXPECT_EQ(fit_shape(*Shape::parse("move(box(4, 5, 6), 0, 0, 9)"), square, 120).error().problem,
+              "the target move(box(4, 5, 6), 0, 0, 9) cannot be scaled to hold 120 cells");
 }
 
 TEST(Target, SaysWhenTheShapeIsTooSmallOrOutOfReach) {

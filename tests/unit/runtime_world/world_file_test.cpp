@@ -132,6 +132,10 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of(kBody + "[time]\ntick = \"1 mile\"").substr(0, 63),
               "w.toml:4:8: [time] tick: '1 mile' has the unknown suffix 'mile'");
     EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
+    EXPECT_EQ(error_of(kBody + "[target]\nshape = \"sphere(3)\"\nfit = \"mas\""),
+              "w.toml:5:7: [target] fit = \"mas\" does not exist. did you mean 'mass'?");
+    EXPECT_EQ(error_of(kBody + "[target]\nshape = \"sphere(3)\"\nfit = \"mass\"\ncells = 3"),
+              "w.toml:6:9: [target] cells already follows from fit = \"mass\". take one of the two out");
     EXPECT_EQ(error_of("a = = 3").substr(0, 11), "w.toml:1:5:");
 }
 
