@@ -7,6 +7,7 @@ namespace meld::driver {
 
 extern const char kPrelude[];
 extern const char kGeometryAbi[];
+extern const char kStorageAbi[];
 extern const char kModuleAbi[];
 extern const char kKernelValues[];
 extern const char kKernelLists[];

@@ -1,9 +1,10 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kExtern)
+set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
+  ${CMAKE_SOURCE_DIR}/runtime/abi/storage_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/module_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/values.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/lists.h

@@ -20,12 +20,12 @@ std::string emit_module(const plan::Plan& plan) {
     emit_load_and_save(plan, w);
     emit_functions(plan, w);
     emit_facts(plan, w);
-    for (const plan::ComponentPlan& c : plan.components)
-        for (const RulePlan& r : c.rules) emit_view_rule(plan, r, w);
-    for (const plan::ComponentPlan& c : plan.components) emit_deltas(plan, c, w);
-    for (const RulePlan& r : plan.births) emit_linear_rule(plan, r, w);
+    for (const plan::Stratum& s : plan.strata)
+        for (const RulePlan& r : s.rules) emit_view_rule(plan, r, w);
+    for (const plan::Stratum& s : plan.strata) emit_deltas(plan, s, w);
+    for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, w);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
-    emit_components(plan, w);
+    emit_strata(plan, w);
     emit_evaluate(plan, w);
     emit_schema(plan, w);
     w.raw("");

@@ -1,4 +1,4 @@
-// Emits the drivers: a settle function a component, and evaluate(), which runs a catom to its local fixpoint.
+// Emits the drivers: a function for each stratum, and evaluate(), which runs a catom to its local fixpoint.
 #include <algorithm>
 
 #include "compiler/emit/writer.h"
@@ -6,42 +6,42 @@
 namespace meld::emit {
 
 using namespace check;
-using plan::ComponentPlan;
 using plan::Recursion;
+using plan::Stratum;
 
 namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
 // The rule to blame for a recursion that does not end: one that reads what it helps to derive.
-RuleId culprit(const plan::Plan& plan, const ComponentPlan& c) {
+RuleId culprit(const plan::Plan& plan, const Stratum& stratum) {
     const auto recursive = [&](const RulePlan& r) {
         bool reads = false;
         each_atom(plan.program.rules[r.rule].body, [&](const Atom& a, bool) {
-            reads = reads || std::find(c.predicates.begin(), c.predicates.end(), a.predicate) != c.predicates.end();
+            reads = reads || std::find(stratum.predicates.begin(), stratum.predicates.end(), a.predicate) != stratum.predicates.end();
         });
         return reads;
     };
-    const auto found = std::find_if(c.rules.begin(), c.rules.end(), recursive);
-    return found == c.rules.end() ? c.rules.back().rule : found->rule;
+    const auto found = std::find_if(stratum.rules.begin(), stratum.rules.end(), recursive);
+    return found == stratum.rules.end() ? stratum.rules.back().rule : found->rule;
 }
 
-// What a failure in a rule is told by.
+// Sets the rule that a failure names.
 std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
 
-void run_all_rules(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
-    for (const RulePlan& r : c.rules) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
+void run_all_rules(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    for (const RulePlan& r : stratum.rules) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
 }
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
 // A fold with a function of the program, and the neighbours that an aggregate waits for.
-void emit_reduction(const plan::Plan& plan, const ComponentPlan& c, PredicateId id, Writer& w) {
+void emit_reduction(const plan::Plan& plan, const Stratum& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     if (p.aggregate == Aggregate::Custom) {
         const std::string value = field_name(p.aggregate_at);
-        const RuleId first = c.rules[0].rule;
+        const RuleId first = stratum.rules[0].rule;
         const Scope scope{plan, plan.program.rules[first], first.index()};
         const std::string folded = call_with(scope, p.fold, {"out." + value, "rows[i]." + value});
         w.raw("");
@@ -68,7 +68,7 @@ void emit_reduction(const plan::Plan& plan, const ComponentPlan& c, PredicateId 
     w.raw("return ports;");
     w.close();
 }
-// What settling is told of it.
+// What the kernel gets to know of it: further arguments of its functions.
 std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
@@ -81,14 +81,14 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
 }
 
 // Not recursive, or sums along a tree: proposals are all there is.
-void settle_plainly(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
-    const PredicateId p = c.predicates[0];
-    run_all_rules(plan, c, w);
+void evaluate_plainly(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    const PredicateId p = stratum.predicates[0];
+    run_all_rules(plan, stratum, w);
     w.line("if (settle_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
-void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
-    for (const PredicateId p : c.predicates) {
+void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
         w.line("const auto* before_{0} = s.{0}.rows;", name);
         w.line("const u32 before_{0}_count = s.{0}.count;", name);
@@ -96,35 +96,36 @@ void settle_local_sets(const plan::Plan& plan, const ComponentPlan& c, Writer& w
         w.line("s.{0}.count = 0;", name);
     }
     w.raw("const u64 derivations = s.e->derivations;");
-    const bool by_round = !c.deltas.touches.empty();
-    if (by_round) run_all_rules(plan, c, w);
+    const bool by_round = !stratum.semi_naive.empty();
+    if (by_round) run_all_rules(plan, stratum, w);
     // A round carries all rows on. To copy one takes a nanosecond or two, and to derive it some twenty, so that is what it
     // counts for the limit.
     if (by_round) w.raw("u64 carried = 0;");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
-    if (!by_round) run_all_rules(plan, c, w);
-    for (const PredicateId p : c.predicates) w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
-    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i)
-        w.line("if (grew) {}_round{}(s);", rule_function(plan.program, c.deltas.touches[i].rule), i);
+    if (!by_round) run_all_rules(plan, stratum, w);
+    for (const PredicateId p : stratum.predicates)
+        w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
+    for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i)
+        w.line("if (grew) {}_semi_naive{}(s);", rule_function(plan.program, stratum.semi_naive[i].rule), i);
     std::string made = "s.e->derivations - derivations";
     if (by_round) {
-        for (const PredicateId p : c.predicates) w.line("carried += {}.count;", view(plan, p));
+        for (const PredicateId p : stratum.predicates) w.line("carried += {}.count;", view(plan, p));
         made += " + carried / 16";
     }
     w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));",
-           made, culprit(plan, c).index());
+           made, culprit(plan, stratum).index());
     w.close();
-    for (const PredicateId p : c.predicates) {
+    for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
         if (by_round) w.line("s.{}.changes = nullptr;", name);
         w.line("if (gathered(s.{0}, before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
     }
 }
 
-void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) {
+void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
     const auto each = [&](const char* format) {
-        for (const PredicateId p : c.predicates) w.raw(fmt::format(fmt::runtime(format), predicate_name(plan.program, p)));
+        for (const PredicateId p : stratum.predicates) w.raw(fmt::format(fmt::runtime(format), predicate_name(plan.program, p)));
     };
     each("Mutual<{0}_t> m_{0}(s.{0});");
     w.raw("u64 rounds = 0;");
@@ -133,9 +134,10 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     each("m_{0}.start(*s.e);");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
-    run_all_rules(plan, c, w);
+    run_all_rules(plan, stratum, w);
     // All must have seen the same round before any view grows.
-    for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool kept_{0} = m_{0}.keep(*s.e);", predicate_name(plan.program, p)));
+    for (const PredicateId p : stratum.predicates)
+        w.raw(fmt::format("const bool kept_{0} = m_{0}.keep(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || kept_{0};");
     w.raw("if (grew) {");
     each("    s.{0}.proposed.reset();");
@@ -144,87 +146,86 @@ void settle_mutually(const plan::Plan& plan, const ComponentPlan& c, Writer& w) 
     each("m_{0}.lose(*s.e);");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
-    run_all_rules(plan, c, w);
-    for (const PredicateId p : c.predicates) w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
+    run_all_rules(plan, stratum, w);
+    for (const PredicateId p : stratum.predicates)
+        w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
     w.line(
         "if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
         "static_cast<i64>(s.e->part->max_derivations));",
-        culprit(plan, c).index());
+        culprit(plan, stratum).index());
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();
-    for (const PredicateId p : c.predicates)
+    for (const PredicateId p : stratum.predicates)
         w.line("if (m_{}.finish(*s.e)) changed |= {};", predicate_name(plan.program, p), own_bit(plan, p));
 }
 
-// Where only rows have changed: the groups they touch, derived anew. A failure in there is no failure of the program, for
-// rows are read there in an order of their own: then all is settled, which tells.
-void emit_rows_settling(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
-    const std::string name = predicate_name(plan.program, c.predicates[0]);
+// Where only rows have changed: the groups that they affect, derived again. A failure there is no failure of the program, for
+// rows are read in an order of their own: then the whole stratum is evaluated, which reports it.
+void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
+    const std::string name = predicate_name(plan.program, stratum.predicates[0]);
     w.raw("");
-    w.open(fmt::format("MELD_STEP static bool settle_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
-    w.line("Touched<{}_t> touched;", name);
-    constexpr std::uint64_t kGroups = 32;  // As in runtime/abi/module_abi.h.
-    if (c.deltas.inputs & kGroups)
-        w.line("if (todo & kDirtyGroups) touched.add_woken(*s.e, s.e->part->changes[{}][s.catom]);",
-               plan.of(c.predicates[0]).column.index());
-    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
-        const RulePlan& t = c.deltas.touches[i];
-        w.open(fmt::format("if (todo & {}) {{", hex(t.inputs)));
-        if (t.unchanged != 0) w.line("if (todo & {}) return false;", hex(t.unchanged));
-        w.line("{}_touch{}(s, touched);", rule_function(plan.program, t.rule), i);
+    w.open(fmt::format("MELD_STEP static bool evaluate_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
+    w.line("Touched<{}_t> affected;", name);
+    if (stratum.deltas.inputs & kDirtyGroups)
+        w.line("if (todo & kDirtyGroups) affected.add_woken(*s.e, s.e->part->changes[{}][s.catom]);",
+               plan.of(stratum.predicates[0]).column.index());
+    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) {
+        const RulePlan& r = stratum.deltas.affected[i];
+        w.open(fmt::format("if (todo & {}) {{", hex(r.inputs)));
+        if (r.unchanged != 0) w.line("if (todo & {}) return false;", hex(r.unchanged));
+        w.line("{}_affected{}(s, affected);", rule_function(plan.program, r.rule), i);
         w.close();
     }
-    w.line("if (s.e->trap != Trap::None || !touched.few(*s.e, s.{})) {{", name);
+    w.line("if (s.e->trap != Trap::None || !affected.few(*s.e, s.{})) {{", name);
     w.raw("    s.e->trap = Trap::None;");
     w.raw("    return false;");
     w.raw("}");
-    w.open("for (u32 i = 0; i < touched.groups.count; ++i) {");
-    w.line("touched.first[i] = s.{}.proposed.count;", name);
-    for (const RulePlan& r : c.deltas.groups) w.line("{}_group(s, touched.groups.rows[i]);", rule_function(plan.program, r.rule));
+    w.open("for (u32 i = 0; i < affected.groups.count; ++i) {");
+    w.line("affected.first[i] = s.{}.proposed.count;", name);
+    for (const RulePlan& r : stratum.deltas.regroup) w.line("{}_group(s, affected.groups.rows[i]);", rule_function(plan.program, r.rule));
     w.close();
-    w.line("touched.first[touched.groups.count] = s.{}.proposed.count;", name);
+    w.line("affected.first[affected.groups.count] = s.{}.proposed.count;", name);
     w.open("if (s.e->trap != Trap::None) {");
     w.raw("s.e->trap = Trap::None;");
     w.line("s.{}.proposed.reset();", name);
     w.raw("return false;");
     w.close();
-    w.line("if (settle_touched(*s.e, s.{}, touched{})) changed |= {};", name, reduction(plan, c.predicates[0]),
-           own_bit(plan, c.predicates[0]));
+    w.line("if (settle_touched(*s.e, s.{}, affected{})) changed |= {};", name, reduction(plan, stratum.predicates[0]),
+           own_bit(plan, stratum.predicates[0]));
     w.raw("return true;");
     w.close();
 }
 
-void emit_component(const plan::Plan& plan, const ComponentPlan& c, std::size_t number, Writer& w) {
+void emit_stratum(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
     std::string names;
-    for (const PredicateId p : c.predicates) names += " " + plan.program.predicates[p].name;
-    const bool rows = c.deltas.inputs != 0;
-    for (const PredicateId p : c.predicates) emit_reduction(plan, c, p, w);
-    if (rows) emit_rows_settling(plan, c, number, w);
+    for (const PredicateId p : stratum.predicates) names += " " + plan.program.predicates[p].name;
+    const bool rows = stratum.deltas.inputs != 0;
+    for (const PredicateId p : stratum.predicates) emit_reduction(plan, stratum, p, w);
+    if (rows) emit_row_evaluation(plan, stratum, number, w);
     w.raw("");
-    w.line("// Component {}:{}. Returns the dirty bits of what changed.", number, names);
-    w.open(fmt::format("MELD_STEP static u64 settle_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
+    w.line("// Stratum {}:{}. Returns the dirty bits of what changed.", number, names);
+    w.open(fmt::format("MELD_STEP static u64 evaluate_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
     w.raw("u64 changed = 0;");
-    for (const PredicateId p : c.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
-    constexpr std::uint64_t kBornOrLinks = 3;  // As in runtime/abi/module_abi.h.
+    for (const PredicateId p : stratum.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
     if (rows)
-        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && settle_{}_rows(s, todo, changed)) return changed;",
-               hex((c.inputs | kBornOrLinks) & ~c.deltas.inputs), number);
-    switch (c.recursion) {
+        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && evaluate_{}_rows(s, todo, changed)) return changed;",
+               hex((stratum.inputs | kDirtyBorn | kDirtyLinks) & ~stratum.deltas.inputs), number);
+    switch (stratum.recursion) {
         case Recursion::None:
         case Recursion::Tree:
-            settle_plainly(plan, c, w);
+            evaluate_plainly(plan, stratum, w);
             break;
         case Recursion::LocalSets:
-            settle_local_sets(plan, c, w);
+            evaluate_local_sets(plan, stratum, w);
             break;
         case Recursion::Ranked:
-            run_all_rules(plan, c, w);
-            w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, c.predicates[0]), own_bit(plan, c.predicates[0]));
+            run_all_rules(plan, stratum, w);
+            w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, stratum.predicates[0]), own_bit(plan, stratum.predicates[0]));
             break;
         case Recursion::Mutual:
-            settle_mutually(plan, c, w);
+            evaluate_mutually(plan, stratum, w);
             break;
     }
     w.raw("return changed;");
@@ -267,9 +268,9 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
-    if (!plan.births.empty()) {
+    if (!plan.initial_facts.empty()) {
         w.open("if (todo & kDirtyBorn) {");
-        for (const RulePlan& r : plan.births) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
+        for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
         w.raw("todo |= s.raised;");
         w.raw("s.raised = 0;");
         w.close();
@@ -279,9 +280,9 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("u64 fired = 0;");
         w.open("for (;;) {");
     }
-    for (std::size_t i = 0; i < plan.components.size(); ++i)
-        w.line("if (todo & {}) todo |= settle_{}(s{});", hex(plan.components[i].inputs), i,
-               plan.components[i].deltas.inputs != 0 ? ", todo" : "");
+    for (std::size_t i = 0; i < plan.strata.size(); ++i)
+        w.line("if (todo & {}) todo |= evaluate_{}(s{});", hex(plan.strata[i].inputs), i,
+               plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
     if (linear) {
         w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
         w.raw("if ((todo & kLinearInputs[r]) | (s.lowered & kLinearAbsent[r])) s.active[r] = true;");
@@ -316,8 +317,8 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
 
 }  // namespace
 
-void emit_components(const plan::Plan& plan, Writer& w) {
-    for (std::size_t i = 0; i < plan.components.size(); ++i) emit_component(plan, plan.components[i], i, w);
+void emit_strata(const plan::Plan& plan, Writer& w) {
+    for (std::size_t i = 0; i < plan.strata.size(); ++i) emit_stratum(plan, plan.strata[i], i, w);
 }
 
 void emit_evaluate(const plan::Plan& plan, Writer& w) {

@@ -51,13 +51,13 @@ void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
     w_.line("++{};", f.seen);
 }
 
-void RuleEmitter::fold(const Step& s) {
+void RuleEmitter::step(const plan::AggregateOver& s) {
     const Scope before = scope_;
-    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type, s.fold, s.initial);
+    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.initial);
     w_.open("{");
     const std::size_t outside = w_.depth();
-    steps(s.inner);
-    fold_in(f, s.term.op == Op::Anonymous ? "" : element(scope_, s.term, folded_type(f)));
+    steps(s.steps);
+    fold_in(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, folded_type(f)));
     close_to(outside);
     w_.close();
     restore(before);
@@ -243,7 +243,8 @@ void RuleEmitter::send(const HeadPlan& h) {
 
 bool RuleEmitter::consumes(const HeadPlan& h) const {
     return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) {
-        return s.kind == Step::Kind::Match && plan_.program.predicates[s.predicate].linear() && !s.read_only;
+        const Match* m = as<Match>(s);
+        return m != nullptr && plan_.program.predicates[m->predicate].linear() && !m->read_only;
     });
 }
 

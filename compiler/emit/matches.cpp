@@ -6,16 +6,16 @@
 
 namespace meld::emit {
 
-void RuleEmitter::match(const Step& s) {
+void RuleEmitter::step(const Match& s) {
     const Predicate& p = plan_.program.predicates[s.predicate];
     if (p.world != WorldSource::None) return match_world(s, p.world);
     if (s.changed) return match_changed(s);
-    if (!s.at_home) return match_remote(s);
+    if (!s.at_site) return match_remote(s);
     if (p.linear()) return match_bag(s);
-    match_home(s);
+    match_here(s);
 }
 
-bool RuleEmitter::whole_key(const Step& s) const {
+bool RuleEmitter::whole_key(const Match& s) const {
     const Predicate& p = plan_.program.predicates[s.predicate];
     const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
     if (end <= 1) return false;
@@ -24,7 +24,7 @@ bool RuleEmitter::whole_key(const Step& s) const {
     return true;
 }
 
-std::string RuleEmitter::group_row(const Step& s) {
+std::string RuleEmitter::group_row(const Match& s) {
     const Predicate& p = plan_.program.predicates[s.predicate];
     const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
     const std::string group = fresh("group");
@@ -42,7 +42,7 @@ std::string RuleEmitter::group_row(const Step& s) {
     return group;
 }
 
-void RuleEmitter::match_home(const Step& s) {
+void RuleEmitter::match_here(const Match& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string i = fresh("k"), f = fresh("f");
@@ -65,9 +65,9 @@ void RuleEmitter::match_home(const Step& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
-void RuleEmitter::match_link(const Step& s, const std::string& f) {
+void RuleEmitter::match_link(const Match& s, const std::string& f) {
     const Term& other = s.arguments[0];
-    Step rest = s;
+    Match rest = s;
     rest.uses[0] = ArgumentUse::Skip;
     w_.line("if (s.neighbour[{}.a1] < 0) continue;", f);
     if (s.uses[0] == ArgumentUse::Bind) {
@@ -80,7 +80,7 @@ void RuleEmitter::match_link(const Step& s, const std::string& f) {
     use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
-void RuleEmitter::match_remote(const Step& s) {
+void RuleEmitter::match_remote(const Match& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string at = scope_.at(s.place), f = fresh("f");
@@ -108,11 +108,11 @@ void RuleEmitter::match_remote(const Step& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}_{}", f, name, field_name(k)); });
 }
 
-void RuleEmitter::match_changed(const Step& s) {
+void RuleEmitter::match_changed(const Match& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string changes = fresh("changes"), i = fresh("k"), f = fresh("f");
-    const bool derived = s.at_home && stored.base != s.predicate;
+    const bool derived = s.at_site && stored.base != s.predicate;
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
                         derived ? fmt::format("own_changes(*s.e, s.{})", name)
@@ -122,7 +122,8 @@ void RuleEmitter::match_changed(const Step& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
-void RuleEmitter::delta(const Step& s) {
+// Compares the fact that was matched last with what held at the end of the tick before.
+void RuleEmitter::step(const plan::ChangeSince& s) {
     const std::string name = predicate_name(plan_.program, s.predicate), row = row_type(s.predicate);
     std::string others = "true", value;
     for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
@@ -144,15 +145,15 @@ void RuleEmitter::delta(const Step& s) {
                        : s.compare == Op::LessEqual    ? "<="
                        : s.compare == Op::GreaterEqual ? ">="
                                                        : ">";
-    w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.term, Type::Float)));
+    w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.bound, Type::Float)));
 }
 
-void RuleEmitter::each(const Step& s) {
+void RuleEmitter::step(const plan::EachElement& s) {
     const Type& type = scope_.rule.variables[s.variable].type;
     const std::string list = fresh("list"), i = fresh("k");
     const std::string value = from_word(type, fmt::format("item({}, {})", list, i));
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable);
-    w_.line("const ListRef {} = {};", list, term(scope_, s.term));
+    w_.line("const ListRef {} = {};", list, term(scope_, s.list));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < count_of({1}); ++{0}) {{", i, list));
     if (known)
         w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
@@ -161,7 +162,7 @@ void RuleEmitter::each(const Step& s) {
     if (s.position.valid()) bind(s.position, fmt::format("i64{{{}}}", i));
 }
 
-void RuleEmitter::match_bag(const Step& s) {
+void RuleEmitter::match_bag(const Match& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string i = fresh("k"), f = fresh("f");
     w_.line("load_{}(s);", name);
@@ -175,7 +176,7 @@ void RuleEmitter::match_bag(const Step& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
-void RuleEmitter::match_world(const Step& s, WorldSource source) {
+void RuleEmitter::match_world(const Match& s, WorldSource source) {
     const auto value = [&](const std::string& text) { use(s, [&](std::size_t) { return text; }); };
     switch (source) {
         case WorldSource::NeighborCount: {
@@ -233,14 +234,15 @@ void RuleEmitter::match_world(const Step& s, WorldSource source) {
     MELD_CHECK(false, "rule {}: a link was planned as a match", scope_.rule.name);
 }
 
-void RuleEmitter::absent(const Step& s) {
+// None of the ways to satisfy the steps inside exists.
+void RuleEmitter::step(const plan::Unless& s) {
     const Scope before = scope_;
     // It sees all facts, those too that the rule is about to consume.
     const std::vector<Consumed> taken = std::exchange(consumed_, {});
     const std::string found = fresh("found");
     w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
     const std::size_t outside = w_.depth();
-    steps(s.inner);
+    steps(s.steps);
     w_.raw("return true;");
     const bool always = w_.depth() == outside;
     close_to(outside);

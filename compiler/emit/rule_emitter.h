@@ -10,7 +10,9 @@ namespace meld::emit {
 
 using namespace check;
 using plan::ArgumentUse;
+using plan::as;
 using plan::HeadPlan;
+using plan::Match;
 using plan::Step;
 
 class RuleEmitter {
@@ -25,12 +27,12 @@ class RuleEmitter {
     }
     void view();
     void linear();
-    // The groups of the head that changed rows of one input can affect.
-    void touch(std::size_t number);
+    // A delta rule: the groups of the head that changed rows of one input can affect.
+    void affected(std::size_t number);
     // The rule for one group of the head.
     void group();
-    // What follows from rows that the last round has made.
-    void round(std::size_t number);
+    // A semi-naive rule: what follows from rows that the last round has derived.
+    void semi_naive(std::size_t number);
 
   private:
     struct Consumed {
@@ -51,20 +53,25 @@ class RuleEmitter {
     void close_to(std::size_t depth);
     std::string fresh(const char* stem) { return fmt::format("{}{}", stem, scope_.next++); }
     void steps(const std::vector<Step>& all);
-    void step(const Step& s);
-    void set(const Step& s);
     void bind(VariableId v, const std::string& value);
 
-    // ---- links
-    void neighbours(const Step& s);
-    void locate(const Step& s);
-    void port_use(const Step& s, const std::string& port);
+    // ---- one function for each kind of step; each opens the block in which the later steps stand
+    void step(const plan::Test& s);
+    void step(const plan::Set& s);
+    void step(const plan::EachNeighbour& s);
+    void step(const plan::FindNeighbour& s);
+    void step(const Match& s);
+    void step(const plan::Unless& s);
+    void step(const plan::EachElement& s);
+    void step(const plan::AggregateOver& s);
+    void step(const plan::ChangeSince& s);
+
+    void port_use(const plan::PortUse& use, const std::string& port);
 
     // ---- facts
-    void match(const Step& s);
     // Binds and compares the arguments of a match; value(i) is the C++ text of argument i, counted from 1.
     template <class Value>
-    void use(const Step& s, const Value& value) {
+    void use(const Match& s, const Value& value) {
         std::string conditions;
         std::vector<std::pair<VariableId, std::string>> binds;
         for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
@@ -81,24 +88,19 @@ class RuleEmitter {
     }
     std::string row_type(PredicateId id) const { return predicate_name(plan_.program, id) + "_t::Row"; }
     // Whether all arguments of the group are compared, so that the row can be looked up.
-    bool whole_key(const Step& s) const;
+    bool whole_key(const Match& s) const;
     static bool same_type(const Term& t, const Type& type) { return t.type == type; }
     // Emits the group row that is looked for; returns its name. fits_ becomes the condition that narrow fields hold its values.
-    std::string group_row(const Step& s);
+    std::string group_row(const Match& s);
     std::string fits_;
-    void match_home(const Step& s);
+    void match_here(const Match& s);
     // A PerLink fact names its neighbour by port.
-    void match_link(const Step& s, const std::string& f);
-    void match_remote(const Step& s);
+    void match_link(const Match& s, const std::string& f);
+    void match_remote(const Match& s);
     // Rows that have changed, as they were and as they are: of a predicate derived here in this evaluation, or since the last.
-    void match_changed(const Step& s);
-    // Compares the fact that was matched last with what held at the end of the tick before.
-    void delta(const Step& s);
-    void each(const Step& s);
-    void match_bag(const Step& s);
-    void match_world(const Step& s, WorldSource source);
-    // None of the ways to satisfy the inner steps exists.
-    void absent(const Step& s);
+    void match_changed(const Match& s);
+    void match_bag(const Match& s);
+    void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads
     struct Folding {
@@ -122,8 +124,6 @@ class RuleEmitter {
     static std::string folded(const Folding& f) {
         return f.aggregate == Aggregate::Collect ? fmt::format("list_over(*s.e, {0}.rows, {0}.count)", f.result) : f.result;
     }
-    void fold(const Step& s);
-
     // ---- what the rule makes
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
     // Emits `Row row;` and its fields.

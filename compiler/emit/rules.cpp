@@ -35,24 +35,24 @@ void RuleEmitter::branches() {
     scope_.rule_index = before.rule_index;
 }
 
-void RuleEmitter::touch(std::size_t number) {
+void RuleEmitter::affected(std::size_t number) {
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
-    w_.open(fmt::format("static void {}_touch{}(Self& s, Touched<{}_t>& touched) {{", rule_function(plan_.program, rule_plan_.rule), number,
-                        predicate_name(plan_.program, head.predicate)));
+    w_.open(fmt::format("static void {}_affected{}(Self& s, Touched<{}_t>& affected) {{", rule_function(plan_.program, rule_plan_.rule),
+                        number, predicate_name(plan_.program, head.predicate)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     w_.line("{} row{{}};", row_type(head.predicate));
     for (std::size_t i = 1; i <= plan::group_arguments(plan_.program.predicates[head.predicate]); ++i)
         w_.line("row.{} = {};", field_name(i), head_value(head.predicate, i, head.arguments[i - 1]));
-    w_.raw("touched.add(*s.e, row);");
+    w_.raw("affected.add(*s.e, row);");
     close_to(outside);
     w_.close();
 }
 
-void RuleEmitter::round(std::size_t number) {
+void RuleEmitter::semi_naive(std::size_t number) {
     w_.raw("");
-    w_.open(fmt::format("static void {}_round{}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule), number));
+    w_.open(fmt::format("static void {}_semi_naive{}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     propose(rule_plan_.heads[0]);
@@ -140,16 +140,12 @@ void RuleEmitter::comment(const check::Rule& rule) {
 
 void RuleEmitter::freeze() {
     std::vector<PredicateId> made, read;
-    const auto walk_steps = [&](const auto& self, const std::vector<Step>& all) -> void {
-        for (const Step& s : all) {
-            self(self, s.inner);
-            if (s.kind == Step::Kind::Match && s.at_home) read.push_back(s.predicate);
-        }
-    };
     const auto walk = [&](const auto& self, const std::vector<HeadPlan>& all) -> void {
         for (const HeadPlan& h : all) {
             if (h.kind == Head::Kind::Fact && h.place == scope_.rule.home) made.push_back(h.predicate);
-            walk_steps(walk_steps, h.steps);
+            plan::each_step(h.steps, [&](const Step& s) {
+                if (const Match* m = as<Match>(s); m != nullptr && m->at_site) read.push_back(m->predicate);
+            });
             self(self, h.heads);
             self(self, h.others);
         }
@@ -177,35 +173,14 @@ void RuleEmitter::close_to(std::size_t depth) {
 }
 
 void RuleEmitter::steps(const std::vector<Step>& all) {
-    for (const Step& s : all) step(s);
+    for (const Step& s : all) plan::visit_step(s, [&](const auto& one) { step(one); });
 }
 
-void RuleEmitter::step(const Step& s) {
-    switch (s.kind) {
-        case Step::Kind::Neighbours:
-            return neighbours(s);
-        case Step::Kind::Locate:
-            return locate(s);
-        case Step::Kind::Match:
-            return match(s);
-        case Step::Kind::Test:
-            return w_.open(fmt::format("if ({}) {{", term(scope_, s.term)));
-        case Step::Kind::Set:
-            return set(s);
-        case Step::Kind::Absent:
-            return absent(s);
-        case Step::Kind::Fold:
-            return fold(s);
-        case Step::Kind::Each:
-            return each(s);
-        case Step::Kind::Delta:
-            return delta(s);
-    }
-}
+void RuleEmitter::step(const plan::Test& s) { w_.open(fmt::format("if ({}) {{", term(scope_, s.condition))); }
 
-void RuleEmitter::set(const Step& s) {
+void RuleEmitter::step(const plan::Set& s) {
     const Type type = scope_.rule.variables[s.variable].type;
-    const std::string value = term_as(scope_, s.term, type);
+    const std::string value = term_as(scope_, s.value, type);
     bind(s.variable, type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value) : value);
 }
 
@@ -214,22 +189,21 @@ void RuleEmitter::bind(VariableId v, const std::string& value) {
     scope_.values.insert(v);
 }
 
-void RuleEmitter::neighbours(const Step& s) {
+void RuleEmitter::step(const plan::EachNeighbour& s) {
     const bool named = s.place.valid();
     const std::string port = named ? scope_.port(s.place) : fresh("port");
-    const std::string at = named ? scope_.at(s.place) : fresh("at");
     w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
     w_.line("if (s.neighbour[{}] < 0) continue;", port);
     if (named) {
-        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", at, port);
+        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
         scope_.places.insert(s.place);
-    } else if (s.term.op != Op::Anonymous) {
-        w_.line("if (s.g->catom_id[s.neighbour[{}]] != {}) continue;", port, term(scope_, s.term));
+    } else if (s.only.op != Op::Anonymous) {
+        w_.line("if (s.g->catom_id[s.neighbour[{}]] != {}) continue;", port, term(scope_, s.only));
     }
-    port_use(s, port);
+    port_use(s.port, port);
 }
 
-void RuleEmitter::locate(const Step& s) {
+void RuleEmitter::step(const plan::FindNeighbour& s) {
     const std::string port = scope_.port(s.place);
     if (!scope_.places.contains(s.place)) {
         w_.line("const i32 {} = port_of(s, {});", port, scope_.value(s.place));
@@ -237,24 +211,22 @@ void RuleEmitter::locate(const Step& s) {
         w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
         scope_.places.insert(s.place);
     }
-    port_use(s, port);
+    port_use(s.port, port);
 }
 
-void RuleEmitter::port_use(const Step& s, const std::string& port) {
-    const std::string number = fmt::format("i64{{{}}}", s.port_from_other_side ? fmt::format("port_back(*s.g, s.site, {})", port) : port);
-    if (s.port.valid())
-        bind(s.port, number);
-    else if (s.port_compare.op != Op::Anonymous)
-        w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, s.port_compare)));
+void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
+    const std::string number = fmt::format("i64{{{}}}", use.from_other_side ? fmt::format("port_back(*s.g, s.site, {})", port) : port);
+    if (use.bind.valid())
+        bind(use.bind, number);
+    else if (use.equals.op != Op::Anonymous)
+        w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, use.equals)));
 }
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
-void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w) {
-    for (std::size_t i = 0; i < c.deltas.touches.size(); ++i) {
-        RuleEmitter emitter(plan, c.deltas.touches[i], w);
-        c.recursion == plan::Recursion::LocalSets ? emitter.round(i) : emitter.touch(i);
-    }
-    for (const RulePlan& r : c.deltas.groups) RuleEmitter(plan, r, w).group();
+void emit_deltas(const plan::Plan& plan, const plan::Stratum& stratum, Writer& w) {
+    for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) RuleEmitter(plan, stratum.semi_naive[i], w).semi_naive(i);
+    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) RuleEmitter(plan, stratum.deltas.affected[i], w).affected(i);
+    for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();
 }
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(); }
 

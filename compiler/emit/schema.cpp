@@ -116,9 +116,10 @@ Lists lists_of(const plan::Plan& plan, plan::ColumnId id, const TypeTable& types
     Lists out;
     for (const PredicateId p : plan.columns[id].predicates) {
         const Stored& s = plan.of(p);
+        const std::uint32_t places = s.storage == Storage::PerLink ? kMaxPorts : 1;
         for (const plan::Field& f : s.fields) {
             if (!f.type.compound()) continue;
-            for (std::uint32_t port = 0; port < (s.storage == Storage::PerLink ? plan::kMaxPorts : 1); ++port) {
+            for (std::uint32_t port = 0; port < places; ++port) {
                 out.offsets += fmt::format("{}{}", out.count ? ", " : "", f.offset + port * f.bytes);
                 out.types += fmt::format("{}{}", out.count ? ", " : "", types.number(f.type));
                 ++out.count;

@@ -35,7 +35,7 @@ std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c
         const bool per_link = s.storage == Storage::PerLink;
         for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
             out.push_back({s.fields[i].offset, fmt::format("{} {}_{}{};", stored_type(s.fields[i]), name, field_name(i + 1),
-                                                           per_link ? fmt::format("[{}]", plan::kMaxPorts) : "")});
+                                                           per_link ? fmt::format("[{}]", kMaxPorts) : "")});
         if (s.ranked)
             out.push_back({s.rank_offset, fmt::format("u32 {}_rank;", name)});
         else if (per_link)
@@ -166,9 +166,9 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const RowShape fields = shape(p);
     const bool followed = s.column.valid() && plan.columns[s.column].follows_rows;
     bool links = false;
-    for (const plan::ComponentPlan& c : plan.components)
-        for (const PredicateId member : c.predicates)
-            if (member == id) links = c.links;
+    for (const plan::Stratum& stratum : plan.strata)
+        for (const PredicateId member : stratum.predicates)
+            if (member == id) links = stratum.links;
 
     Writer w;
     w.open("struct Row {");
@@ -300,7 +300,7 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
         if (s.storage == Storage::PerLink) {
             w.line("auto* rows = static_cast<{}_t::Row*>(scratch(*s.e, kMaxPorts * sizeof({}_t::Row)));", name, name);
             w.raw("u32 n = 0;");
-            w.open(fmt::format("for (u32 port = 0; port < {}; ++port) {{", plan::kMaxPorts));
+            w.open(fmt::format("for (u32 port = 0; port < {}; ++port) {{", kMaxPorts));
             w.line("if ((r.{}_ports >> port & 1) == 0) continue;", name);
             w.raw("rows[n].a1 = port;");
             for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("rows[n].{1} = r.{0}_{1}[port];", name, field_name(i + 1));

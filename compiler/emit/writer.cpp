@@ -79,9 +79,8 @@ std::string Scope::value(plan::VariableId v) const {
 }
 
 bool has_deltas(const plan::Plan& plan) {
-    for (const plan::ComponentPlan& c : plan.components)
-        if (!c.deltas.touches.empty()) return true;
-    return false;
+    return std::any_of(plan.strata.begin(), plan.strata.end(),
+                       [](const plan::Stratum& s) { return !s.deltas.affected.empty() || !s.semi_naive.empty(); });
 }
 
 bool has_view(const plan::Plan& plan, PredicateId id) {

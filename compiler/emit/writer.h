@@ -120,13 +120,13 @@ void emit_externs(const plan::Plan& plan, Writer& w);
 void emit_functions(const plan::Plan& plan, Writer& w);
 void emit_facts(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
-void emit_deltas(const plan::Plan& plan, const plan::ComponentPlan& c, Writer& w);
+void emit_deltas(const plan::Plan& plan, const plan::Stratum& stratum, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
-void emit_components(const plan::Plan& plan, Writer& w);
+void emit_strata(const plan::Plan& plan, Writer& w);
 void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
 
-// Whether some component is settled row by row where it can be.
+// Whether some stratum has delta rules or is evaluated semi-naively.
 bool has_deltas(const plan::Plan& plan);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);

@@ -1,12 +1,13 @@
-// Pass: deltas. A predicate with many rows a catom is settled as a whole where a link or a flag has changed; where only
-// single rows of its inputs have, it is enough to find the groups these rows can touch, and to derive these groups anew.
+// Pass: delta rules. A predicate with many rows a catom is evaluated as a whole where a link or a flag has changed; where only
+// single rows of its inputs have, it is enough to find the groups that these rows can affect, and to derive those again. Of
 //     dist(B, S, D + 1) :- neighbor(A, B), dist(A, S, D).
-// is touched, at each B, in the groups S of
+// the affected groups S at each B are those of the delta rule
 //     for each neighbour A    changed dist(A, S, D)
-// and derives a group S that is known by
+// and a group S that is known is derived by
 //     for each neighbour A    dist(A, =S, D)                           a lookup in sorted rows
-// Assumes ordered rules. What it leaves out is settled as before: single values, several predicates that recur together,
-// negated and aggregated inputs, and rules that depend on when they are evaluated.
+// Sets that recur at one catom get semi-naive rules instead: what follows from the rows of the last round.
+// Assumes ordered rules. It leaves out single values, several predicates that recur together, negated and aggregated inputs, and
+// rules that depend on when they are evaluated; these are evaluated as a whole.
 #include <algorithm>
 #include <utility>
 
@@ -79,76 +80,75 @@ class Steady {
     std::vector<bool> seen_;
 };
 
-// As in runtime/abi/module_abi.h.
-constexpr std::uint64_t kWake = 8, kGroups = 32;
-
-class Component {
+// Finds the delta rules of one stratum.
+class DeltaPlanner {
   public:
-    Component(Plan& plan, ComponentPlan& component)
-        : plan_(plan), component_(component), head_(plan.program.predicates[component.predicates[0]]) {}
+    DeltaPlanner(Plan& plan, Stratum& stratum) : plan_(plan), stratum_(stratum), head_(plan.program.predicates[stratum.predicates[0]]) {}
 
     void run() {
-        if (component_.recursion == Recursion::LocalSets) return rounds();
+        if (stratum_.recursion == Recursion::LocalSets) return plan_semi_naive();
         if (!fits()) return;
-        whole_ = waiting_inputs(plan_, component_.predicates[0]);
-        for (const RulePlan& r : component_.rules) study(r);
+        whole_ = waiting_inputs(plan_, stratum_.predicates[0]);
+        for (const RulePlan& r : stratum_.rules) study(r);
         for (bool again = true; again;) again = drop_joined();
-        if (touches_.empty()) return;
-        Deltas& deltas = component_.deltas;
+        if (candidates_.empty()) return;
+        DeltaRules& deltas = stratum_.deltas;
         deltas.inputs = followed();
-        for (const RulePlan& r : component_.rules) deltas.groups.push_back(group(r));
-        const auto is_head = [&](const Touch& t) { return !t.at_home && t.predicate == component_.predicates[0]; };
-        if (component_.inputs & kWake && std::any_of(touches_.begin(), touches_.end(), is_head)) deltas.inputs |= kGroups;
-        for (Touch& t : touches_) {
-            t.plan.unchanged &= deltas.inputs;
-            if (!t.at_home || is_given(t.predicate)) plan_.columns[plan_.of(t.predicate).column].follows_rows = true;
-            deltas.touches.push_back(std::move(t.plan));
+        for (const RulePlan& r : stratum_.rules) deltas.regroup.push_back(group(r));
+        const auto is_head = [&](const Candidate& c) { return !c.at_site && c.predicate == stratum_.predicates[0]; };
+        if (stratum_.inputs & kDirtyWake && std::any_of(candidates_.begin(), candidates_.end(), is_head)) deltas.inputs |= kDirtyGroups;
+        for (Candidate& c : candidates_) {
+            c.plan.unchanged &= deltas.inputs;
+            if (!c.at_site || is_given(c.predicate)) plan_.columns[plan_.of(c.predicate).column].follows_rows = true;
+            deltas.affected.push_back(std::move(c.plan));
         }
+        MELD_ENSURE(deltas.regroup.size() == stratum_.rules.size() && (deltas.inputs & kDirtyLinks) == 0);
     }
 
   private:
-    struct Touch {
+    // A delta rule, while it is open whether all of its inputs can be followed by row.
+    struct Candidate {
         RulePlan plan;
         std::uint64_t input = 0;
         PredicateId predicate;
-        bool at_home = false;
+        bool at_site = false;
     };
 
     bool is_given(PredicateId p) const { return plan_.of(p).base == p; }
 
     bool fits() const {
-        if (component_.predicates.size() != 1 || plan_.of(component_.predicates[0]).storage != Storage::Rows ||
+        if (stratum_.predicates.size() != 1 || plan_.of(stratum_.predicates[0]).storage != Storage::Rows ||
             head_.kind != PredicateKind::Persistent)
             return false;
-        if (component_.recursion == Recursion::LocalSets || component_.recursion == Recursion::Mutual) return false;
+        if (stratum_.recursion == Recursion::LocalSets || stratum_.recursion == Recursion::Mutual) return false;
         if (group_arguments(head_) == 0 || !all_plain(head_) || !any_order(head_)) return false;
         if (head_.fold.valid() && !Steady(plan_.program).function(head_.fold)) return false;
-        return std::all_of(component_.rules.begin(), component_.rules.end(), [&](const RulePlan& r) {
+        return std::all_of(stratum_.rules.begin(), stratum_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
             return rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
         });
     }
 
-    // Sets that recur at one catom are made in rounds; each but the first starts from the rows that the last one made. What
-    // neighbours have of them does not change meanwhile.
-    void rounds() {
-        const auto in_component = [&](PredicateId p) {
-            return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
+    // Sets that recur at one catom are derived in semi-naive rounds: each but the first starts from the rows that the last one
+    // derived. What neighbours have of them does not change meanwhile.
+    void plan_semi_naive() {
+        const auto in_stratum = [&](PredicateId p) {
+            return std::find(stratum_.predicates.begin(), stratum_.predicates.end(), p) != stratum_.predicates.end();
         };
-        for (const PredicateId p : component_.predicates)
+        for (const PredicateId p : stratum_.predicates)
             if (plan_.of(p).storage != Storage::Rows) return;
-        for (const RulePlan& r : component_.rules) {
+        for (const RulePlan& r : stratum_.rules) {
             Steady steady(plan_.program);
             const Rule& rule = plan_.program.rules[r.rule];
             if (rule.heads[0].delay.op != Op::Anonymous || !steady(rule.body) || !steady.all(rule.heads[0].atom.arguments)) return;
         }
-        for (const RulePlan& r : component_.rules) {
+        for (const RulePlan& r : stratum_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];
             for (std::size_t i = 0; i < rule.body.size(); ++i)
                 if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.home &&
-                    in_component(rule.body[i].atom.predicate))
-                    component_.deltas.touches.push_back(order_fresh(plan_, r.rule, compared_later(r.rule, i), i));
+                    in_stratum(rule.body[i].atom.predicate))
+                    stratum_.semi_naive.push_back(order_semi_naive(plan_, r.rule, compared_later(r.rule, i), i));
         }
     }
 
@@ -181,18 +181,19 @@ class Component {
     bool has_rows(PredicateId p) const {
         return plan_.of(p).storage == Storage::Rows && !plan_.program.predicates[p].linear() && all_plain(plan_.program.predicates[p]);
     }
-    std::uint64_t bit(PredicateId p, bool at_home) const {
-        const Column& c = plan_.columns[plan_.of(p).column];
-        return at_home ? c.own_dirty : c.reader_dirty;
+    std::uint64_t bit(PredicateId p, bool at_site) const {
+        const Column& c = plan_.column_of(p);
+        return at_site ? c.own_dirty : c.reader_dirty;
     }
 
-    // Every way for a changed row of the rule's body to touch a group of the head; what cannot be followed is noted.
+    // Every way for a changed row of the rule's body to affect a group of the head; what cannot be followed is noted.
     void study(const RulePlan& r) {
         const Rule& rule = plan_.program.rules[r.rule];
         for (const Step& s : r.steps) {
             const std::uint64_t inputs = inputs_of(plan_, {s});
-            const bool rows = s.kind == Step::Kind::Match && has_rows(s.predicate);
-            whole_ |= rows ? inputs & ~bit(s.predicate, s.at_home) : inputs;
+            const Match* m = as<Match>(s);
+            const bool rows = m != nullptr && has_rows(m->predicate);
+            whole_ |= rows ? inputs & ~bit(m->predicate, m->at_site) : inputs;
         }
         std::vector<VariableId> needed;
         for (std::size_t i = 1; i <= group_arguments(head_); ++i)
@@ -200,32 +201,32 @@ class Component {
         for (std::size_t i = 0; i < rule.body.size(); ++i) {
             const Atom& a = rule.body[i].atom;
             if (rule.body[i].kind != Clause::Kind::Atom || !has_rows(a.predicate)) continue;
-            Touch t;
-            t.plan.rule = r.rule;
-            t.predicate = a.predicate;
-            t.at_home = a.arguments[0].variable == rule.home;
-            t.input = bit(a.predicate, t.at_home);
-            t.plan.inputs = t.input;
-            t.plan.heads = r.heads;
-            t.plan.steps = order_changed(plan_, rule, compared_later(r.rule, i), i, needed);
-            for (const Step& s : t.plan.steps)
-                if (!s.changed) t.plan.unchanged |= inputs_of(plan_, {s});
-            touches_.push_back(std::move(t));
+            Candidate c;
+            c.plan.rule = r.rule;
+            c.predicate = a.predicate;
+            c.at_site = a.arguments[0].variable == rule.home;
+            c.input = bit(a.predicate, c.at_site);
+            c.plan.inputs = c.input;
+            c.plan.heads = r.heads;
+            c.plan.steps = order_changed(plan_, rule, compared_later(r.rule, i), i, needed);
+            for (const Step& s : c.plan.steps)
+                if (const Match* m = as<Match>(s); m == nullptr || !m->changed) c.plan.unchanged |= inputs_of(plan_, {s});
+            candidates_.push_back(std::move(c));
         }
     }
 
     std::uint64_t followed() const {
         std::uint64_t bits = 0;
-        for (const Touch& t : touches_) bits |= t.input;
+        for (const Candidate& c : candidates_) bits |= c.input;
         return bits & ~whole_;
     }
 
     // A row that is joined with rows that change at the same moment would have to meet them as they were, too.
     bool drop_joined() {
         const std::uint64_t before = whole_;
-        for (const Touch& t : touches_)
-            if (t.plan.unchanged & t.input) whole_ |= t.input;
-        std::erase_if(touches_, [&](const Touch& t) { return (t.input & whole_) != 0; });
+        for (const Candidate& c : candidates_)
+            if (c.plan.unchanged & c.input) whole_ |= c.input;
+        std::erase_if(candidates_, [&](const Candidate& c) { return (c.input & whole_) != 0; });
         return whole_ != before;
     }
 
@@ -239,25 +240,25 @@ class Component {
             given.push_back(rule.variables.add({fmt::format("Group{}", i), rule.span, type}));
             body.push_back(equality(rule.heads[0].atom.arguments[i], {.op = Op::Variable, .type = type, .variable = given.back()}));
         }
-        return order_group(plan_, r.rule, component_, body, given);
+        return order_group(plan_, r.rule, stratum_, body, given);
     }
 
     Plan& plan_;
-    ComponentPlan& component_;
+    Stratum& stratum_;
     const Predicate& head_;
-    std::vector<Touch> touches_;
-    std::uint64_t whole_ = 0;  // Inputs whose change means that all is settled.
+    std::vector<Candidate> candidates_;
+    std::uint64_t whole_ = 0;  // Inputs after whose change all groups are evaluated.
 };
 
 }  // namespace
 
 void plan_deltas(Plan& plan) {
-    for (ComponentPlan& c : plan.components) Component(plan, c).run();
+    for (Stratum& s : plan.strata) DeltaPlanner(plan, s).run();
     // Groups that wait in quarantine are woken one by one, where there is a place to say which: in the rows that readers follow,
-    // whoever these are. Where the predicate itself does not follow them, all of it is settled then.
-    for (ComponentPlan& c : plan.components)
-        for (const PredicateId p : c.predicates)
-            if (c.inputs & kWake && plan.of(p).column.valid() && plan.columns[plan.of(p).column].follows_rows) c.inputs |= kGroups;
+    // whoever these are. Where the predicate itself does not follow them, all of it is evaluated then.
+    for (Stratum& s : plan.strata)
+        for (const PredicateId p : s.predicates)
+            if (s.inputs & kDirtyWake && plan.of(p).column.valid() && plan.column_of(p).follows_rows) s.inputs |= kDirtyGroups;
 }
 
 }  // namespace meld::plan

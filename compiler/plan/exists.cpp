@@ -9,7 +9,6 @@
 #include <map>
 #include <optional>
 
-#include "compiler/check/check.h"
 #include "compiler/check/values_read.h"
 #include "compiler/plan/plan.h"
 
@@ -41,9 +40,7 @@ class Existence {
 
   private:
     void find_components() {
-        program_.components.clear();
-        diagnostics::Reporter already_reported;
-        stratify(program_, already_reported);
+        plan::find_components(program_);
         for (std::size_t i = 0; i < program_.components.size(); ++i) {
             const Component& c = program_.components[i];
             if (!c.recursive || c.tree) continue;

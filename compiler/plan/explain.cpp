@@ -38,10 +38,10 @@ class Explainer {
             out_ += "\n";
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
-        for (const ComponentPlan& c : plan_.components)
-            for (const RulePlan& r : c.rules)
-                explain_view(r, recursion_name(c.recursion) + (c.deltas.inputs != 0 ? ", by row where only rows change" : ""));
-        for (const RulePlan& r : plan_.births) explain_rule(r, "once, at birth");
+        for (const Stratum& s : plan_.strata)
+            for (const RulePlan& r : s.rules)
+                explain_view(r, recursion_name(s.recursion) + (s.deltas.inputs != 0 ? ", by delta rules where only rows change" : ""));
+        for (const RulePlan& r : plan_.initial_facts) explain_rule(r, "once, when the catom is initialized");
         for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
         return out_;
     }
@@ -55,7 +55,7 @@ class Explainer {
     }
 
     // A catom that the rule names by its number has a variable without a name.
-    std::string home_of(const check::Rule& rule) const {
+    std::string site_of(const check::Rule& rule) const {
         for (const check::Clause& c : rule.body)
             if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
                 for (const std::size_t side : {0u, 1u})
@@ -71,7 +71,8 @@ class Explainer {
             whole.steps.insert(whole.steps.begin(), r.steps.begin(), r.steps.end());
             // The order was chosen for the first of them; what others had before these steps was not compared.
             if (&b != &r.branches[0])
-                for (Step& s : whole.steps) s.choice.dearer = s.choice.waiting = {};
+                for (Step& s : whole.steps)
+                    if (Choice* c = choice_of(s)) c->dearer = c->waiting = {};
             rule.text = program_.rules[b.rule].text;
             rule.variables[rule.home].name = program_.rules[b.rule].variables[program_.rules[b.rule].home].name;
             explain_rule(whole, rule, &b == &r.branches[0] ? how : fmt::format("{}; begins with {}", how, program_.rules[r.rule].name));
@@ -79,7 +80,7 @@ class Explainer {
     }
     void explain_rule(const RulePlan& r, const std::string& how) { explain_rule(r, program_.rules[r.rule], how); }
     void explain_rule(const RulePlan& r, const check::Rule& rule, const std::string& how) {
-        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, home_of(rule), how);
+        out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, site_of(rule), how);
         order_of_reading(r.steps, rule);
         order_in_heads(r.heads, rule);
         std::string reads;
@@ -98,12 +99,13 @@ class Explainer {
             indent += "  ";
         std::string last;
         for (const Step& s : steps) {
-            if (!s.inner.empty()) {
-                const std::string what = s.kind == Step::Kind::Absent       ? "the negation"
-                                         : s.aggregate == Aggregate::Custom ? "the fold"
-                                                                            : "the " + aggregate_name(s.aggregate);
-                order_of_reading(s.inner, rule, indent,
-                                 fmt::format("inside {} over {}, asked {}", what, read_in(s.inner),
+            if (const std::vector<Step>* inner = inner_steps(s); inner != nullptr && !inner->empty()) {
+                const AggregateOver* over = as<AggregateOver>(s);
+                const std::string what = over == nullptr                        ? "the negation"
+                                         : over->aggregate == Aggregate::Custom ? "the fold"
+                                                                                : "the " + aggregate_name(over->aggregate);
+                order_of_reading(*inner, rule, indent,
+                                 fmt::format("inside {} over {}, asked {}", what, read_in(*inner),
                                              last.empty() ? "before anything is read" : "after " + last));
             }
             if (std::string text = access(s, rule); !text.empty()) last = std::move(text);
@@ -125,14 +127,11 @@ class Explainer {
         const auto add = [&](const std::string& name) {
             if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
         };
-        for (const Step& s : steps) {
-            if (s.kind == Step::Kind::Match)
-                add(program_.predicates[s.predicate].name);
-            else if (s.kind == Step::Kind::Neighbours || s.kind == Step::Kind::Locate)
-                add("neighbor");
-            else if (s.kind == Step::Kind::Each)
-                add("a list");
-        }
+        for (const Step& s : steps)
+            visit_step(
+                s,  //
+                [&](const Match& m) { add(program_.predicates[m.predicate].name); }, [&](const EachNeighbour&) { add("neighbor"); },
+                [&](const FindNeighbour&) { add("neighbor"); }, [&](const EachElement&) { add("a list"); }, [](const auto&) {});
         return listed(names);
     }
     static std::string listed(const std::vector<std::string>& texts) {
@@ -151,14 +150,14 @@ class Explainer {
         for (const Step& s : steps)
             if (std::string text = access(s, rule); !text.empty()) {
                 reads.push_back({std::move(text), &s});
-                as_written = as_written && s.choice.reason == Reason::Written && s.choice.waiting.empty();
+                as_written = as_written && choice_of(s)->reason == Reason::Written && choice_of(s)->waiting.empty();
             }
         if (reads.size() < 2) return false;
         out_ += header;
         if (as_written) out_ += indent + "reads in the order written: ";
-        const std::vector<PredicateId>* told = nullptr;
+        const std::vector<PredicateId>* named = nullptr;
         for (std::size_t i = 0; i < reads.size(); ++i) {
-            const Choice& c = reads[i].step->choice;
+            const Choice& c = *choice_of(*reads[i].step);
             if (as_written) {
                 out_ += (i == 0 ? "" : ", then ") + reads[i].text;
                 continue;
@@ -166,9 +165,9 @@ class Explainer {
             out_ += fmt::format("{}{} {}: {}", indent, i == 0 ? "reads" : "then", reads[i].text, reason(*reads[i].step));
             if (!c.dearer.empty()) {
                 out_ += ", so ahead of " + names(c.dearer, *reads[i].step);
-            } else if (!c.waiting.empty() && (told == nullptr || *told != c.waiting)) {
+            } else if (!c.waiting.empty() && (named == nullptr || *named != c.waiting)) {
                 out_ += fmt::format(", while {} cannot be read yet", names(c.waiting, *reads[i].step));
-                told = &c.waiting;
+                named = &c.waiting;
             }
         }
         return true;
@@ -177,14 +176,16 @@ class Explainer {
     std::string names(const std::vector<PredicateId>& predicates, const Step& read) const {
         std::vector<std::string> texts;
         for (const PredicateId p : predicates) {
-            const std::string other = read.kind == Step::Kind::Match && p == read.predicate ? "the other " : "";
+            const Match* m = as<Match>(read);
+            const std::string other = m != nullptr && p == m->predicate ? "the other " : "";
             const std::string name = p.valid() ? other + program_.predicates[p].name : "the elements of a list";
             if (std::find(texts.begin(), texts.end(), name) == texts.end()) texts.push_back(name);
         }
         return listed(texts);
     }
     static std::string reason(const Step& s) {
-        switch (s.choice.reason) {
+        const Choice& c = *choice_of(s);
+        switch (c.reason) {
             case Reason::Written:
                 return "as written";
             case Reason::Test:
@@ -192,15 +193,15 @@ class Explainer {
             case Reason::Exists:
                 return "gives no variable a value";
             case Reason::One:
-                return "one fact at most";
+                return "at most one fact";
             case Reason::Rows:
-                return s.choice.known == 0 ? "none of its arguments is known"
-                                           : fmt::format("{} of {} arguments {} known", s.choice.known, s.arguments.size(),
-                                                         s.choice.known == 1 ? "is" : "are");
+                return c.known == 0 ? "none of its arguments is known"
+                                    : fmt::format("{} of {} arguments {} known", c.known, as<Match>(s)->arguments.size(),
+                                                  c.known == 1 ? "is" : "are");
             case Reason::Elements:
-                return "what it goes through is known";
+                return "its list or set is known";
             case Reason::Named:
-                return "which one is known";
+                return "its id is known";
             case Reason::Links:
                 return fmt::format("up to {}, and nothing cheaper can be read", kMaxPorts);
         }
@@ -208,25 +209,21 @@ class Explainer {
     }
     // What a step reads; empty for one that only tests or computes.
     std::string access(const Step& s, const check::Rule& rule) const {
-        switch (s.kind) {
-            case Step::Kind::Neighbours:
-                return "each neighbour";
-            case Step::Kind::Locate:
-                return "the neighbour " + rule.variables[s.place].name;
-            case Step::Kind::Match:
-                break;
-            case Step::Kind::Each:
-                return "each element of " + print(program_, rule, s.term);
-            default:
-                return "";
-        }
-        const Predicate& p = program_.predicates[s.predicate];
-        const std::string at = s.at_home ? "" : " there";
-        if (plan_.of(s.predicate).storage != Storage::Rows) return p.name + at;
+        return visit_step<std::string>(
+            s,  //
+            [](const EachNeighbour&) { return "each neighbour"; },
+            [&](const FindNeighbour& n) { return "the neighbour " + rule.variables[n.place].name; },
+            [&](const EachElement& e) { return "each element of " + print(program_, rule, e.list); },
+            [&](const Match& m) { return match(m); }, [](const auto&) { return ""; });
+    }
+    std::string match(const Match& m) const {
+        const Predicate& p = program_.predicates[m.predicate];
+        const std::string name = p.name + (m.at_site ? "" : " there");
+        if (plan_.of(m.predicate).storage != Storage::Rows) return name;
+        if (p.linear()) return "each " + name;
         bool known = group_arguments(p) > 0;
-        for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && s.uses[i] == ArgumentUse::Compare;
-        if (p.linear()) return "each " + p.name + at;
-        return known ? p.name + at + " by its group" : "all rows of " + p.name + at;
+        for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && m.uses[i] == ArgumentUse::Compare;
+        return known ? name + " by its group" : "all rows of " + name;
     }
 
     void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
@@ -237,11 +234,12 @@ class Explainer {
         }
     }
     void remote_reads(const std::vector<Step>& steps, std::string& out) const {
-        for (const Step& s : steps) {
-            remote_reads(s.inner, out);
-            const std::string name = s.kind == Step::Kind::Match ? program_.predicates[s.predicate].name : "";
-            if (s.kind == Step::Kind::Match && !s.at_home && out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
-        }
+        each_step(steps, [&](const Step& s) {
+            const Match* m = as<Match>(s);
+            if (m == nullptr || m->at_site) return;
+            const std::string& name = program_.predicates[m->predicate].name;
+            if (out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
+        });
     }
     void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
         for (const HeadPlan& h : heads) {

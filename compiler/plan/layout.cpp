@@ -1,6 +1,7 @@
 // Pass: layout. Chooses for every predicate the tightest storage its declaration and rules allow, puts what one delta
 // touches together into one record, and gives every column its dirty bits. Assumes localized rules and components.
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <set>
 
@@ -12,9 +13,10 @@ using namespace check;
 
 namespace {
 
-// As in runtime/abi/module_abi.h: the low bits of a dirty word are the runtime's own.
-constexpr std::uint32_t kFirstBit = 6;
-constexpr std::uint32_t kBits = 32 - kFirstBit;  // A dirty word is kept in 32 bits a catom.
+// The low bits of a dirty word are the runtime's own.
+constexpr std::uint32_t kFirstBit = std::countr_zero(std::uint64_t{kFirstModuleBit});
+constexpr std::uint32_t kBits = kDirtyWordBits - kFirstBit;
+constexpr std::uint32_t kPorts = kMaxPorts;
 
 struct Facts {  // What the rules say about a predicate.
     bool used = false;
@@ -186,7 +188,7 @@ class Layout {
                 Stored& s = plan_.stored[id.index()];
                 const bool per_link = s.storage == Storage::PerLink;
                 for (std::size_t i = per_link ? 1 : 0; i < s.fields.size(); ++i)
-                    items.push_back({s.fields[i].bytes, per_link ? kMaxPorts : 1, &s.fields[i].offset});
+                    items.push_back({s.fields[i].bytes, per_link ? kPorts : 1, &s.fields[i].offset});
             }
             items.insert(items.end(), others.begin(), others.end());
             return place(items);
@@ -213,14 +215,14 @@ class Layout {
     void rows_column(PredicateId id) {
         Stored& s = plan_.stored[id.index()];
         std::vector<Item> others;
-        if (s.ranked) others.push_back({4, 1, &s.rank_offset});
-        if (s.waits) others.push_back({4, 1, &s.from_offset});
+        if (s.ranked) others.push_back({kRankBytes, 1, &s.rank_offset});
+        if (s.waits) others.push_back({kWaitedPortsBytes, 1, &s.from_offset});
         Column c;
         c.name = program_.predicates[id].name;
         c.rows = true;
         c.exported = s.exported;
         c.predicates = {id};
-        c.stride = 16;
+        c.stride = kRowsHeadBytes;
         c.row_bytes = std::max<std::uint32_t>(1, place_fields({id}, others));
         s.column = plan_.columns.add(std::move(c));
     }
@@ -229,9 +231,9 @@ class Layout {
         Column c;
         c.predicates = predicates;
         std::vector<Item> others;
-        std::vector<std::uint32_t> words;  // Presence words of 32 predicates each.
+        std::vector<std::uint32_t> words;  // Presence words of kPresenceBits predicates each.
         words.reserve(predicates.size());
-        std::uint32_t bit = 32;
+        std::uint32_t bit = kPresenceBits;
         std::vector<std::pair<PredicateId, std::size_t>> word_of;
         for (const PredicateId id : predicates) {
             Stored& s = plan_.stored[id.index()];
@@ -239,13 +241,13 @@ class Layout {
             c.name += (c.name.empty() ? "" : "+") + program_.predicates[id].name;
             c.exported = s.exported;
             if (s.ranked) {
-                others.push_back({4, 1, &s.rank_offset});
+                others.push_back({kRankBytes, 1, &s.rank_offset});
             } else if (per_link) {
-                others.push_back({4, 1, &s.presence_offset});
+                others.push_back({kPresenceBytes, 1, &s.presence_offset});
             } else {
-                if (bit == 32) {
+                if (bit == kPresenceBits) {
                     words.push_back(0);
-                    others.push_back({4, 1, &words.back()});
+                    others.push_back({kPresenceBytes, 1, &words.back()});
                     bit = 0;
                 }
                 word_of.push_back({id, words.size() - 1});

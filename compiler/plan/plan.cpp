@@ -1,58 +1,65 @@
-// The planner's pipeline.
+// The planner's pipeline: all passes in order, with what each of them promises.
 #include "compiler/plan/plan.h"
 
 #include <algorithm>
 
-#include "compiler/check/check.h"
+#include "compiler/plan/verify.h"
 
 namespace meld::plan {
 
 namespace {
 
-// The components of the program, with the predicates and rules that earlier passes have made.
-void find_components(Plan& plan) {
-    plan.program.components.clear();
-    diagnostics::Reporter already_reported;
-    check::stratify(plan.program, already_reported);
-    split_trees(plan.program);
-    lay_out(plan);
-}
-
-// A pass over the checked program, or, once there is a layout, over the plan.
+// A pass over the checked program, or, once there is a layout, over the plan. What it promises holds after all later passes too.
 struct Pass {
     std::string_view name;
-    bool optional;
-    void (*on_program)(check::Program&);
-    void (*on_plan)(Plan&);
+    enum class Kind { Needed, Optional } kind;
+    void (*on_program)(check::Program&) = nullptr;
+    void (*on_plan)(Plan&) = nullptr;
+    void (*program_promise)(const check::Program&) = nullptr;
+    void (*plan_promise)(const Plan&) = nullptr;
 };
 
+constexpr auto kNeeded = Pass::Kind::Needed;
+constexpr auto kOptional = Pass::Kind::Optional;
+
 constexpr Pass kPasses[] = {
-    {"fold", true, fold_constants, nullptr},
-    {"dead", true, drop_dead_rules, nullptr},
-    {"delay", false, delay_heads, nullptr},
-    {"relay", false, relay_heads, nullptr},
-    {"undelivered", false, return_undelivered, nullptr},
-    {"watch", false, watch_changes, nullptr},
-    {"wait", false, wait_for_neighbours, nullptr},
-    {"given", false, separate_base, nullptr},
-    {"exists", false, ask_for_existence, nullptr},
-    {"localize", false, localize, nullptr},
-    {"push", true, push_aggregates, nullptr},
-    {"merge", true, merge_auxiliaries, nullptr},
-    {"gather", true, gather_facts, nullptr},
-    {"narrow", true, narrow_integers, nullptr},
-    {"layout", false, nullptr, find_components},
-    {"order", false, nullptr, order_rules},
-    {"deltas", true, nullptr, plan_deltas},
-    {"share", true, nullptr, share_prefixes},
+    {.name = "fold", .kind = kOptional, .on_program = fold_constants},
+    {.name = "dead", .kind = kOptional, .on_program = drop_dead_rules},
+    {.name = "delay", .kind = kNeeded, .on_program = delay_heads, .program_promise = verify_no_delays},
+    {.name = "relay", .kind = kNeeded, .on_program = relay_heads, .program_promise = verify_relayed},
+    {.name = "undelivered", .kind = kNeeded, .on_program = return_undelivered},
+    {.name = "watch", .kind = kNeeded, .on_program = watch_changes},
+    {.name = "wait", .kind = kNeeded, .on_program = wait_for_neighbours, .program_promise = verify_waits},
+    {.name = "given", .kind = kNeeded, .on_program = separate_base, .program_promise = verify_given},
+    {.name = "exists", .kind = kNeeded, .on_program = ask_for_existence},
+    {.name = "localize", .kind = kNeeded, .on_program = localize, .program_promise = verify_localized},
+    {.name = "push", .kind = kOptional, .on_program = push_aggregates},
+    {.name = "merge", .kind = kOptional, .on_program = merge_auxiliaries},
+    {.name = "gather", .kind = kOptional, .on_program = gather_facts},
+    {.name = "narrow", .kind = kOptional, .on_program = narrow_integers},
+    {.name = "strata", .kind = kNeeded, .on_program = find_strata, .program_promise = verify_strata},
+    {.name = "layout", .kind = kNeeded, .on_plan = lay_out, .plan_promise = verify_layout},
+    {.name = "order", .kind = kNeeded, .on_plan = order_rules, .plan_promise = verify_steps},
+    {.name = "deltas", .kind = kOptional, .on_plan = plan_deltas},
+    {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
 };
+
+// Checks what the passes up to `last` promise.
+void verify_after(const Pass& last, const Plan& plan) {
+    verify(plan.program);
+    for (const Pass& p : kPasses) {
+        if (p.program_promise != nullptr) p.program_promise(plan.program);
+        if (p.plan_promise != nullptr) p.plan_promise(plan);
+        if (&p == &last) return;
+    }
+}
 
 }  // namespace
 
 std::vector<std::string_view> passes(Passes which) {
     std::vector<std::string_view> names;
     for (const Pass& p : kPasses)
-        if (which == Passes::All || p.optional) names.push_back(p.name);
+        if (which == Passes::All || p.kind == kOptional) names.push_back(p.name);
     return names;
 }
 
@@ -63,10 +70,7 @@ Plan make_plan(check::Program program, const PlanOptions& options) {
         if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {
             if (p.on_program != nullptr) p.on_program(plan.program);
             if (p.on_plan != nullptr) p.on_plan(plan);
-            if (p.on_program != nullptr)
-                verify(plan.program);
-            else
-                verify(plan);
+            verify_after(p, plan);
         }
         if (p.name == options.after) break;
     }

@@ -1,4 +1,4 @@
-// Rule plans: how each rule is evaluated at its home catom, and how each predicate is stored. Printed by --emit=plan in
+// Rule plans: how each rule is evaluated at its execution site, and how each predicate is stored. Printed by --emit=plan in
 // the concrete syntax shown beside each step.
 #pragma once
 
@@ -8,13 +8,11 @@
 #include <vector>
 
 #include "compiler/check/program.h"
+#include "compiler/plan/steps.h"
+#include "runtime/abi/storage_abi.h"
+#include "runtime/base/assert.h"
 
 namespace meld::plan {
-
-using check::PredicateId;
-using check::RuleId;
-using check::Term;
-using check::VariableId;
 
 // ---- storage
 
@@ -54,65 +52,10 @@ struct Column {
     std::uint32_t row_bytes = 0;
     std::uint64_t own_dirty = 0;
     std::uint64_t reader_dirty = 0;
-    bool follows_rows = false;  // Readers are told which rows have changed.
+    bool follows_rows = false;  // Its changes are stored row by row, for readers that evaluate delta rules.
 };
 
-// ---- steps of a rule, outermost first; each later step runs for every way to satisfy the earlier ones
-
-enum class ArgumentUse { Skip, Bind, Compare };
-
-// Why a step reads at this point and not earlier or later. For --explain-rules alone.
-enum class Reason {
-    Written,   // Where the rule has it: linear rules mean this order.
-    Test,      // All arguments are known.
-    Exists,    // Gives no variable a value.
-    One,       // One fact at most.
-    Rows,      // Several facts, more the fewer arguments are known.
-    Elements,  // Those of a list or set that is known.
-    Named,     // A neighbour whose number is known.
-    Links,     // Each neighbour.
-};
-struct Choice {
-    Reason reason = Reason::Written;
-    std::size_t known = 0;  // Rows: how many arguments after the catom are known.
-    // Those that the rule has before it: not valid stands for the elements of a list or set.
-    std::vector<PredicateId> dearer = {};
-    std::vector<PredicateId> waiting = {};  // They need what is not known yet.
-};
-
-struct Step {
-    enum class Kind {
-        Neighbours,  // for each neighbour B [at port P]
-        Locate,      // find neighbour B              B's id is known
-        Match,       // dist(A, D)                    facts of a stored or world predicate at a place
-        Test,        // if D > 3
-        Set,         // D = X + 1
-        Absent,      // unless { steps }
-        Each,        // for each E in L
-        Fold,        // S = sum X over { steps }
-        Delta,       // if delta X of p(A, X) > e     the fact has been matched; compares with what held before the tick
-    } kind = Kind::Match;
-    VariableId place = {};             // Neighbours, Locate: the catom found; Match: where.
-    bool at_home = true;               // Match: at the rule's home.
-    PredicateId predicate = {};        // Match
-    std::vector<Term> arguments = {};  // Match, after the catom.
-    std::vector<ArgumentUse> uses = {};
-    VariableId port = {};                                 // Neighbours: bound to the port, if valid.
-    Term port_compare = {};                               // Neighbours: the port must equal this (where not Anonymous).
-    bool port_from_other_side = false;                    // The port is the one at which B sees the home.
-    bool read_only = false;                               // Match of a linear fact that is left in place.
-    bool ranks = false;                                   // Match: its rank counts for the head's.
-    bool changed = false;                                 // Match: only rows that have changed, as they were and as they are.
-    Term term = {};                                       // Test, Set; Each: the list; Fold: the value of one match; Delta: the bound
-    VariableId variable = {};                             // Set, Each, Fold, Delta
-    VariableId position = {};                             // Each: which element it is, if valid.
-    std::vector<Step> inner = {};                         // Absent, Fold
-    check::Aggregate aggregate = check::Aggregate::None;  // Fold
-    check::FunctionId fold = {};                          // Fold, Custom
-    Term initial = {};                                    // Fold, Custom: what it starts from, if not the first match
-    check::Op compare = check::Op::Greater;               // Delta
-    Choice choice = {};                                   // Neighbours, Locate, Match, Each
-};
+// ---- rules: steps, outermost first; each later step runs for every way to satisfy the earlier ones
 
 struct HeadPlan {
     check::Head::Kind kind = check::Head::Kind::Fact;
@@ -132,50 +75,59 @@ struct RulePlan {
     RuleId rule;
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
-    std::uint64_t inputs = 0;  // Dirty bits after which the rule is looked at again.
+    std::uint64_t inputs = 0;  // Dirty bits after which the rule is evaluated again.
     std::uint64_t absent = 0;  // Of a linear rule: the bits of linear facts that must not be there, or are counted.
-    // Of a delta (deltas.cpp):
+    // Of a delta rule (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
-    std::uint64_t unchanged = 0;         // Of no use where one of these inputs has changed too.
+    std::uint64_t unchanged = 0;         // The delta rule does not apply where one of these inputs has changed too.
     // Of rules that begin alike (share.cpp): these go on where the steps end, in the variables of `rule` and, numbered after
     // them, `more`. The heads are theirs.
     std::vector<RulePlan> branches = {};
     std::vector<check::Variable> more = {};
 };
 
-// How a predicate with many rows is settled where only rows have changed: `touches` find the groups that changed rows of
-// one input can affect, `groups` are the rules once more, for one group that is known.
-// Where recursion stays at one catom, `touches` derive what follows from rows that the last round has made.
-struct Deltas {
-    std::uint64_t inputs = 0;  // Where anything else has changed, all is settled; 0: always.
-    std::vector<RulePlan> touches;
-    std::vector<RulePlan> groups;
+// How a predicate with many rows is evaluated where only single rows of its inputs have changed: `affected` find the groups
+// that the changed rows of one input can affect, `regroup` are the rules once more, for one group that is known.
+struct DeltaRules {
+    std::uint64_t inputs = 0;  // Where anything else has changed, all groups are evaluated; 0: always.
+    std::vector<RulePlan> affected = {};
+    std::vector<RulePlan> regroup = {};
 };
 
-// How the support of a strongly connected component is maintained (docs/design.md, "Recursion").
+// How the support of recursive predicates is maintained (docs/design.md, "Recursion").
 enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
 std::string recursion_name(Recursion recursion);
 
-struct ComponentPlan {
+// Predicates that are evaluated together: a strongly connected component, or a part of one that recurs along a tree.
+struct Stratum {
     std::vector<PredicateId> predicates;
     std::vector<RulePlan> rules;
     Recursion recursion = Recursion::None;
     bool links = false;
     std::uint64_t inputs = 0;
     std::uint64_t outputs = 0;  // own_dirty of its columns.
-    Deltas deltas = {};
+    DeltaRules deltas = {};
+    // LocalSets: semi-naive evaluation. What follows from the rows that the last round has derived, a rule for each atom.
+    std::vector<RulePlan> semi_naive = {};
 };
 
 struct Plan {
     check::Program program;      // With the auxiliaries of localization.
     std::vector<Stored> stored;  // By PredicateId.
     Table<Column> columns;
-    std::vector<ComponentPlan> components;
-    std::vector<RulePlan> linear_rules;  // In order of priority.
-    std::vector<RulePlan> births;        // Linear axioms.
+    std::vector<Stratum> strata;          // In the order of evaluation.
+    std::vector<RulePlan> linear_rules;   // In order of priority.
+    std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
     bool reads_tick = false;
 
-    const Stored& of(PredicateId p) const { return stored[p.index()]; }
+    const Stored& of(PredicateId p) const {
+        MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
+        return stored[p.index()];
+    }
+    const Column& column_of(PredicateId p) const {
+        MELD_EXPECT(of(p).column.valid(), "{} has no column", program.predicates[p].name);
+        return columns[of(p).column];
+    }
 };
 
 struct PlanOptions {
@@ -215,23 +167,26 @@ void localize(check::Program& program);
 void push_aggregates(check::Program& program);
 // Lets rules whose far parts are alike share one auxiliary.
 void merge_auxiliaries(check::Program& program);
-// Orders components that recur along a tree: what a catom's rules read at the catom itself comes first.
-void split_trees(check::Program& program);
 // Makes one rule and a table of many facts in a row.
 void gather_facts(check::Program& program);
 // Finds between which values the ints of derived facts lie.
 void narrow_integers(check::Program& program);
+// Finds strongly connected components of predicates in the order of evaluation, and takes those apart that recur along a tree.
+void find_strata(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
 void order_rules(Plan& plan);
-// Finds the components that can be settled row by row, and how.
+// Finds the strata that can be evaluated row by row, and how.
 void plan_deltas(Plan& plan);
 // Lets rules of one predicate that begin with the same steps take them together.
 void share_prefixes(Plan& plan);
-// Run after every pass: what later ones and emission rely on. A violation is our bug and ends the process.
-void verify(const check::Program& program);
-void verify(const Plan& plan);
+// ---- parts of passes
+
+// The strongly connected components of the program's predicates, in order. The program must be one that can be stratified.
+void find_components(check::Program& program);
+// Takes components apart that recur along a tree: what a catom's rules read at the catom itself comes first.
+void split_trees(check::Program& program);
 
 // How many arguments after the catom make the group: all that stand before an aggregated one.
 inline std::size_t group_arguments(const check::Predicate& p) {
@@ -246,7 +201,5 @@ std::string print(const Plan& plan);
 std::string explain(const Plan& plan);
 // Bytes a catom of all columns, without what rows need beyond their heads.
 std::uint64_t bytes_per_catom(const Plan& plan);
-
-inline constexpr std::uint32_t kMaxPorts = 12;
 
 }  // namespace meld::plan

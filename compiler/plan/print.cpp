@@ -53,15 +53,16 @@ class Printer {
             out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride,
                                 c.rows ? fmt::format(", {} a row", c.row_bytes) : "", c.exported ? ", exported" : "");
         }
-        for (const ComponentPlan& c : plan_.components) {
+        for (const Stratum& stratum : plan_.strata) {
             std::string names;
-            for (const PredicateId p : c.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;
-            out_ += fmt::format("\ncomponent {}: {}\n", names, recursion_name(c.recursion));
-            for (const RulePlan& r : c.rules) rule(r);
-            deltas(c);
+            for (const PredicateId p : stratum.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;
+            out_ += fmt::format("\nstratum {}: {}\n", names, recursion_name(stratum.recursion));
+            for (const RulePlan& r : stratum.rules) rule(r);
+            semi_naive(stratum);
+            deltas(stratum.deltas);
         }
-        if (!plan_.births.empty()) out_ += "\nat birth\n";
-        for (const RulePlan& r : plan_.births) rule(r);
+        if (!plan_.initial_facts.empty()) out_ += "\ninitial facts, once for each new catom\n";
+        for (const RulePlan& r : plan_.initial_facts) rule(r);
         if (!plan_.linear_rules.empty()) out_ += "\nlinear rules, first fitting first\n";
         for (const RulePlan& r : plan_.linear_rules) rule(r);
         return out_;
@@ -97,32 +98,35 @@ class Printer {
         rule_ = nullptr;
     }
 
-    // What is done where only rows have changed.
-    void deltas(const ComponentPlan& c) {
-        if (c.recursion == Recursion::LocalSets)
-            for (const RulePlan& r : c.deltas.touches) {
-                rule_ = &program_.rules[r.rule];
-                out_ += fmt::format("  {} from what the last round made\n", rule_->name);
-                steps(r.steps, 2);
-                heads(r.heads, 2 + r.steps.size());
-            }
-        if (c.deltas.inputs == 0) return;
-        for (const RulePlan& r : c.deltas.touches) {
-            rule_ = &program_.rules[r.rule];
-            out_ += fmt::format("  {} touches\n", rule_->name);
-            steps(r.steps, 2);
+    // What each round but the first evaluates.
+    void semi_naive(const Stratum& stratum) {
+        for (const RulePlan& r : stratum.semi_naive) {
+            headline(r, "semi-naive");
+            heads(r.heads, 2 + r.steps.size());
+        }
+    }
+
+    // What is evaluated where only single rows have changed.
+    void deltas(const DeltaRules& deltas) {
+        for (const RulePlan& r : deltas.affected) {
+            headline(r, "delta rule");
             const HeadPlan& h = r.heads[0];
             std::string group;
             for (std::size_t i = 0; i < group_arguments(program_.predicates[h.predicate]); ++i)
                 group += ", " + print(program_, *rule_, h.arguments[i]);
-            indented(2 + r.steps.size(), fmt::format("-> group of {}({}{})", program_.predicates[h.predicate].name, name(h.place), group));
+            indented(2 + r.steps.size(),
+                     fmt::format("-> affected group {}({}{})", program_.predicates[h.predicate].name, name(h.place), group));
         }
-        for (const RulePlan& r : c.deltas.groups) {
-            rule_ = &program_.rules[r.rule];
-            out_ += fmt::format("  {} for one group\n", rule_->name);
-            steps(r.steps, 2);
+        for (const RulePlan& r : deltas.regroup) {
+            headline(r, "for one group");
             heads(r.heads, 2 + r.steps.size());
         }
+    }
+    // Which rule this is and what it is for, and its steps.
+    void headline(const RulePlan& r, std::string_view what) {
+        rule_ = &program_.rules[r.rule];
+        out_ += fmt::format("  {}, {}\n", rule_->name, what);
+        steps(r.steps, 2);
     }
 
     void indented(std::size_t depth, const std::string& text) { out_ += std::string(depth * 2, ' ') + text + "\n"; }
@@ -136,41 +140,40 @@ class Printer {
 
     std::string name(VariableId v) const { return rule_->variables[v].name; }
 
+    std::string text(const Term& term) const { return print(program_, *rule_, term); }
+
+    // Each as the comment of its struct shows it (steps.h).
     std::string step(const Step& s, std::size_t depth) {
-        switch (s.kind) {
-            case Step::Kind::Neighbours:
-            case Step::Kind::Locate: {
-                std::string text = fmt::format("{} neighbour {}", s.kind == Step::Kind::Neighbours ? "for each" : "find",
-                                               s.place.valid()              ? name(s.place)
-                                               : s.term.op == Op::Anonymous ? "_"
-                                                                            : print(program_, *rule_, s.term));
-                if (s.port.valid()) text += " at port " + name(s.port);
-                if (s.port_compare.op != Op::Anonymous) text += " at port " + print(program_, *rule_, s.port_compare);
-                return text;
-            }
-            case Step::Kind::Match: {
-                std::string text = (s.changed ? "changed " : "") + program_.predicates[s.predicate].name + "(" + name(s.place);
-                for (std::size_t i = 0; i < s.arguments.size(); ++i)
-                    text += ", " + std::string(s.uses[i] == ArgumentUse::Compare ? "=" : "") + print(program_, *rule_, s.arguments[i]);
-                return text + ")" + (s.ranks ? "  rank" : "");
-            }
-            case Step::Kind::Test:
-                return "if " + print(program_, *rule_, s.term);
-            case Step::Kind::Set:
-                return name(s.variable) + " = " + print(program_, *rule_, s.term);
-            case Step::Kind::Absent:
-                return "unless\n" + inside(s, depth);
-            case Step::Kind::Each:
-                return fmt::format("for each {} in {}", name(s.variable), print(program_, *rule_, s.term));
-            case Step::Kind::Fold: {
-                const std::string how = s.aggregate == Aggregate::Custom ? program_.functions[s.fold].name : aggregate_name(s.aggregate);
-                const std::string value = s.term.op == Op::Anonymous ? "" : " " + print(program_, *rule_, s.term);
-                return fmt::format("{} = {}{} over\n", name(s.variable), how, value) + inside(s, depth);
-            }
-            case Step::Kind::Delta:
-                return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), print(program_, *rule_, s.term));
-        }
-        return "";
+        return visit_step<std::string>(s, [&](const auto& one) { return concrete(one, depth); });
+    }
+    std::string concrete(const EachNeighbour& s, std::size_t) const {
+        const std::string which = s.place.valid() ? name(s.place) : s.only.op == Op::Anonymous ? "_" : text(s.only);
+        return "for each neighbour " + which + at(s.port);
+    }
+    std::string concrete(const FindNeighbour& s, std::size_t) const { return "find neighbour " + name(s.place) + at(s.port); }
+    std::string at(const PortUse& port) const {
+        if (port.bind.valid()) return " at port " + name(port.bind);
+        return port.equals.op == Op::Anonymous ? "" : " at port " + text(port.equals);
+    }
+    std::string concrete(const Match& s, std::size_t) const {
+        std::string out = (s.changed ? "changed " : "") + program_.predicates[s.predicate].name + "(" + name(s.place);
+        for (std::size_t i = 0; i < s.arguments.size(); ++i)
+            out += std::string(s.uses[i] == ArgumentUse::Compare ? ", =" : ", ") + text(s.arguments[i]);
+        return out + ")" + (s.ranks ? "  rank" : "");
+    }
+    std::string concrete(const Test& s, std::size_t) const { return "if " + text(s.condition); }
+    std::string concrete(const Set& s, std::size_t) const { return name(s.variable) + " = " + text(s.value); }
+    std::string concrete(const Unless& s, std::size_t depth) { return "unless\n" + inside(s.steps, depth); }
+    std::string concrete(const EachElement& s, std::size_t) const {
+        return fmt::format("for each {} in {}", name(s.variable), text(s.list));
+    }
+    std::string concrete(const AggregateOver& s, std::size_t depth) {
+        const std::string how = s.aggregate == Aggregate::Custom ? program_.functions[s.function].name : aggregate_name(s.aggregate);
+        const std::string value = s.value.op == Op::Anonymous ? "" : " " + text(s.value);
+        return fmt::format("{} = {}{} over\n", name(s.variable), how, value) + inside(s.steps, depth);
+    }
+    std::string concrete(const ChangeSince& s, std::size_t) const {
+        return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), text(s.bound));
     }
     static const char* sign(Op op) {
         switch (op) {
@@ -188,10 +191,10 @@ class Printer {
                 return ">";
         }
     }
-    std::string inside(const Step& s, std::size_t depth) {
+    std::string inside(const std::vector<Step>& inner, std::size_t depth) {
         std::string saved;
         std::swap(saved, out_);
-        steps(s.inner, depth + 1);
+        steps(inner, depth + 1);
         std::swap(saved, out_);
         while (!saved.empty() && saved.back() == '\n') saved.pop_back();
         return saved;

@@ -41,7 +41,11 @@ bool bind(VariableId a, VariableId b, Names& names) {
     return std::count_if(names.begin(), names.end(), [&](const auto& n) { return n.second == a; }) == 1;
 }
 
-bool same_arguments(const Step& a, const Step& b, Names& names) {
+bool same(const PortUse& a, const PortUse& b, Names& names) {
+    return a.from_other_side == b.from_other_side && same(a.equals, b.equals, names) && bind(a.bind, b.bind, names);
+}
+
+bool same_arguments(const Match& a, const Match& b, Names& names) {
     if (a.uses != b.uses || a.arguments.size() != b.arguments.size()) return false;
     for (std::size_t i = 0; i < a.arguments.size(); ++i) {
         if (a.uses[i] == ArgumentUse::Bind ? !bind(a.arguments[i].variable, b.arguments[i].variable, names)
@@ -51,29 +55,37 @@ bool same_arguments(const Step& a, const Step& b, Names& names) {
     return true;
 }
 
-// Whether the steps do the same; `names` then knows what b's step binds. Those with steps inside are not looked into.
+bool same(const EachNeighbour& a, const EachNeighbour& b, Names& names) {
+    return same(a.only, b.only, names) && bind(a.place, b.place, names) && same(a.port, b.port, names);
+}
+bool same(const FindNeighbour& a, const FindNeighbour& b, Names& names) {
+    return bind(a.place, b.place, names) && same(a.port, b.port, names);
+}
+bool same(const Match& a, const Match& b, Names& names) {
+    return a.predicate == b.predicate && a.at_site == b.at_site && a.read_only == b.read_only && a.ranks == b.ranks &&
+           a.changed == b.changed && bind(a.place, b.place, names) && same_arguments(a, b, names);
+}
+bool same(const Test& a, const Test& b, Names& names) { return same(a.condition, b.condition, names); }
+bool same(const Set& a, const Set& b, Names& names) { return same(a.value, b.value, names) && bind(a.variable, b.variable, names); }
+// These are never shared: what is inside of them is not compared.
+bool same(const Unless&, const Unless&, Names&) { return false; }
+bool same(const EachElement&, const EachElement&, Names&) { return false; }
+bool same(const AggregateOver&, const AggregateOver&, Names&) { return false; }
+bool same(const ChangeSince&, const ChangeSince&, Names&) { return false; }
+
+// Whether the steps do the same; `names` then knows what b's step binds.
 bool same(const Step& a, const Step& b, Names& names) {
-    if (a.kind != b.kind) return false;
-    switch (a.kind) {
-        case Step::Kind::Neighbours:
-        case Step::Kind::Locate:
-            return a.port_from_other_side == b.port_from_other_side && same(a.term, b.term, names) &&
-                   same(a.port_compare, b.port_compare, names) && bind(a.place, b.place, names) && bind(a.port, b.port, names);
-        case Step::Kind::Match:
-            return a.predicate == b.predicate && a.at_home == b.at_home && a.read_only == b.read_only && a.ranks == b.ranks &&
-                   a.changed == b.changed && bind(a.place, b.place, names) && same_arguments(a, b, names);
-        case Step::Kind::Test:
-            return same(a.term, b.term, names);
-        case Step::Kind::Set:
-            return same(a.term, b.term, names) && bind(a.variable, b.variable, names);
-        default:
-            return false;
-    }
+    return std::visit(
+        [&](const auto& step) {
+            const auto* other = as<std::decay_t<decltype(step)>>(b);
+            return other != nullptr && same(step, *other, names);
+        },
+        a.what);
 }
 
 class Sharer {
   public:
-    Sharer(const Plan& plan, ComponentPlan& component) : program_(plan.program), rules_(component.rules) {}
+    Sharer(const Plan& plan, Stratum& stratum) : program_(plan.program), rules_(stratum.rules) {}
 
     void run() {
         for (std::size_t i = 0; i < rules_.size(); ++i) {
@@ -99,7 +111,7 @@ class Sharer {
         const bool loops = std::any_of(r.steps.begin(), r.steps.end(), goes_through_facts);
         return loops && (a == Aggregate::None || a == Aggregate::Min || a == Aggregate::Max);
     }
-    static bool goes_through_facts(const Step& s) { return s.kind == Step::Kind::Match || s.kind == Step::Kind::Neighbours; }
+    static bool goes_through_facts(const Step& s) { return as<Match>(s) != nullptr || as<EachNeighbour>(s) != nullptr; }
 
     // How many steps both begin with; none where no step among them goes through facts.
     std::size_t common_steps(const RulePlan& a, const RulePlan& b) const {
@@ -142,7 +154,7 @@ class Sharer {
                 if (is_new) out.more.push_back(program_.rules[b.rule].variables[v]);
                 v = at->second;
             };
-            for (Step& s : branch.steps) rename_step(s, rename);
+            for (Step& s : branch.steps) rewrite_variables(s, rename);
             for (HeadPlan& h : branch.heads) {
                 rename(h.place);
                 for (Term& t : h.arguments) rewrite_variables(t, rename);
@@ -154,17 +166,6 @@ class Sharer {
         return out;
     }
 
-    template <class Rename>
-    static void rename_step(Step& s, const Rename& rename) {
-        rename(s.place);
-        rename(s.port);
-        rename(s.variable);
-        rewrite_variables(s.port_compare, rename);
-        rewrite_variables(s.term, rename);
-        for (Term& t : s.arguments) rewrite_variables(t, rename);
-        for (Step& inner : s.inner) rename_step(inner, rename);
-    }
-
     const Program& program_;
     std::vector<RulePlan>& rules_;
 };
@@ -172,7 +173,7 @@ class Sharer {
 }  // namespace
 
 void share_prefixes(Plan& plan) {
-    for (ComponentPlan& c : plan.components) Sharer(plan, c).run();
+    for (Stratum& s : plan.strata) Sharer(plan, s).run();
 }
 
 check::Rule rule_of(const Plan& plan, const RulePlan& r) {

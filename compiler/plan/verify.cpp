@@ -1,63 +1,225 @@
-// What every pass leaves true; a violation is our bug and ends the process.
-#include "compiler/plan/plan.h"
+// What the passes over programs promise, checked after each of them. A violation is our bug and ends the process.
+#include <algorithm>
+#include <set>
+
+#include "compiler/plan/verify.h"
 
 namespace meld::plan {
 
+using namespace check;
+
 namespace {
 
-void verify_atom(const check::Program& program, const check::Rule& rule, const check::Atom& a) {
-    MELD_CHECK(a.predicate.valid() && a.predicate.index() < program.predicates.count(), "rule {} names no predicate", rule.name);
-    const check::Predicate& p = program.predicates[a.predicate];
-    MELD_CHECK(a.arguments.size() == p.arguments.size(), "rule {}, {}", rule.name, p.signature());
-    MELD_CHECK(a.arguments[0].is_variable(), "rule {} has {} at no catom", rule.name, p.name);
-    for (const check::Term& t : a.arguments)
-        check::each_variable(
-            t, [&](VariableId v) { MELD_CHECK(v.valid() && v.index() < rule.variables.count(), "rule {}, {}", rule.name, p.name); });
+using Places = std::set<VariableId>;
+
+void verify_term(const Rule& rule, const Term& term) {
+    each_variable(term, [&](VariableId v) {
+        MELD_CHECK(v.valid() && v.index() < rule.variables.count(), "rule {} has no variable {}", rule.name, v.index());
+    });
 }
 
-void verify_steps(const Plan& plan, const check::Rule& rule, const std::vector<Step>& steps) {
-    for (const Step& s : steps) {
-        verify_steps(plan, rule, s.inner);
-        if (s.kind != Step::Kind::Match) continue;
-        const check::Predicate& p = plan.program.predicates[s.predicate];
-        MELD_CHECK(s.uses.size() == s.arguments.size() && s.arguments.size() + 1 == p.arguments.size(), "rule {}, {}", rule.name, p.name);
-        MELD_CHECK(plan.of(s.predicate).storage != Storage::Unused, "rule {} reads {}, which is stored nowhere", rule.name, p.name);
-        MELD_CHECK(s.at_home || p.world == check::WorldSource::None, "rule {} reads {} at a neighbour", rule.name, p.name);
-        MELD_CHECK(s.at_home || plan.of(s.predicate).exported, "rule {} reads {} at a neighbour, and it is not exported", rule.name,
-                   p.name);
-        MELD_CHECK(!s.changed || plan.of(s.predicate).storage == Storage::Rows, "rule {} follows the rows of {}, which has none", rule.name,
-                   p.name);
+void verify_atom(const Program& program, const Rule& rule, const Atom& a) {
+    MELD_CHECK(a.predicate.valid() && a.predicate.index() < program.predicates.count(), "rule {} names no predicate", rule.name);
+    const Predicate& p = program.predicates[a.predicate];
+    MELD_CHECK(a.arguments.size() == p.arguments.size(), "rule {}, {}", rule.name, p.signature());
+    MELD_CHECK(a.arguments[0].is_variable(), "rule {} has {} at no catom", rule.name, p.name);
+    for (const Term& t : a.arguments) verify_term(rule, t);
+}
+
+void verify_body(const Program& program, const Rule& rule, const std::vector<Clause>& body) {
+    for (const Clause& c : body) {
+        if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) verify_atom(program, rule, c.atom);
+        verify_term(rule, c.test);
+        verify_term(rule, c.initial);
+        const bool nests = c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate;
+        MELD_CHECK(nests == !c.inner.empty(), "rule {}: a clause with {} inside", rule.name, c.inner.size());
+        const bool binds = c.kind == Clause::Kind::Aggregate || c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Delta;
+        MELD_CHECK(!binds || c.variable.valid(), "rule {}: a clause that gives no variable its value", rule.name);
+        verify_body(program, rule, c.inner);
     }
+}
+
+void verify_predicate(const Program& program, const Predicate& p) {
+    MELD_CHECK(!p.arguments.empty() && p.arguments[0].type == Type::Node, "{} has no catom", p.name);
+    MELD_CHECK(p.aggregate == Aggregate::None || (p.aggregate_at > 0 && p.aggregate_at < p.arguments.size()), "{} aggregates argument {}",
+               p.name, p.aggregate_at);
+    MELD_CHECK((p.aggregate == Aggregate::Custom) == p.fold.valid(), "{} has a function that does not fit its aggregate", p.name);
+    for (const Argument& a : p.arguments)
+        MELD_CHECK(a.least <= a.greatest, "{} has an argument from {} to {}", p.name, a.least, a.greatest);
+    for (const PredicateId other : {p.complete_link, p.returns, p.carries, p.given})
+        MELD_CHECK(!other.valid() || other.index() < program.predicates.count(), "{} names no predicate", p.name);
+    MELD_CHECK(p.facts.empty() || p.world == WorldSource::Facts, "{} has facts of the text and is no table", p.name);
+}
+
+// ---- localization
+
+bool is_link(const Program& program, const Atom& a) {
+    return program.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable();
+}
+
+void add_neighbours(const Program& program, const Rule& rule, const std::vector<Clause>& body, Places& near) {
+    for (const Clause& c : body) {
+        if (c.kind != Clause::Kind::Atom || !is_link(program, c.atom)) continue;
+        const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
+        if (a == rule.home) near.insert(b);
+        if (b == rule.home) near.insert(a);
+    }
+}
+
+void verify_places(const Program& program, const Rule& rule, const std::vector<Clause>& body, Places near) {
+    add_neighbours(program, rule, body, near);
+    for (const Clause& c : body) {
+        verify_places(program, rule, c.inner, near);
+        if (c.kind != Clause::Kind::Atom) continue;
+        const VariableId at = c.atom.arguments[0].variable;
+        if (at == rule.home) continue;
+        const Predicate& p = program.predicates[c.atom.predicate];
+        MELD_CHECK(near.contains(at), "rule {} reads {} at {}, which is no neighbour", rule.name, p.name, rule.variables[at].name);
+        const bool link_back = is_link(program, c.atom) && c.atom.arguments[1].variable == rule.home;
+        MELD_CHECK(p.world == WorldSource::None || link_back, "rule {} reads {} of the world at a neighbour", rule.name, p.name);
+    }
+}
+
+void verify_head_places(const Program& program, const Rule& rule, const std::vector<Head>& heads, const Places& around) {
+    for (const Head& h : heads) {
+        verify_places(program, rule, h.body, around);
+        Places near = around;
+        add_neighbours(program, rule, h.body, near);
+        verify_head_places(program, rule, h.heads, near);
+        verify_head_places(program, rule, h.others, around);
+    }
+}
+
+// ---- strata
+
+constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
+
+std::vector<std::size_t> component_of(const Program& program) {
+    std::vector<std::size_t> out(program.predicates.count(), kNowhere);
+    for (std::size_t i = 0; i < program.components.size(); ++i)
+        for (const PredicateId p : program.components[i].predicates) {
+            MELD_CHECK(out[p.index()] == kNowhere, "{} is in two components", program.predicates[p].name);
+            out[p.index()] = i;
+        }
+    for (const PredicateId p : program.predicates.ids())
+        MELD_CHECK(out[p.index()] != kNowhere, "{} is in no component", program.predicates[p].name);
+    return out;
+}
+
+// What a rule of the component `own` reads has been evaluated before, or is evaluated with it.
+void verify_reads(const Program& program, const Rule& rule, std::size_t own, const std::vector<std::size_t>& component) {
+    each_atom(rule.body, [&](const Atom& a, bool negated) {
+        const std::size_t other = component[a.predicate.index()];
+        const Predicate& p = program.predicates[a.predicate];
+        const bool at_site = a.arguments[0].variable == rule.home;
+        // What a neighbour says is as of the last tick, so along a tree it may come later in the order.
+        const bool along_tree = !at_site && program.components[own].tree && program.components[other].tree;
+        MELD_CHECK(other <= own || along_tree, "rule {} reads {}, which is evaluated later", rule.name, p.name);
+        MELD_CHECK(other != own ||
+                       (program.components[own].recursive && (at_site ? program.components[own].local : program.components[own].links)),
+                   "rule {} reads {} in a component that does not say so", rule.name, p.name);
+        MELD_CHECK(other != own || !negated, "rule {} negates or aggregates {} of its own stratum", rule.name, p.name);
+    });
 }
 
 }  // namespace
 
-void verify(const check::Program& program) {
-    for (const check::Rule& rule : program.rules) {
-        check::each_atom(rule.body, [&](const check::Atom& a, bool) { verify_atom(program, rule, a); });
-        check::each_head(rule.heads, [&](const check::Head& h) {
-            if (h.kind == check::Head::Kind::Fact) verify_atom(program, rule, h.atom);
-            check::each_atom(h.body, [&](const check::Atom& a, bool) { verify_atom(program, rule, a); });
-        });
+void verify(const Program& program) {
+    for (const Predicate& p : program.predicates) verify_predicate(program, p);
+    for (const Rule& rule : program.rules) {
+        MELD_CHECK(rule.home.valid() && rule.home.index() < rule.variables.count(), "rule {} runs nowhere", rule.name);
         MELD_CHECK(rule.linear || rule.heads.size() == 1, "view {} has {} heads", rule.name, rule.heads.size());
+        MELD_CHECK(rule.linear || rule.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule.name);
+        MELD_CHECK(rule.linear || !(rule.arrives || rule.birth || rule.select != Select::None), "view {} is taken for a linear rule",
+                   rule.name);
+        verify_body(program, rule, rule.body);
+        each_head(rule.heads, [&](const Head& h) {
+            if (h.kind == Head::Kind::Fact) verify_atom(program, rule, h.atom);
+            verify_term(rule, h.term);
+            verify_body(program, rule, h.body);
+        });
     }
 }
 
-void verify(const Plan& plan) {
-    const auto rules = [&](const std::vector<RulePlan>& all) {
-        for (const RulePlan& r : all) {
-            verify_steps(plan, plan.program.rules[r.rule], r.steps);
-            for (const RulePlan& b : r.branches) verify_steps(plan, plan.program.rules[b.rule], b.steps);
-            MELD_CHECK(r.branches.empty() || r.heads.empty(), "rule {} has heads and branches", plan.program.rules[r.rule].name);
+void verify_no_delays(const Program& program) {
+    for (const Rule& rule : program.rules)
+        each_head(rule.heads, [&](const Head& h) { MELD_CHECK(h.delay.op == Op::Anonymous, "a head of rule {} still waits", rule.name); });
+}
+
+void verify_relayed(const Program& program) {
+    const auto heads = [&](const auto& self, const Rule& rule, const std::vector<Head>& all, const Places& around) -> void {
+        for (const Head& h : all) {
+            Places near = around;
+            add_neighbours(program, rule, h.body, near);
+            if (h.kind == Head::Kind::Fact) {
+                const VariableId at = h.atom.arguments[0].variable;
+                MELD_CHECK(at == rule.home || near.contains(at), "rule {} sends {} further than to a neighbour", rule.name,
+                           program.predicates[h.atom.predicate].name);
+            }
+            self(self, rule, h.heads, near);
+            self(self, rule, h.others, h.kind == Head::Kind::Aggregate ? around : near);
         }
     };
-    for (const ComponentPlan& c : plan.components) {
-        rules(c.rules);
-        rules(c.deltas.touches);
-        rules(c.deltas.groups);
+    for (const Rule& rule : program.rules) {
+        if (!rule.linear || rule.birth) continue;
+        Places near;
+        add_neighbours(program, rule, rule.body, near);
+        // A fact that is handed on goes to a catom that its text names, which was a neighbour when it was sent.
+        if (!rule.arrives) heads(heads, rule, rule.heads, near);
     }
-    rules(plan.linear_rules);
-    rules(plan.births);
+}
+
+void verify_waits(const Program& program) {
+    for (const Predicate& p : program.predicates) {
+        if (!p.complete_link.valid()) continue;
+        const Predicate& link = program.predicates[p.complete_link];
+        MELD_CHECK(link.world != WorldSource::None || link.auxiliary, "{} waits over {}, which is no view of the neighbours", p.name,
+                   link.name);
+    }
+}
+
+void verify_given(const Program& program) {
+    std::vector<bool> derived(program.predicates.count(), false);
+    for (const Rule& rule : program.rules)
+        if (!rule.linear) derived[rule.heads[0].atom.predicate.index()] = true;
+    for (const Rule& rule : program.rules) {
+        if (!rule.linear) continue;
+        each_head(rule.heads, [&](const Head& h) {
+            if (h.kind != Head::Kind::Fact) return;
+            const Predicate& p = program.predicates[h.atom.predicate];
+            MELD_CHECK(p.kind != PredicateKind::Persistent || !derived[h.atom.predicate.index()], "rule {} gives {}, which others derive",
+                       rule.name, p.name);
+        });
+    }
+}
+
+void verify_localized(const Program& program) {
+    for (const Rule& rule : program.rules) {
+        Places near;
+        add_neighbours(program, rule, rule.body, near);
+        verify_places(program, rule, rule.body, {});
+        verify_head_places(program, rule, rule.heads, near);
+    }
+}
+
+void verify_strata(const Program& program) {
+    const std::vector<std::size_t> component = component_of(program);
+    std::vector<bool> placed(program.rules.count(), false);
+    for (std::size_t i = 0; i < program.components.size(); ++i)
+        for (const RuleId id : program.components[i].rules) {
+            const Rule& rule = program.rules[id];
+            MELD_CHECK(!rule.linear && !placed[id.index()], "rule {} is in two components, or linear", rule.name);
+            placed[id.index()] = true;
+            MELD_CHECK(component[rule.heads[0].atom.predicate.index()] == i, "rule {} is in a component that it does not derive",
+                       rule.name);
+            verify_reads(program, rule, i, component);
+        }
+    for (const RuleId id : program.rules.ids())
+        MELD_CHECK(program.rules[id].linear || placed[id.index()], "rule {} is in no component", program.rules[id].name);
+    for (const PredicateId p : program.predicates.ids())
+        if (const PredicateId link = program.predicates[p].complete_link; link.valid())
+            MELD_CHECK(component[link.index()] < component[p.index()], "{} waits over {}, which is evaluated later",
+                       program.predicates[p].name, program.predicates[link].name);
 }
 
 }  // namespace meld::plan

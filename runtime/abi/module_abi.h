@@ -3,14 +3,13 @@
 #pragma once
 
 #include "runtime/abi/geometry_abi.h"
+#include "runtime/abi/storage_abi.h"
 
 namespace meld {
 
 inline constexpr u32 kAbiVersion = 8;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
-// The rank of a fact that is not there.
-inline constexpr u32 kAbsent = 0xffffffff;
 
 // A value of more than one word, never changed once made: a list, set, array, struct, tuple, vec3 or string. Null stands
 // for the empty list, set, array or string. Rules make them in scratch memory; the runtime copies what a fact keeps into
@@ -46,19 +45,6 @@ enum class Storage : u8 {
     World,    // not stored: read from the ensemble
 };
 enum class PredicateKind : u8 { Persistent, Linear, Action, Sensed };
-
-// What an evaluation of a catom may be asked to look at again: the low bits of a catom's dirty word. The bits above
-// belong to the module: one for each own column, one for each column imported from neighbours.
-enum DirtyBit : u64 {
-    kDirtyBorn = 1,   // First evaluation.
-    kDirtyLinks = 2,  // A neighbour came or went.
-    kDirtyPlace = 4,  // The catom stands on another cell, or the target changed.
-    kDirtyWake = 8,   // A quarantine has ended.
-    kDirtyTick = 16,  // Asked to be evaluated in this tick.
-    kDirtyBirths = 31,
-    kDirtyGroups = 32,  // A quarantine of groups that are told by row has ended.
-    kFirstModuleBit = 64,
-};
 
 struct FieldInfo {
     const char* name;
@@ -107,6 +93,7 @@ struct RowsHead {
     u32 capacity;
     u8* data;
 };
+static_assert(sizeof(RowsHead) == kRowsHeadBytes);
 
 // Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is among both.
 struct RowChanges {

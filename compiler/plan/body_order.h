@@ -1,0 +1,53 @@
+// Turns the clauses of one body into steps: what is known comes first, then what costs least.
+#pragma once
+
+#include <vector>
+
+#include "compiler/plan/access.h"
+
+namespace meld::plan {
+
+// In which order clauses are read: as the access costs say, or as the rule is written, which is what linear rules mean.
+enum class Reading { Cheapest, AsWritten };
+
+class BodyOrder {
+  public:
+    // `ranked`: the predicates whose facts have ranks that count for the head's.
+    BodyOrder(const Plan& plan, const check::Rule& rule, std::vector<PredicateId> ranked = {})
+        : plan_(plan), program_(plan.program), rule_(rule), ranked_(std::move(ranked)), accesses_(plan, rule) {}
+
+    // What is known before anything has been read.
+    Known start() const;
+
+    // Steps for the whole body after what is already known; `outside` are variables that clauses outside bind or use.
+    std::vector<Step> order(std::vector<check::Clause> body, Known& known, Reading reading, const Variables& outside) const;
+    // Steps that read the changed rows of the clause `first`, an atom, and then all that follows from them without another
+    // read. These clauses leave the body.
+    std::vector<Step> start_changed(std::vector<check::Clause>& body, std::size_t first, const Variables& outside, Known& known) const;
+
+  private:
+    bool take_ready(std::vector<check::Clause>& body, Known& known, const Variables& outside, std::vector<Step>& steps) const;
+    bool take_test(const Term& test, Known& known, std::vector<Step>& steps) const;
+    bool take_nested(const check::Clause& clause, const std::vector<check::Clause>& body, Known& known, const Variables& outside,
+                     std::vector<Step>& steps) const;
+    bool bind_equal(const Term& test, Known& known, std::vector<Step>& steps) const;
+    bool take_apart(const Term& equality, Known& known, std::vector<Step>& steps) const;
+
+    std::size_t pick(const std::vector<check::Clause>& body, const Known& known, Reading reading) const;
+    Choice choice(const std::vector<check::Clause>& body, std::size_t next, const Known& known, Reading reading) const;
+    void read(const check::Clause& clause, const Choice& why, Reading reading, Known& known, std::vector<Step>& steps) const;
+
+    void reach(VariableId place, Known& known, std::vector<Step>& steps) const;
+    void atom(const check::Atom& a, Known& known, std::vector<Step>& steps) const;
+    void link(const check::Atom& a, Known& known, std::vector<Step>& steps) const;
+    PortUse port_of(const check::Atom& link, bool forward, Known& known) const;
+    void elements(const check::Clause& c, Known& known, std::vector<Step>& steps) const;
+
+    const Plan& plan_;
+    const check::Program& program_;
+    const check::Rule& rule_;
+    std::vector<PredicateId> ranked_;
+    AccessPlanner accesses_;
+};
+
+}  // namespace meld::plan

@@ -1,0 +1,24 @@
+// Pass: strata. Finds the strongly connected components of the predicates once more, with those that earlier passes have made,
+// and takes apart what recurs along a tree (trees.cpp). Each component is a stratum of the plan; they are evaluated in order.
+#include "compiler/check/check.h"
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+void find_components(check::Program& program) {
+    program.components.clear();
+    diagnostics::Reporter report;
+    check::stratify(program, report);
+    // Warnings are about the program as it is written, and the check has reported them. An error would be new: a pass has
+    // made a program that cannot be stratified from one that could.
+    for (const diagnostics::Diagnostic& d : report.sorted())
+        MELD_CHECK(diagnostics::info(d.kind).severity != diagnostics::Severity::Error, "{} at {}: {}", diagnostics::info(d.kind).name,
+                   d.span.begin, d.message);
+}
+
+void find_strata(check::Program& program) {
+    find_components(program);
+    split_trees(program);
+}
+
+}  // namespace meld::plan
