@@ -28,8 +28,11 @@ constexpr std::size_t kSlotsPerJob = 16384;
 constexpr double kLookAheadShare = 0.02;
 
 // Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxing sweep stops those that
-// would touch in the next, and they bounce if that was noted when the step began.
+// would touch in the next.
 constexpr double kStepsAhead = 2;
+
+// A blow goes through about two touching bodies a sweep; what is left of it after the last sweep is stopped without restitution.
+constexpr int kBounceSweeps = 4;
 
 float squared(double value) { return static_cast<float>(value * value); }
 
@@ -43,22 +46,23 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
     const auto coloured = [&](Kind kind) {
         for (int colour = 0; colour < kColours; ++colour) stages.push_back({kind, colour});
     };
+    // Before anything that would take the approach away: the sweeps of a solver that knows no restitution, and the relaxing one.
+    const auto bounce = [&] {
+        for (int sweep = 0; bounces && sweep < kBounceSweeps; ++sweep) coloured(Kind::Bounce);
+    };
     stages.push_back({Kind::Prepare});
     stages.push_back({Kind::UpdateSleep});
-    if (bounces) stages.push_back({Kind::NoteApproach});
     if (world_.has_features()) coloured(Kind::Actuate);
+    bounce();
     for (int substep = 0; substep < times.substeps; ++substep) {
         stages.push_back({Kind::Accelerate});
         if (soft) coloured(Kind::WarmStart);
         for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
-        // A body may be stopped in a sweep and let go in the next, or stopped only by the relaxing one.
-        if (bounces) stages.push_back({Kind::NotePeak});
         stages.push_back({Kind::Move});
         stages.push_back({Kind::Refresh});
+        bounce();
         for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
-        if (bounces && soft) stages.push_back({Kind::NotePeak});
     }
-    if (bounces) coloured(Kind::Bounce);
     stages.push_back({Kind::Finish});
     return stages;
 }
@@ -76,14 +80,6 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     Bodies& bodies = world_.bodies;
     const auto over_colour = [&](const auto& f) {
         for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
-    };
-    const auto with_bounces = [&](const auto& f) {
-        for_blocks(active_, workers, [&](int, std::uint32_t block) {
-            const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
-            f(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()));
-            f(obstacles,
-              std::span(contacts_.bounces).subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()));
-        });
     };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
@@ -127,25 +123,9 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             over_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
             return {};
         }
-        case Stage::Kind::NoteApproach: {
-            const auto speed = static_cast<float>(world_.settings.solver.min_bounce_speed_m_s);
-            with_bounces([&](auto batches, auto bounces) { note_approach(batches, bounces, bodies.velocity.data(), speed); });
-            return {};
-        }
-        case Stage::Kind::NotePeak:
-            with_bounces([&](auto batches, auto bounces) { note_peak(batches, bounces); });
-            return {};
         case Stage::Kind::Bounce: {
             const StageClock clock(world_.times.solve);
-            over_colour([&](std::uint32_t block) {
-                const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
-                bounce(pairs, std::span(contacts_.bounces).subspan(contacts_.first_pair_batch(block), pairs.size()),
-                       bodies.velocity.data());
-                bounce(obstacles,
-                       std::span(contacts_.bounces)
-                           .subspan(contacts_.pair_batch_count() + contacts_.first_obstacle_batch(block), obstacles.size()),
-                       bodies.velocity.data());
-            });
+            over_colour([&](std::uint32_t block) { bounce_block(block, rules.bounce); });
             return {};
         }
         case Stage::Kind::Move:
@@ -175,6 +155,12 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
     }
 }
 
+void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
+    BodyVelocity* velocities = world_.bodies.velocity.data();
+    bounce(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule);
+    bounce(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule);
+}
+
 Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     world_.events.clear();
     rebuilt_in_step_ = false;
@@ -189,7 +175,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
-    if (world_.bounces()) contacts_.need_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
+    if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
     if (!fresh_)
         if (auto refreshed = refresh(times, workers); !refreshed) return refreshed;
     // All must forget after a step that failed; a step of another length would make impulses of another size.

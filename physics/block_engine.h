@@ -85,9 +85,10 @@ class BlockEngine final : public Engine {
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
+    void bounce_block(std::uint32_t block, const BounceRule& rule);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
-    // Calls pair(batch, lane) for each two bodies of the block that touch, obstacle(batch, lane, what it is) for each that
-    // touches an obstacle.
+    // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, obstacle(batch, lane, normal force, what
+    // it is) for each that touches an obstacle.
     template <class Pair, class Obstacle>
     void each_touch(std::size_t block, const Pair& pair, const Obstacle& obstacle) const;
     double list_reach_m() const { return margin_m_ + skin_m_; }

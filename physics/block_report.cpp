@@ -19,6 +19,8 @@ std::size_t bytes_of(const T& array) {
     return array.capacity() * sizeof(array[0]);
 }
 
+Lanes impulse_of(std::span<const Bounce> bounces, std::size_t batch) { return bounces.empty() ? lanes(0) : bounces[batch].impulse; }
+
 Vec3 vector_of(Lanes x, Lanes y, Lanes z, int i) {
     return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
 }
@@ -33,9 +35,9 @@ void BlockEngine::find_events(Workers& workers) {
                far = static_cast<float>(world_.settings.separation_share * diameter);
     const Bodies& bodies = world_.bodies;
     std::vector<Chunks<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
-    const auto compare = [&](const Batch& batch, std::uint8_t& touching, const auto& report) {
-        // What bounces off may be stopped a little before the surface.
-        const LaneMask are_near = (batch.gap < near) | (batch.normal_impulse > 0.0f), are_far = batch.gap >= far;
+    const auto compare = [&](const Batch& batch, const Lanes& bounced, std::uint8_t& touching, const auto& report) {
+        // What bounces off turns round a little before the surface.
+        const LaneMask are_near = (batch.gap < near) | (batch.normal_impulse > 0.0f) | (bounced > 0.0f), are_far = batch.gap >= far;
         int now = 0;
         for (int i = 0; i < kLanes; ++i) now |= (are_near[i] != 0 || (are_far[i] == 0 && (touching >> i & 1) != 0) ? 1 : 0) << i;
         for (int changed = now ^ touching; changed != 0; changed &= changed - 1) {
@@ -47,14 +49,21 @@ void BlockEngine::find_events(Workers& workers) {
     for_blocks(active_, workers, [&](int worker, std::uint32_t block) {
         auto& events = found[static_cast<std::size_t>(worker)];
         std::uint8_t* touching = contacts_.pair_touches(block);
-        for (const Batch& batch : contacts_.pairs(block))
-            compare(batch, *touching++, [&](int i, bool began) {
+        const auto pairs = std::as_const(contacts_).pairs(block);
+        const auto pair_bounces = std::as_const(contacts_).pair_bounces(block);
+        for (std::size_t n = 0; n < pairs.size(); ++n) {
+            const Batch& batch = pairs[n];
+            compare(batch, impulse_of(pair_bounces, n), *touching++, [&](int i, bool began) {
                 events.push_back({touch_of(bodies.properties[batch.a[i]].id, bodies.properties[batch.b[i]].id), began});
             });
+        }
         touching = contacts_.obstacle_touches(block);
         const ObstacleLane* lane = contacts_.obstacle_lanes(block);
-        for (const Batch& batch : contacts_.obstacle_contacts(block)) {
-            compare(batch, *touching++, [&](int i, bool began) {
+        const auto obstacles = std::as_const(contacts_).obstacle_contacts(block);
+        const auto obstacle_bounces = std::as_const(contacts_).obstacle_bounces(block);
+        for (std::size_t n = 0; n < obstacles.size(); ++n) {
+            const Batch& batch = obstacles[n];
+            compare(batch, impulse_of(obstacle_bounces, n), *touching++, [&](int i, bool began) {
                 events.push_back({touch_of(bodies.properties[batch.a[i]].id, obstacle_code(lane[i])), began});
             });
             lane += kLanes;
@@ -74,49 +83,53 @@ void BlockEngine::each_touch(std::size_t block, const Pair& pair, const Obstacle
             for (unsigned lanes = touching[n]; lanes != 0; lanes &= lanes - 1) visit(n, std::countr_zero(lanes));
     };
     const auto pairs = contacts_.pairs(block), obstacles = contacts_.obstacle_contacts(block);
+    const auto pair_bounces = contacts_.pair_bounces(block), obstacle_bounces = contacts_.obstacle_bounces(block);
+    const double per_substep = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0, per_step = last_dt_s_ > 0 ? 1 / last_dt_s_ : 0;
+    const auto force = [&](const Batch& batch, const Lanes& bounced, int i) {
+        return per_substep * static_cast<double>(batch.normal_impulse[i]) + per_step * static_cast<double>(bounced[i]);
+    };
     const ObstacleLane* what = contacts_.obstacle_lanes(block);
-    each_lane(pairs, contacts_.pair_touches(block), [&](std::size_t n, int i) { pair(pairs[n], i); });
-    each_lane(obstacles, contacts_.obstacle_touches(block),
-              [&](std::size_t n, int i) { obstacle(obstacles[n], i, what[kLanes * n + static_cast<std::size_t>(i)]); });
+    each_lane(pairs, contacts_.pair_touches(block),
+              [&](std::size_t n, int i) { pair(pairs[n], i, force(pairs[n], impulse_of(pair_bounces, n), i)); });
+    each_lane(obstacles, contacts_.obstacle_touches(block), [&](std::size_t n, int i) {
+        obstacle(obstacles[n], i, force(obstacles[n], impulse_of(obstacle_bounces, n), i), what[kLanes * n + static_cast<std::size_t>(i)]);
+    });
 }
 
 void BlockEngine::each_contact(const ContactVisitor& visit) const {
     const Bodies& bodies = world_.bodies;
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
-    const auto report = [&](const Batch& batch, int i, Touch touch, double sign) {
-        visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]),
-               per_second * static_cast<double>(batch.normal_impulse[i]),
+    const auto report = [&](const Batch& batch, int i, double force_n, Touch touch, double sign) {
+        visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]), force_n,
                (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };
     for (std::size_t block = 0; block < states_.size(); ++block)
         each_touch(
             block,
-            [&](const Batch& batch, int i) {
+            [&](const Batch& batch, int i, double force_n) {
                 const BodyId a = bodies.properties[batch.a[i]].id, b = bodies.properties[batch.b[i]].id;
-                report(batch, i, touch_of(a, b), a < b ? 1 : -1);
+                report(batch, i, force_n, touch_of(a, b), a < b ? 1 : -1);
             },
-            [&](const Batch& batch, int i, ObstacleLane what) {
-                report(batch, i, touch_of(bodies.properties[batch.a[i]].id, obstacle_code(what)), 1);
+            [&](const Batch& batch, int i, double force_n, ObstacleLane what) {
+                report(batch, i, force_n, touch_of(bodies.properties[batch.a[i]].id, obstacle_code(what)), 1);
             });
 }
 
 // Blocks of one colour touch no body in common, so no two workers add to one sum.
 void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const {
-    const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
     MELD_EXPECT(of_slot.size() == world_.bodies.count(), "{} sums of {} bodies", of_slot.size(), world_.bodies.count());
     // Also those that sleep, in which everything presses as it did.
     std::array<std::vector<std::uint32_t>, kColours> coloured;
     for (std::uint32_t block = 0; block < states_.size(); ++block)
         coloured[static_cast<std::size_t>(colour_of(unpack(grid_.blocks()[block].key)))].push_back(block);
-    const auto press = [&](std::uint32_t slot, float impulse) {
-        if (impulse > 0) of_slot[slot].add(per_second * static_cast<double>(impulse));
+    const auto press = [&](std::uint32_t slot, double force_n) {
+        if (force_n > 0) of_slot[slot].add(force_n);
     };
     for (const std::vector<std::uint32_t>& blocks : coloured)
         for_blocks(blocks, workers, [&](int, std::uint32_t block) {
             each_touch(
-                block,
-                [&](const Batch& batch, int i) { press(batch.a[i], batch.normal_impulse[i]), press(batch.b[i], batch.normal_impulse[i]); },
-                [&](const Batch& batch, int i, ObstacleLane) { press(batch.a[i], batch.normal_impulse[i]); });
+                block, [&](const Batch& batch, int i, double force_n) { press(batch.a[i], force_n), press(batch.b[i], force_n); },
+                [&](const Batch& batch, int i, double force_n, ObstacleLane) { press(batch.a[i], force_n); });
         });
 }
 

@@ -200,38 +200,32 @@ SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* 
     return sums;
 }
 
-void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const BodyVelocity* velocities, float least_speed) {
-    for (std::size_t n = 0; n < batches.size(); ++n) {
-        const Batch& batch = batches[n];
-        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
-        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
-        bounces[n].speed = physics::select(parting < -least_speed, -bounces[n].restitution * parting, lanes(0));
-        bounces[n].peak = lanes(0);
-    }
-}
-
-void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces) {
-    for (std::size_t n = 0; n < batches.size(); ++n) bounces[n].peak = max_lanes(bounces[n].peak, batches[n].normal_impulse);
-}
-
-void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, BodyVelocity* velocities) {
-    for (std::size_t n = 0; n < batches.size(); ++n) {
+void bounce(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule) {
+    const auto collide = [&](std::size_t n) {
         Batch& batch = batches[n];
-        const LaneMask bouncing = (bounces[n].speed > 0.0f) & (bounces[n].peak > 0.0f);
-        if (!any(bouncing)) continue;
         LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
         const Vector normal{batch.nx, batch.ny, batch.nz};
+        const Vector apart = b.linear - a.linear;
+        const Lanes parting = dot(apart, normal);
         const Lanes lightness = a.inverse_mass + b.inverse_mass;
-        const LaneMask acts = bouncing & (lightness > 0.0f);
-        const Lanes mass = 1.0f / physics::select(acts, lightness, lanes(1));
-        const Lanes parting = dot(b.linear - a.linear, normal);
-        const Lanes now = batch.normal_impulse;
-        const Lanes pressed = physics::select(acts, max_lanes(now - mass * (parting - bounces[n].speed), lanes(0)), now);
-        apply_impulse(a, b, normal, pressed - now, {lanes(0), lanes(0), lanes(0)});
-        batch.normal_impulse = pressed;
+        const LaneMask bouncing = (bounces[n].restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) &
+                                  (batch.gap < rule.margin - rule.step_s * parting);
+        if (!any(bouncing)) return;
+        const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
+        // What stops the slip of the surfaces, as far as friction can.
+        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
+        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
+        constexpr float kNoSlipSquared = 1e-30f;
+        const Lanes speed = sqrt_lanes(max_lanes(dot(slip, slip), lanes(kNoSlipSquared)));
+        const Lanes across = min_lanes(surface_mass, batch.friction * along / speed);
+        apply_impulse(a, b, normal, along, -across * slip);
         store(velocities, batch.a, a);
         store(velocities, batch.b, b);
-    }
+        bounces[n].impulse += along;
+        // What pressed before does not press now.
+        for (Lanes* kept : {&batch.normal_impulse, &batch.tx, &batch.ty, &batch.tz}) *kept = keep(~bouncing, *kept);
+    };
+    for (std::size_t n = 0; n < batches.size(); ++n) collide(n);
 }
 
 bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap) {

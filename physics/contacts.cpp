@@ -278,14 +278,17 @@ void Contacts::need_adhesion() {
     if (adhesion.size() != pairs_.count) adhesion.assign(pairs_.count, lanes(0));
 }
 
-void Contacts::need_bounces(const Setup& setup) {
-    if (bounces.size() == pairs_.count + obstacles_.count) return;
-    bounces.assign(pairs_.count + obstacles_.count, {lanes(0), lanes(0), lanes(0)});
+void Contacts::begin_bounces(const Setup& setup) {
+    if (bounces_.size() == pairs_.count + obstacles_.count) {
+        for (Bounce& bounce : bounces_) bounce.impulse = lanes(0);
+        return;
+    }
+    bounces_.assign(pairs_.count + obstacles_.count, {lanes(0), lanes(0)});
     const Bodies& bodies = setup.bodies;
     const auto restitution = [&](std::uint32_t slot, std::uint8_t other) {
         return std::max(setup.materials[bodies.properties[slot].material].restitution, setup.materials[other].restitution);
     };
-    auto bounce = bounces.begin();
+    auto bounce = bounces_.begin();
     const auto each_lane = [&](std::span<const Batch> batches, const auto& other) {
         for (const Batch& batch : batches) {
             for (int i = 0; i < kLanes; ++i)
@@ -304,7 +307,7 @@ void Contacts::need_bounces(const Setup& setup) {
 }
 
 std::size_t Contacts::bytes() const {
-    return pairs_.bytes() + obstacles_.bytes() + adhesion.capacity() * sizeof(Lanes) + bounces.capacity() * sizeof(Bounce);
+    return pairs_.bytes() + obstacles_.bytes() + adhesion.capacity() * sizeof(Lanes) + bounces_.capacity() * sizeof(Bounce);
 }
 
 }  // namespace meld::physics

@@ -33,12 +33,11 @@ struct alignas(32) Batch {
 // The gap of a lane without a contact, m: so wide that nothing comes of it, so small that its products stay finite.
 inline constexpr float kNoContactGap = 1e6f;
 
-// Beside a batch where bodies can bounce: the share of the approach that is left, the velocity to part with, m/s, 0 where there
-// is none, and the largest impulse of the tick.
+// Beside a batch where bodies can bounce: the share of the approach speed with which they separate, and the impulses of the
+// bounces in this tick, N s.
 struct Bounce {
     Lanes restitution;
-    Lanes speed;
-    Lanes peak;
+    Lanes impulse;
 };
 
 // What a lane of an obstacle batch meets: the obstacle, and which of several contacts with it.
@@ -99,11 +98,17 @@ class Contacts {
 
     // Of pair batches, empty unless some body has latches: the holding impulse of a lane per second, N.
     Buffer<Lanes> adhesion;
-    // Empty unless some material bounces; first of all pair batches, then of those with obstacles.
-    Buffer<Bounce> bounces;
 
     void need_adhesion();
-    void need_bounces(const Setup& setup);
+    // Makes the bounces if the batches are new, and clears their impulses.
+    void begin_bounces(const Setup& setup);
+    // Those of a block's batches; empty unless some material bounces.
+    std::span<Bounce> pair_bounces(std::size_t block) { return bounces_from(first_pair_batch(block), pairs_.at(block).count); }
+    std::span<Bounce> obstacle_bounces(std::size_t block) {
+        return bounces_from(pairs_.count + first_obstacle_batch(block), obstacles_.at(block).count);
+    }
+    std::span<const Bounce> pair_bounces(std::size_t block) const { return const_cast<Contacts*>(this)->pair_bounces(block); }
+    std::span<const Bounce> obstacle_bounces(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_bounces(block); }
     std::size_t bytes() const;
 
   private:
@@ -136,6 +141,14 @@ class Contacts {
     void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
     void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
 
+    std::span<Bounce> bounces_from(std::size_t first, std::size_t count) {
+        if (bounces_.empty()) return {};
+        MELD_ASSERT(first + count <= bounces_.size(), "{} + {} of {}", first, count, bounces_.size());
+        return std::span(bounces_).subspan(first, count);
+    }
+
+    // First of all pair batches, then of those with obstacles.
+    Buffer<Bounce> bounces_;
     Layout pairs_, obstacles_;
     std::vector<Chunks<CachedContact>> cached_;
     std::size_t candidates_ = 0;

@@ -53,6 +53,10 @@ Rules rules_for(const Settings& settings, const StepTimes& times) {
                               static_cast<float>(settings.gravity_m_s2.z)},
                   .linear_kept = static_cast<float>(1 / (1 + h * settings.linear_damping_per_s)),
                   .angular_kept = static_cast<float>(1 / (1 + h * settings.angular_damping_per_s))};
+    // What gravity adds within the substep closes a gap of this size besides.
+    rules.bounce = {.min_speed = static_cast<float>(solver.min_bounce_speed_m_s),
+                    .step_s = static_cast<float>(h),
+                    .margin = static_cast<float>(h * h * length(settings.gravity_m_s2))};
     return rules;
 }
 

@@ -32,11 +32,10 @@ struct SquareSums {
 };
 SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule);
 
-// Restitution: notes at what speed each contact should part, given the velocities before the step; keeps the largest impulse;
-// at last makes the contacts that were pressed part at that speed.
-void note_approach(std::span<const Batch> batches, std::span<Bounce> bounces, const BodyVelocity* velocities, float least_speed);
-void note_peak(std::span<const Batch> batches, std::span<Bounce> bounces);
-void bounce(std::span<Batch> batches, std::span<const Bounce> bounces, BodyVelocity* velocities);
+// Restitution, one sweep: contacts that approach each other and would touch within a substep collide at once, each with the
+// impulse of a collision of two bodies, friction included. A sweep sees the velocities that earlier collisions have left, so a
+// blow goes on from body to body, and no collision adds energy. Kept impulses of contacts that bounce are cleared.
+void bounce(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule);
 
 // Velocities of the bodies first .. first + count - 1 under gravity and the wrenches (null: none; two sets are added).
 void accelerate(BodyVelocity* velocities, const Place* places, const Wrench* first_wrench, const Wrench* second_wrench, std::uint32_t first,

@@ -21,14 +21,11 @@ struct Stage {
         Actuate,
         // Gravity, wrenches and damping.
         Accelerate,
-        // By colour: the kept impulses; a sweep; a sweep that relaxes; restitution.
+        // By colour: the kept impulses; a sweep; a sweep that relaxes; a sweep of restitution.
         WarmStart,
         Solve,
         Relax,
         Bounce,
-        // Approach speeds before the step, and largest impulses in it, where something bounces.
-        NoteApproach,
-        NotePeak,
         Move,
         Refresh,
         // Touch events and the end of the tick.
@@ -60,10 +57,16 @@ struct MoveRule {
     float linear_kept = 1, angular_kept = 1;
 };
 
+// Which contacts bounce: those that approach faster than `min_speed` and whose gap closes within the substep, but for `margin`.
+struct BounceRule {
+    float min_speed, step_s, margin;
+};
+
 // The rules of a step's passes, from the settings and its times.
 struct Rules {
     SweepRule solve, relax;
     MoveRule move;
+    BounceRule bounce;
 };
 Rules rules_for(const Settings& settings, const StepTimes& times);
 
