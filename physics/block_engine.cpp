@@ -363,7 +363,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         // its way says what it will touch.
         const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
         const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
-        if (apart && dot(path, path) > ahead * ahead && world_.obstacles.parts(obstacle) == 1) {
+        if (apart && dot(path, path) > ahead * ahead && world_.obstacles.can_be_met(obstacle)) {
             const auto met = world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path);
             count = met ? 1 : 0;
             if (met) surfaces[0] = *met;

@@ -48,11 +48,10 @@ Result<Bounds> check(Terrain& terrain) {
         return fail(fmt::format("the terrain has {} heights, not {} x {}", terrain.heights_m.size(), terrain.columns, terrain.rows));
     for (const double height : terrain.heights_m)
         if (!std::isfinite(height)) return fail("the terrain has a height that is not a number");
-    const auto [least, most] = std::minmax_element(terrain.heights_m.begin(), terrain.heights_m.end());
-    // What has sunk into the ground is still near it.
-    const double sunk = most == terrain.heights_m.end() ? 0 : 2 * terrain.cell_m + (*most - *least);
-    return Bounds{terrain.origin + Vec3{0, 0, *least - sunk},
-                  terrain.origin + Vec3{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, *most}};
+    const double highest = *std::max_element(terrain.heights_m.begin(), terrain.heights_m.end());
+    const Vec3 size{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, highest};
+    // What has sunk into the ground is in it, however deep.
+    return Bounds{{terrain.origin.x, terrain.origin.y, -HUGE_VAL}, terrain.origin + size};
 }
 
 Result<Bounds> check(Mesh& mesh) {
@@ -70,7 +69,7 @@ Result<Bounds> check(Mesh& mesh) {
 
 }  // namespace
 
-// One worker's geometries, with the sphere that is moved about. A plane's is never asked.
+// One worker's geometries, with the sphere that is moved about. Those of planes and terrain are never asked.
 struct Obstacles::Geometries {
     OdeShapes shapes;
     dGeomID sphere = dCreateSphere(nullptr, 1);
@@ -132,20 +131,7 @@ double depth_in(const Box& box, Vec3 centre, double radius_m) {
            std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
 }
 
-// Below the middle of a cell's four points, weighted by how near they are; as steep as the cell is there.
-double depth_in(const Terrain& terrain, Vec3 centre, double radius_m) {
-    const double x = (centre.x - terrain.origin.x) / terrain.cell_m, y = (centre.y - terrain.origin.y) / terrain.cell_m;
-    if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return 0;
-    const int column = std::min(static_cast<int>(x), terrain.columns - 2), row = std::min(static_cast<int>(y), terrain.rows - 2);
-    const auto height = [&](int i, int j) {
-        return terrain.heights_m[static_cast<std::size_t>(row + j) * static_cast<std::size_t>(terrain.columns) +
-                                 static_cast<std::size_t>(column + i)];
-    };
-    const double u = x - column, v = y - row, along_x = (1 - v) * (height(1, 0) - height(0, 0)) + v * (height(1, 1) - height(0, 1)),
-                 along_y = (1 - u) * (height(0, 1) - height(0, 0)) + u * (height(1, 1) - height(1, 0)),
-                 ground = height(0, 0) + u * (height(1, 0) - height(0, 0)) + v * along_y;
-    return radius_m + (terrain.origin.z + ground - centre.z) / std::hypot(1.0, along_x / terrain.cell_m, along_y / terrain.cell_m);
-}
+double depth_in(const Terrain& terrain, Vec3 centre, double radius_m) { return radius_m - distance_to(terrain, centre, radius_m); }
 
 double depth_in(const Mesh&, Vec3, double) { return 0; }
 
@@ -179,7 +165,9 @@ std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius
     return std::nullopt;
 }
 
-std::optional<SurfaceContact> meeting(const Terrain&, Vec3, double, Vec3) { return std::nullopt; }
+std::optional<SurfaceContact> meeting(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
+    return physics::meet(terrain, centre, radius_m, path);
+}
 std::optional<SurfaceContact> meeting(const Mesh&, Vec3, double, Vec3) { return std::nullopt; }
 
 }  // namespace
@@ -198,9 +186,10 @@ std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre,
 }
 
 void Obstacles::prepare(int threads) {
-    const bool all_planes =
-        std::all_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return std::holds_alternative<Plane>(entry.shape); });
-    if (all_planes) return;
+    const bool by_ode = std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) {
+        return std::holds_alternative<Box>(entry.shape) || std::holds_alternative<Mesh>(entry.shape);
+    });
+    if (!by_ode) return;
     enter_ode_thread();
     while (geometries_.size() < static_cast<std::size_t>(threads)) geometries_.push_back(std::make_unique<Geometries>());
     for (const auto& own : geometries_)
@@ -214,6 +203,8 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
         contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
         return contacts[0].gap_m < reach_m ? 1 : 0;
     }
+    if (const Terrain* terrain = std::get_if<Terrain>(&entries_[obstacle].shape))
+        return physics::collide(*terrain, centre, radius_m, reach_m, contacts);
     MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];

@@ -1,5 +1,5 @@
-// What bodies meet that is not a sphere: planes, boxes, terrain and meshes. Planes are computed here; for the others each
-// worker has its own ODE geometries, so that dCollide runs on all workers without sharing anything that it writes.
+// What bodies meet that is not a sphere: planes, boxes, terrain and meshes. Planes and terrain are computed here; for the others
+// each worker has its own ODE geometries, so that dCollide runs on all workers without sharing anything that it writes.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "physics/terrain.h"
 #include "physics/types.h"
 #include "runtime/base/error.h"
 
@@ -27,15 +28,6 @@ struct Box {
     Quat orientation = {};
 };
 
-// Heights over a grid of columns x rows points that begins at `origin`, x running fastest. Below `origin.z + height` is ground.
-struct Terrain {
-    Vec3 origin = {};
-    double cell_m = 1;
-    int columns = 2;
-    int rows = 2;
-    std::vector<double> heights_m = {};
-};
-
 // Triangles by three indices each, counter-clockwise as seen from outside.
 struct Mesh {
     std::vector<Vec3> points = {};
@@ -43,15 +35,6 @@ struct Mesh {
 };
 
 using Shape = std::variant<Plane, Box, Terrain, Mesh>;
-
-// Where a sphere touches an obstacle: the way out of the obstacle, and how far the surfaces are apart (negative: overlap).
-struct SurfaceContact {
-    Vec3 normal;
-    double gap_m;
-};
-
-// A sphere meets a plane or a box in at most one point that matters, uneven ground in several.
-inline constexpr int kMaxSurfaceContacts = 4;
 
 class Obstacles {
   public:
@@ -69,13 +52,15 @@ class Obstacles {
     std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
     // How many contacts with this obstacle a body can have.
     int parts(std::size_t obstacle) const;
+    // Whether `meet` finds it: all but meshes.
+    bool can_be_met(std::size_t obstacle) const { return !std::holds_alternative<Mesh>(entries_[obstacle].shape); }
     // Whether a sphere may come as near as `reach_m`; true too often rather than too seldom.
     bool may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const;
     // How far a sphere has sunk into the obstacle, m, 0 if it does not touch it. A mesh has no inside.
     double depth(std::size_t obstacle, Vec3 centre, double radius_m) const;
-    // Where a sphere that goes along `path` meets a plane or a box: the normal there, and of the way to there what lies along it,
-    // so that whoever lets it approach by that gap lets it come to the surface. Nothing if it goes past, or touches already; terrain
-    // and meshes are not met ahead. Cost: a few tens of nanoseconds.
+    // Where a sphere that goes along `path` meets the obstacle: the normal there, and of the way to there what lies along it,
+    // so that whoever lets it approach by that gap lets it come to the surface. Nothing if it goes past, or touches already; meshes are
+    // not met ahead. Cost: a few tens of nanoseconds, for terrain some microseconds.
     std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const;
 
     // Makes the geometries of workers 0 .. threads - 1; one thread calls it.
