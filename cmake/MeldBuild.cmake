@@ -100,14 +100,14 @@ function(meld_layer folder)
   endforeach()
 endfunction()
 
-# meld_plugin(NAME FOLDER DEPENDS targets ...): the shared library lib/libNAME.so from FOLDER, opened at run time and never
+# meld_plugin(NAME FOLDER DEPENDS targets ...): the shared library lib/claymeld/libNAME.so from FOLDER, opened at run time and never
 # linked. The target NAME is what its user depends on, so that both are built together.
 function(meld_plugin name folder)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
   add_library(${name}_library MODULE ${sources})
   target_link_libraries(${name}_library PRIVATE meld_flags ${ARG_DEPENDS})
-  set_target_properties(${name}_library PROPERTIES OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+  set_target_properties(${name}_library PROPERTIES OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib/claymeld)
   add_library(${name} INTERFACE)
   add_dependencies(${name} ${name}_library)
 endfunction()

@@ -13,7 +13,8 @@ namespace {
 std::string backend_path() {
     std::error_code error;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-    const std::filesystem::path beside = program.parent_path().parent_path() / "lib" / kBackendLibrary;
+    const std::filesystem::path folder = program.parent_path().parent_path() / "lib" / "claymeld";
+    const std::filesystem::path beside = folder / kBackendLibrary;
     return std::filesystem::exists(beside, error) ? beside.string() : std::string(kBackendLibrary);
 }
 
@@ -23,7 +24,7 @@ Result<const Backend*> open_backend() {
     if (entry == nullptr) {
         const char* reason = ::dlerror();
         return fail(fmt::format("cannot open the compiler backend ({})", reason == nullptr ? "unknown reason" : reason),
-                    "Keep lib/libmeld_backend.so next to bin/meldc and install libclang-cpp19");
+                    "Keep lib/claymeld/libmeld_backend.so next to bin/meldc and install libclang-cpp19");
     }
     return reinterpret_cast<decltype(&meld_backend)>(entry)();
 }

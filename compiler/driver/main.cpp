@@ -13,6 +13,7 @@
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
 #include "runtime/base/nearest.h"
+#include "runtime/cli/command_line.h"
 
 namespace {
 
@@ -111,6 +112,17 @@ int run_explain(const Options& options) {
     return fail_with({"there is no message '" + options.code + "'", near.empty() ? "Codes look like E0301" : "Did you mean " + near + "?"});
 }
 
+// The words that completion offers for options and arguments.
+cli::Choices choices() {
+    const auto words = [](const std::vector<std::string_view>& names) { return std::vector<std::string>(names.begin(), names.end()); };
+    cli::Choices all;
+    all["--emit"] = {"tokens", "ast", "program", "plan", "cpp", "module"};
+    all["--after"] = words(plan::passes(plan::Passes::All));
+    all["--without"] = words(plan::passes(plan::Passes::Optional));
+    for (const diagnostics::KindInfo& kind : diagnostics::all_kinds()) all["explain"].emplace_back(kind.code);
+    return all;
+}
+
 // The language server is a program of its own: it loads LLVM, which meldc itself does not need. Returns only if it cannot be started.
 int run_language_server() {
     std::error_code error;
@@ -128,7 +140,6 @@ int main(int argc, char** argv) {
     CLI::App app{
         "meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules",
         "meldc"};
-    app.set_version_flag("--version", "meldc 0.1.0");
     app.require_subcommand(1);
     app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 70 a bug of meldc.");
 
@@ -151,7 +162,7 @@ int main(int argc, char** argv) {
     compile
         ->add_option("-O", options.compile.optimisation,
                      "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")
-        ->check(CLI::Range(0, 3));
+        ->check(CLI::Range(0, 3).description(""));
     compile
         ->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")
         ->type_name("PASS");
@@ -179,17 +190,8 @@ int main(int argc, char** argv) {
     bool over_stdio = true;
     lsp->add_flag("--stdio", over_stdio, "What editors say; there is no other way to talk");
 
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-            static constexpr std::string_view known[] = {"check", "compile", "explain", "fmt", "lsp"};
-            std::cerr << "meldc: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
-            return static_cast<int>(ExitCode::UsageOrWorld);
-        }
-        const int code = app.exit(error);
-        return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
-    }
+    cli::add_common(app);
+    if (const std::optional<int> code = cli::parse(app, argc, argv, choices())) return *code;
     if (*check) return run_check(options);
     if (*compile) return run_compile(options);
     if (*lsp) return run_language_server();

@@ -1,15 +1,19 @@
 // meldc-lsp: the language server. `meldc lsp` starts it; it is a program of its own because LLVM's libraries take long to load.
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstring>
-#include <iostream>
+#include <optional>
 
 #include "compiler/lsp/server.h"
+#include "runtime/cli/command_line.h"
 
 int main(int argc, char** argv) {
-    if (argc > 1 && std::strcmp(argv[1], "--help") == 0) {
-        std::cout
-            << "meldc-lsp speaks the Language Server Protocol over standard input and output. Editors start it through `meldc lsp`.\n";
-        return 0;
-    }
+    CLI::App app{"meldc-lsp serves an editor over standard input and output (Language Server Protocol). Editors start it with `meldc lsp`.",
+                 "meldc-lsp"};
+    bool over_stdio = true;
+    app.add_flag("--stdio", over_stdio, "Use standard input and output, which is the only way");
+    // Editors may add options of their own, such as the number of their process.
+    app.allow_extras();
+    meld::cli::add_common(app);
+    if (const std::optional<int> code = meld::cli::parse(app, argc, argv)) return *code;
     return meld::lsp::serve(stdin, stdout);
 }

@@ -16,6 +16,7 @@
 #include "compiler/format/format.h"
 #include "compiler/lsp/describe.h"
 #include "compiler/lsp/prelude_file.h"
+#include "runtime/base/version.h"
 
 namespace meld::lsp {
 
@@ -154,7 +155,7 @@ class Server {
 
     void initialize(const protocol::InitializeParams&, Reply<json::Value> reply) {
         reply(json::Object{
-            {"serverInfo", json::Object{{"name", "meldc"}, {"version", "0.1.0"}}},
+            {"serverInfo", json::Object{{"name", "meldc"}, {"version", kVersion}}},
             {"capabilities",
              json::Object{
                  {"positionEncoding", "utf-16"},

@@ -1,11 +1,11 @@
 // meldsim: run Meld programs on ensembles of catoms.
 #include <CLI/CLI.hpp>
 #include <cstdint>
-#include <iostream>
 #include <limits>
+#include <optional>
 
 #include "runtime/base/error.h"
-#include "runtime/base/nearest.h"
+#include "runtime/cli/command_line.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
 
@@ -17,7 +17,6 @@ int main(int argc, char** argv) {
     std::string world_path;
 
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
-    app.set_version_flag("--version", "meldsim 0.1.0");
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 "
@@ -34,10 +33,14 @@ int main(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     r->add_option("--ticks", run.ticks, "Stop after this many ticks")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
         ->type_name("INT");
-    r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")->check(CLI::Range(1, 100000))->capture_default_str();
-    r->add_option("--threads", run.threads, "Worker threads in each process")->check(CLI::Range(1, 1024))->capture_default_str();
+    r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")
+        ->check(CLI::Range(1, 100000).description(""))
+        ->capture_default_str();
+    r->add_option("--threads", run.threads, "Worker threads in each process")
+        ->check(CLI::Range(1, 1024).description(""))
+        ->capture_default_str();
     r->add_option("--set", run.set, "Give a constant of the program another value: name=value")
         ->type_name("NAME=VALUE")
         ->take_all()
@@ -51,10 +54,10 @@ int main(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")
-        ->check(CLI::Range(0, 3))
+        ->check(CLI::Range(0, 3).description(""))
         ->type_name("N");
     r->add_option("--seed", run.seed, "The seed of everything random")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1))
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
         ->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
@@ -67,16 +70,7 @@ int main(int argc, char** argv) {
         "world", "Check a world and say how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
     w->add_option("FILE", world_path, "The world, a .toml file")->required();
 
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-            static constexpr std::string_view known[] = {"run", "world"};
-            std::cerr << "meldsim: there is no command '" << argv[1] << "'. " << did_you_mean(argv[1], known) << "\n";
-            return static_cast<int>(ExitCode::UsageOrWorld);
-        }
-        const int code = app.exit(error);
-        return code == 0 ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
-    }
+    cli::add_common(app);
+    if (const std::optional<int> code = cli::parse(app, argc, argv)) return *code;
     return *r ? run_command(std::move(run)) : world_command(world_path);
 }

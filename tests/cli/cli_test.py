@@ -61,19 +61,30 @@ class Usage(Case):
             self.assertIn("Example: ", out)
             self.assertIn("Exit codes: 0 fine, 1 program wrong, 2 usage", out)
             self.assertEqual(err, "")
-        for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldc", "fmt"), ("meldc", "lsp"), ("meldsim", "run"), ("meldsim", "world")):
+        for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldc", "fmt"), ("meldc", "lsp"),
+                              ("meldsim", "run"), ("meldsim", "world"), ("meldsim", "help"), ("meldc", "completion")):
             self.assertIn(f"Example: {tool} {command} ", self.call(tool, command, "--help")[0])
 
     def test_version(self):
-        self.assertRegex(self.call("meldc", "--version")[0], r"^meldc \d+\.\d+\.\d+\n$")
-        self.assertRegex(self.call("meldsim", "--version")[0], r"^meldsim \d+\.\d+\.\d+\n$")
+        for tool in ("meldc", "meldsim"):
+            self.assertRegex(self.call(tool, "--version")[0], rf"^{tool} \d+\.\d+\.\d+\n$")
+
+    def test_help_is_a_command_too(self):
+        self.assertEqual(self.call("meldsim", "help", "run"), self.call("meldsim", "run", "--help"))
+        self.assertEqual(self.call("meldc", "help"), self.call("meldc", "--help"))
+        self.refused("meldsim", "help", "rn", code=2, says=["there is no command 'rn'", "did you mean 'run'?"])
 
     def test_unknown_commands_and_options_are_named(self):
         self.refused("meldc", "chek", "p.meld", code=2, says=["there is no command 'chek'", "did you mean 'check'?"])
         self.refused("meldsim", "rum", "p.meld", code=2, says=["there is no command 'rum'", "did you mean 'run'?"])
+        self.refused("meldsim", code=2, says=["a command is needed", "'meldsim help'"])
+        self.refused("meldc", "check", "--jsn", "p.meld", code=2, says=["meldc check: there is no option '--jsn'", "did you mean '--json'?"])
+        self.refused("meldsim", "run", "p.meld", "--tick=3", code=2, says=["no option '--tick'", "did you mean '--ticks'?"])
+        self.refused("meldsim", "world", "w.toml", "x.toml", code=2, says="'x.toml' is one argument too many")
+        self.refused("meldc", "completion", "bsh", code=2, says="did you mean 'bash'?")
         self.refused("meldc", "check", "--frob", "p.meld", code=2, says="--frob")
         self.refused("meldsim", "run", "p.meld", "--frob", code=2, says="--frob")
-        self.refused("meldc", code=2, says="subcommand")
+        self.refused("meldc", code=2, says="a command is needed")
         self.refused("meldsim", "run", code=2, says="PROGRAM")
 
     def test_values_out_of_range(self):

@@ -1,0 +1,84 @@
+"""`cmake --install` into a folder that is moved afterwards: the programs, manual pages and completion work from there.
+
+    install_test.py --build FOLDER [unittest options]
+"""
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BUILD = pathlib.Path()  # Set from the command line.
+
+
+class Installed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld install "))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        first, cls.prefix = cls.folder / "first", cls.folder / "moved"
+        subprocess.run(["cmake", "--install", BUILD, "--prefix", first], check=True, capture_output=True)
+        first.rename(cls.prefix)
+        cls.environment = {"PATH": f"{cls.prefix / 'bin'}:/usr/bin:/bin", "HOME": str(cls.folder), "CLAYMELD_CACHE": str(cls.folder / "cache")}
+
+    def call(self, *command):
+        done = subprocess.run(command, env=self.environment, cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def test_programs_have_one_version(self):
+        versions = {program: self.call(program, "--version").split() for program in ("meldc", "meldc-lsp", "meldsim")}
+        self.assertEqual([name for name, _ in versions.values()], list(versions))
+        self.assertEqual(len({number for _, number in versions.values()}), 1)
+
+    def test_programs_find_each_other_and_the_backend(self):
+        program = self.prefix / "share/claymeld/examples/gradient.meld"
+        facts = self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "-")
+        self.assertEqual(facts.count("dist("), 8000)
+
+    def test_manual_pages_have_every_option(self):
+        for program, command, options in (("meldc", "compile", ["--emit", "--link"]), ("meldsim", "run", ["--ticks", "--facts-out"])):
+            page = (self.prefix / f"share/man/man1/{program}.1").read_text().replace("\\-", "-")
+            self.assertIn(f".SS {program} {command} ", page)
+            for option in options:
+                self.assertIn(f"\\fB{option}\\fR", page)
+        if shutil.which("man"):
+            done = subprocess.run(["man", "--warnings", "-l", self.prefix / "share/man/man1/meldsim.1"], capture_output=True, text=True,
+                                  check=True, env=dict(os.environ, MANWIDTH="100"))
+            self.assertEqual(done.stderr, "")
+
+    def complete(self, program, *words):
+        script = self.prefix / "share/bash-completion/completions" / program
+        line = " ".join(f"'{word}'" for word in (program, *words))
+        run = f'. "$0"; COMP_WORDS=({line}) COMP_CWORD={len(words)}; _{program}; echo "${{COMPREPLY[@]}}"'
+        return self.call("bash", "-c", run, str(script)).split()
+
+    def test_bash_completes_commands_options_and_words(self):
+        self.assertEqual(self.complete("meldsim", "wo"), ["world"])
+        self.assertEqual(self.complete("meldsim", "run", "p.meld", "--th"), ["--threads"])
+        self.assertEqual(self.complete("meldc", "compile", "--emit", "to"), ["tokens"])
+        self.assertEqual(self.complete("meldc", "compile", "--emit", "=", "to"), ["tokens"])
+        self.assertEqual(self.complete("meldc", "explain", "E0501"), ["E0501"])
+        self.assertEqual(self.complete("meldsim", "help", "r"), ["run"])
+        self.assertEqual(self.complete("meldsim", "run", "p.me"), [])
+
+    def test_every_shell_has_its_script(self):
+        for program in ("meldc", "meldsim"):
+            for path in (f"zsh/vendor-completions/_{program}", f"fish/vendor_completions.d/{program}.fish"):
+                self.assertIn("--help" if "zsh" in path else "-l help", (self.prefix / "share" / path).read_text())
+
+    def test_what_is_to_be_read_is_there(self):
+        for path in ("library/gradient.meld", "examples/shape_change.meld", "editors/vscode/package.json"):
+            self.assertTrue((self.prefix / "share/claymeld" / path).exists(), path)
+        self.assertTrue((self.prefix / "share/doc/claymeld/language.md").exists())
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--build", type=pathlib.Path, required=True)
+    known, rest = parser.parse_known_args()
+    BUILD = known.build
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)

@@ -1,0 +1,11 @@
+# What `cmake --install` leaves under a prefix; and, in the campaign where the machine allows it, the Debian package in a clean root.
+add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/install_test.py --build ${CMAKE_BINARY_DIR})
+set_tests_properties(install PROPERTIES TIMEOUT 300)
+find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)
+execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHITESPACE)
+if(DEBOOTSTRAP AND user_id STREQUAL "0")
+  add_test(NAME install_package COMMAND ${CMAKE_CPACK_COMMAND} -G DEB)
+  set_tests_properties(install_package PROPERTIES WORKING_DIRECTORY ${CMAKE_BINARY_DIR} LABELS campaign FIXTURES_SETUP package)
+  add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CPACK_PACKAGE_FILE_NAME}.deb)
+  set_tests_properties(install_clean_root PROPERTIES LABELS campaign FIXTURES_REQUIRED package TIMEOUT 1800)
+endif()
