@@ -11,37 +11,11 @@
 #include "physics/block_engine.h"
 #include "physics/engine.h"
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::physics {
 
 namespace {
-
-template <class T>
-void put(Subdomain::Bytes& bytes, const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    const auto* begin = reinterpret_cast<const std::byte*>(&value);
-    bytes.insert(bytes.end(), begin, begin + sizeof value);
-}
-
-// Reads values one after another; `more` says whether there are any.
-class Reader {
-  public:
-    explicit Reader(const Subdomain::Bytes& bytes) : bytes_(bytes) {}
-    bool more() const { return at_ < bytes_.size(); }
-    bool holds(std::size_t size) const { return bytes_.size() - at_ >= size; }
-    template <class T>
-    T take() {
-        MELD_CHECK(holds(sizeof(T)), "a message of {} bytes ends too early", bytes_.size());
-        T value;
-        std::memcpy(&value, bytes_.data() + at_, sizeof value);
-        at_ += sizeof value;
-        return value;
-    }
-
-  private:
-    const Subdomain::Bytes& bytes_;
-    std::size_t at_ = 0;
-};
 
 // What a body costs a tick, in shares: one that sleeps is only stored and looked at.
 constexpr std::uint32_t kMovingWeight = 4, kRestingWeight = 1;
@@ -159,18 +133,18 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     Messages messages;
     for (const auto& [part, slots] : leaving) {
         std::vector<bool> ids;
-        Bytes& bytes = messages[part];
-        put(bytes, static_cast<std::uint64_t>(slots.size()));
+        ByteWriter& bytes = messages[part];
+        bytes.write(static_cast<std::uint64_t>(slots.size()));
         for (const std::uint32_t slot : slots) {
             const BodyId id = bodies.properties[slot].id;
             if (ids.size() <= id) ids.resize(id + 1u);
             ids[id] = true;
-            put(bytes, PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
+            bytes.write(PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
                                   bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
                                   bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
                                   bodies.energy.empty() ? 0 : bodies.energy[slot]});
         }
-        for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) put(bytes, contact);
+        for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) bytes.write(contact);
     }
     std::sort(departed_.begin(), departed_.end());
     for (const auto& [id, owner] : departed_) bodies.properties[bodies.slot(id)].flags |= kGhost;
@@ -179,12 +153,12 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     return messages;
 }
 
-Result<void> Subdomain::unpack_bodies(const Bytes& bytes) {
+Result<void> Subdomain::unpack_bodies(Bytes bytes) {
     Bodies& bodies = world_.bodies;
-    Reader reader(bytes);
+    ByteReader in(bytes, "a message between subdomains of the physics");
     const double block_m = engine_.next_shape().block_m();
-    for (auto left = reader.take<std::uint64_t>(); left > 0; --left) {
-        PackedBody body = reader.take<PackedBody>();
+    for (auto left = in.read<std::uint64_t>(); left > 0; --left) {
+        PackedBody body = in.read<PackedBody>();
         if (bodies.has(body.properties.id))
             return fail(fmt::format("body {} came from another part and is here already", body.properties.id),
                         "Give each body to one part");
@@ -202,7 +176,7 @@ Result<void> Subdomain::unpack_bodies(const Bytes& bytes) {
         bodies.restore_masses(slot);
     }
     std::vector<CachedContact> contacts;
-    while (reader.more()) contacts.push_back(reader.take<CachedContact>());
+    while (!in.done()) contacts.push_back(in.read<CachedContact>());
     engine_.contacts_.add_cached(std::move(contacts));
     return {};
 }
@@ -256,21 +230,21 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
     const Bodies& bodies = world_.bodies;
     if (stage.kind == Stage::Kind::Prepare) {
         for (const auto& [part, blocks] : border_)
-            for (const std::uint32_t b : blocks) put(messages[part], PackedRest{engine_.grid_.blocks()[b].key, engine_.states_[b].rests});
+            for (const std::uint32_t b : blocks) messages[part].write(PackedRest{engine_.grid_.blocks()[b].key, engine_.states_[b].rests});
         return messages;
     }
     for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)]) {
-        Bytes& bytes = messages[part];
+        ByteWriter& bytes = messages[part];
         const bool pulls = stage.kind == Stage::Kind::Actuate;
         bytes.reserve(slots.size() * (pulls ? sizeof(PackedFeatureWrench) : sizeof(PackedVelocity)));
         for (const std::uint32_t slot : slots) {
             const BodyId id = bodies.properties[slot].id;
             if (pulls) {
-                put(bytes, PackedFeatureWrench{id, engine_.feature_wrenches_[slot], bodies.features[slot].charge_j});
+                bytes.write(PackedFeatureWrench{id, engine_.feature_wrenches_[slot], bodies.features[slot].charge_j});
                 continue;
             }
             const BodyVelocity& velocity = bodies.velocity[slot];
-            put(bytes, PackedVelocity{id,
+            bytes.write(PackedVelocity{id,
                                       {velocity.linear[0], velocity.linear[1], velocity.linear[2]},
                                       {velocity.surface[0], velocity.surface[1], velocity.surface[2]}});
         }
@@ -278,20 +252,20 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
     return messages;
 }
 
-void Subdomain::unpack(const Stage& stage, const Bytes& bytes) {
+void Subdomain::unpack(const Stage& stage, Bytes bytes) {
     Bodies& bodies = world_.bodies;
-    Reader reader(bytes);
-    while (reader.more()) {
+    ByteReader in(bytes, "a message between subdomains of the physics");
+    while (!in.done()) {
         if (stage.kind == Stage::Kind::Prepare) {
-            const auto rest = reader.take<PackedRest>();
+            const auto rest = in.read<PackedRest>();
             if (const std::uint32_t block = engine_.grid_.find(rest.key); block != kNoBlock) engine_.states_[block].rests = rest.rests != 0;
         } else if (stage.kind == Stage::Kind::Actuate) {
-            const auto pull = reader.take<PackedFeatureWrench>();
+            const auto pull = in.read<PackedFeatureWrench>();
             if (!bodies.has(pull.id)) continue;
             engine_.feature_wrenches_[bodies.slot(pull.id)] = pull.pull;
             bodies.features[bodies.slot(pull.id)].charge_j = pull.charge_j;
         } else {
-            const auto moving = reader.take<PackedVelocity>();
+            const auto moving = in.read<PackedVelocity>();
             if (!bodies.has(moving.id)) continue;
             BodyVelocity& velocity = bodies.velocity[bodies.slot(moving.id)];
             std::copy_n(moving.linear, 3, velocity.linear);
@@ -314,18 +288,18 @@ Subdomain::Messages Subdomain::pack_sums(std::span<const ExactSum> of_slot) cons
     for (std::size_t b = 0; b < engine_.grid_.blocks().size(); ++b) {
         if (engine_.states_[b].owned) continue;
         const Block& block = engine_.grid_.blocks()[b];
-        Bytes& bytes = messages[owner_(physics::unpack(block.key))];
+        ByteWriter& bytes = messages[owner_(physics::unpack(block.key))];
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
-            if (!(of_slot[slot] == ExactSum{})) put(bytes, world_.bodies.properties[slot].id), put(bytes, of_slot[slot]);
+            if (!(of_slot[slot] == ExactSum{})) bytes.write(world_.bodies.properties[slot].id), bytes.write(of_slot[slot]);
     }
     return messages;
 }
 
-void Subdomain::unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const {
-    Reader reader(bytes);
-    while (reader.more()) {
-        const auto id = reader.take<BodyId>();
-        of_slot[world_.bodies.slot(id)].add(reader.take<ExactSum>());
+void Subdomain::unpack_sums(std::span<ExactSum> of_slot, Bytes bytes) const {
+    ByteReader in(bytes, "a message between subdomains of the physics");
+    while (!in.done()) {
+        const auto id = in.read<BodyId>();
+        of_slot[world_.bodies.slot(id)].add(in.read<ExactSum>());
     }
 }
 

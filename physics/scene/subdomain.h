@@ -30,6 +30,7 @@
 #include "physics/block_grid.h"
 #include "physics/scene/scene.h"
 #include "physics/stage.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::physics {
 
@@ -37,9 +38,9 @@ class BlockEngine;
 
 class Subdomain {
   public:
-    using Bytes = std::vector<std::byte>;
-    // Bytes by the number of the part that they are for.
-    using Messages = std::map<int, Bytes>;
+    using Bytes = std::span<const std::byte>;
+    // What was written for each part, by its number.
+    using Messages = std::map<int, ByteWriter>;
     using OwnerOf = std::function<int(BlockCoordinates)>;
 
     // The scene has the engine Blocks and outlives the part. `owner` says the same on all parts and may change between ticks,
@@ -51,18 +52,18 @@ class Subdomain {
     Messages pack_bodies(Workers& workers);
     // Of the bodies that pack_bodies found in blocks of others, and whose they are now; sorted.
     const std::vector<std::pair<BodyId, int>>& departed() const { return departed_; }
-    Result<void> unpack_bodies(const Bytes& bytes);
+    Result<void> unpack_bodies(Bytes bytes);
     void unpacked();
 
     std::vector<Stage> stages(double dt_s, int substeps);
     Result<void> run(const Stage& stage, Workers& workers);
     // What the stage changed of bodies that others hold: velocities (28 bytes a body), pulls, or which blocks rest.
     Messages pack(const Stage& stage) const;
-    void unpack(const Stage& stage, const Bytes& bytes);
+    void unpack(const Stage& stage, Bytes bytes);
     StepReport finish();
     // What Scene::sum_normal_forces has summed up for bodies of others, to be sent to their owners, who add it to theirs.
     Messages pack_sums(std::span<const ExactSum> of_slot) const;
-    void unpack_sums(std::span<ExactSum> of_slot, const Bytes& bytes) const;
+    void unpack_sums(std::span<ExactSum> of_slot, Bytes bytes) const;
 
     // Whose a body is that is ours or next to ours, since the last rebuild.
     int owner_of(BodyId body) const;

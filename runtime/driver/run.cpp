@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
@@ -18,7 +19,6 @@
 #include "runtime/module/module.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/watchers/watcher.h"
@@ -104,12 +104,12 @@ class DigestWriter : public sim::SimModule {
 
 // All parts must run the same module on the same world.
 bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
-    std::vector<std::byte> bytes;
-    sim::put(bytes, hash);
-    const std::vector<std::byte> all = comm.allgather(bytes);
-    const std::byte* at = all.data();
+    ByteWriter bytes;
+    bytes.write(hash);
+    const std::vector<std::byte> all = comm.allgather(bytes.view());
+    ByteReader in(all, "the hashes of all parts");
     for (int p = 0; p < comm.parts(); ++p)
-        if (sim::take_value<std::uint64_t>(at) != hash) return false;
+        if (in.read<std::uint64_t>() != hash) return false;
     return true;
 }
 
@@ -200,15 +200,15 @@ Result<std::string> module_for_all(const RunOptions& options, comm::Communicator
     if (comm.parts() == 1) return mine;
     const int code = mine ? 0 : static_cast<int>(mine.error().code);
     const std::string text = mine ? *mine : mine.error().problem;
-    std::vector<std::byte> bytes;
-    sim::put(bytes, code);
-    bytes.insert(bytes.end(), reinterpret_cast<const std::byte*>(text.data()),
-                 reinterpret_cast<const std::byte*>(text.data()) + text.size());
-    const auto all = comm.allgather_any(bytes);
-    const std::byte* at = all[0].data();
-    const int first = sim::take_value<int>(at);
+    ByteWriter bytes;
+    bytes.write(code);
+    bytes.write_string(text);
+    const auto all = comm.allgather_any(bytes.view());
+    ByteReader in(all[0], "what part 0 compiled");
+    const int first = in.read<int>();
+    const std::string module = in.read_string();
     if (first != 0) return fail(comm.part() == 0 ? text : "", "", static_cast<ExitCode>(first));
-    return std::string(reinterpret_cast<const char*>(at), all[0].size() - sizeof(int));
+    return module;
 }
 
 int run_parts(const RunOptions& options, comm::Communicator& comm) {

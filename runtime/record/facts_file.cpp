@@ -9,17 +9,12 @@
 #include <memory>
 #include <queue>
 
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {
 
 namespace {
-
-using sim::put;
-using sim::put_text;
-using sim::take_text;
-using sim::take_value;
 
 bool shown(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
 
@@ -36,7 +31,7 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) order.emplace_back(part.ensemble.id(c), c);
     std::sort(order.begin(), order.end());
-    std::vector<std::byte> out;
+    ByteWriter out;
     std::string text;
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
@@ -48,27 +43,19 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
                   [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
         text.clear();
         for (const auto& fact : facts) text += tuple::print_fact(part.module, p, id, fact.data()) + ".\n";
-        put(out, id);
-        put_text(out, text);
+        out.write(id);
+        out.write_string(text);
     }
-    return out;
+    return out.take();
 }
 
 // Reads packed lines one after another.
-class Reader {
-  public:
-    explicit Reader(std::vector<std::byte> bytes) : bytes_(std::move(bytes)), at_(bytes_.data()) {}
-    bool next(Lines& out) {
-        if (at_ == bytes_.data() + bytes_.size()) return false;
-        out.id = take_value<u64>(at_);
-        out.text = take_text(at_);
-        return true;
-    }
-
-  private:
-    std::vector<std::byte> bytes_;
-    const std::byte* at_;
-};
+bool read_lines(ByteReader& in, Lines& out) {
+    if (in.done()) return false;
+    out.id = in.read<u64>();
+    out.text = in.read_string();
+    return true;
+}
 
 Error cannot_write(const std::string& path, int error) {
     return {"cannot write " + path + ": " + std::strerror(error),
@@ -110,19 +97,19 @@ class WholeFile {
     int error_;
 };
 
-void merge(std::vector<std::vector<std::byte>> parts, WholeFile& file) {
-    std::vector<Reader> readers;
+void merge(const std::vector<std::vector<std::byte>>& parts, WholeFile& file) {
+    std::vector<ByteReader> readers;
     std::vector<Lines> heads(parts.size());
     std::priority_queue<std::pair<u64, std::size_t>, std::vector<std::pair<u64, std::size_t>>, std::greater<>> next;
     for (std::size_t i = 0; i < parts.size(); ++i) {
-        readers.emplace_back(std::move(parts[i]));
-        if (readers[i].next(heads[i])) next.emplace(heads[i].id, i);
+        readers.emplace_back(parts[i], "facts of a part");
+        if (read_lines(readers[i], heads[i])) next.emplace(heads[i].id, i);
     }
     while (!next.empty()) {
         const std::size_t i = next.top().second;
         next.pop();
         file.write(heads[i].text);
-        if (readers[i].next(heads[i])) next.emplace(heads[i].id, i);
+        if (read_lines(readers[i], heads[i])) next.emplace(heads[i].id, i);
     }
 }
 
@@ -149,13 +136,13 @@ Result<void> write_facts(sim::PartState& part, const std::string& path) {
         if (!writer && !mine.empty()) packets.push_back({0, std::move(mine)});
         if (!part.alone())
             for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
-        if (writer) merge(std::move(all), *file);
+        if (writer) merge(all, *file);
     }
-    std::vector<std::byte> outcome;
-    put(outcome, writer ? file->finish() : 0);
-    const std::vector<std::byte> told = part.comm.allgather(outcome);
-    const std::byte* at = told.data();
-    const int error = take_value<int>(at);
+    ByteWriter outcome;
+    outcome.write(writer ? file->finish() : 0);
+    const std::vector<std::byte> told = part.comm.allgather(outcome.view());
+    ByteReader in(told, "how writing facts ended");
+    const int error = in.read<int>();
     if (error != 0) return tl::unexpected<Error>(cannot_write(path, error));
     return {};
 }
@@ -188,12 +175,12 @@ Digest state_digest(sim::PartState& part) {
                              [&](const Value* v) { digest.add(tuple::hash_arguments(part.module, p, start, v)); });
         }
     }
-    std::vector<std::byte> bytes;
-    put(bytes, digest);
+    ByteWriter bytes;
+    bytes.write(digest);
     Digest sum;
-    const std::vector<std::byte> all = part.comm.allgather(bytes);
-    const std::byte* at = all.data();
-    for (int p = 0; p < part.comm.parts(); ++p) sum.combine(take_value<Digest>(at));
+    const std::vector<std::byte> all = part.comm.allgather(bytes.view());
+    ByteReader in(all, "digests of all parts");
+    for (int p = 0; p < part.comm.parts(); ++p) sum.combine(in.read<Digest>());
     return sum;
 }
 

@@ -7,15 +7,10 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {
-
-using sim::put;
-using sim::put_text;
-using sim::take_text;
-using sim::take_value;
 
 namespace {
 
@@ -63,20 +58,20 @@ void Marks::collect(sim::PartState& part) {
     }
 }
 
-void Marks::send(std::vector<std::byte>& out) {
-    put(out, new_colours_.size());
+void Marks::send(ByteWriter& out) {
+    out.write_count(new_colours_.size());
     for (const auto& [id, colour] : new_colours_) {
-        put(out, id);
-        put(out, colour);
+        out.write(id);
+        out.write(colour);
     }
-    put(out, new_labels_.size());
+    out.write_count(new_labels_.size());
     for (const auto& [id, label] : new_labels_) {
-        put(out, id);
-        put(out, label.tick);
-        put_text(out, label.text);
+        out.write(id);
+        out.write(label.tick);
+        out.write_string(label.text);
     }
-    put(out, new_lines_.size());
-    for (const Line& line : new_lines_) put(out, line);
+    out.write_count(new_lines_.size());
+    for (const Line& line : new_lines_) out.write(line);
     new_colours_.clear();
     new_labels_.clear();
     new_lines_.clear();
@@ -84,20 +79,19 @@ void Marks::send(std::vector<std::byte>& out) {
 
 void Marks::begin_step() { received_.clear(); }
 
-void Marks::receive(const std::byte* from, const std::byte* end) {
-    for (auto left = take_value<std::size_t>(from); left > 0; --left) {
-        Colour& known = colours_[take_value<u64>(from)];
-        const auto colour = take_value<Colour>(from);
+void Marks::receive(ByteReader& in) {
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
+        Colour& known = colours_[in.read<u64>()];
+        const auto colour = in.read<Colour>();
         if (colour.tick >= known.tick) known = colour;
     }
-    for (auto left = take_value<std::size_t>(from); left > 0; --left) {
-        Label& known = labels_[take_value<u64>(from)];
-        const auto tick = take_value<i64>(from);
-        std::string text = take_text(from);
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
+        Label& known = labels_[in.read<u64>()];
+        const auto tick = in.read<i64>();
+        std::string text = in.read_string();
         if (tick >= known.tick) known = {tick, std::move(text)};
     }
-    for (auto left = take_value<std::size_t>(from); left > 0; --left) received_.push_back(take_value<Line>(from));
-    MELD_EXPECT(from == end);
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) received_.push_back(in.read<Line>());
 }
 
 std::uint32_t Marks::colour(u64 id) const {

@@ -26,9 +26,9 @@ class Marks {
     void collect(sim::PartState& part);
     // Moves what has been collected since the last call into `out`; receive() reads it on the writing part, of all parts in
     // any order, and begin_step() before the first.
-    void send(std::vector<std::byte>& out);
+    void send(ByteWriter& out);
     void begin_step();
-    void receive(const std::byte* from, const std::byte* end);
+    void receive(ByteReader& in);
 
     // On the writing part, of a catom by its id; grey and empty where it has none.
     std::uint32_t colour(u64 id) const;

@@ -4,19 +4,15 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <utility>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 
 namespace meld::record {
-
-using sim::put;
-using sim::put_text;
-using sim::take_text;
-using sim::take_value;
 
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
     : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
@@ -48,7 +44,7 @@ Result<void> Recorder::start(sim::PartState& part) {
         if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) || (r.name == "diameter" && part.diameter_of))
             return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
-    std::vector<std::byte> outcome;
+    ByteWriter outcome;
     Error error;
     if (part.comm.part() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
@@ -57,10 +53,10 @@ Result<void> Recorder::start(sim::PartState& part) {
         else
             error = file.error();
     }
-    put(outcome, file_.has_value());
-    const std::vector<std::byte> all = part.comm.allgather(outcome);
-    const std::byte* at = all.data();
-    if (!take_value<bool>(at)) return tl::unexpected<Error>(part.comm.part() == 0 ? error : Error{"cannot write " + path_, ""});
+    outcome.write(file_.has_value());
+    const std::vector<std::byte> all = part.comm.allgather(outcome.view());
+    ByteReader in(all, "how opening the recording ended");
+    if (!in.read<bool>()) return tl::unexpected<Error>(part.comm.part() == 0 ? error : Error{"cannot write " + path_, ""});
     part.refresh();
     return write(part);
 }
@@ -105,7 +101,7 @@ struct Recorder::Step {
 
 // What the first fact of the predicate has as its first argument. Where there is no such fact a number is -1, a vector is
 // not a number, a text is empty; a predicate without arguments is 1 or 0.
-void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const {
+void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const {
     const PredicateInfo& p = part.module.predicates[recorded.predicate];
     const bool plain = p.arity == 0;
     bool found = false;
@@ -120,58 +116,62 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
                 first.integer = found ? 1 : 0;
             else if (!found)
                 first.integer = -1;
-            return put(out, first);
+            return out.write(first);
         case As::Real:
             if (!found) first.real = -1;
-            return put(out, first);
+            return out.write(first);
         case As::Vector:
             for (std::size_t i = 0; i < 3; ++i)
-                put(out, i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
+                out.write(i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
             return;
         case As::Text:
-            put_text(out, found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
+            out.write_string(found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
     }
 }
 
 // What this part's catoms have drawn; then its catoms, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::PartState& part) {
-    std::vector<std::byte> marks, out;
-    marks_.send(marks);
-    put(out, marks.size());
-    out.insert(out.end(), marks.begin(), marks.end());
+    ByteWriter out;
+    marks_.send(out);
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
-        put(out, Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter_of ? part.diameter_of(c) : 1});
+        out.write(Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter_of ? part.diameter_of(c) : 1});
         for (const Recorded& r : recorded_) put_value(part, r, c, out);
     }
-    return out;
+    return out.take();
 }
 
 // The rows of all parts into columns, in the order of ids.
 void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
-    std::vector<std::pair<u64, const std::byte*>> rows;
+    // The bytes of each row, and where in their part's they start.
+    struct Packed {
+        u64 id;
+        std::size_t part, at;
+        auto operator<=>(const Packed&) const = default;
+    };
+    std::vector<Packed> rows;
     marks_.begin_step();
-    for (const auto& bytes : all) {
-        const std::byte* at = bytes.data();
-        const auto size = take_value<std::size_t>(at);
-        marks_.receive(at, at + size);
-        for (at += size; at != bytes.data() + bytes.size();) {
-            rows.emplace_back(0, at);
-            rows.back().first = take_value<Row>(at).id;
+    for (std::size_t part = 0; part < all.size(); ++part) {
+        ByteReader in(all[part], "a step of a recording");
+        marks_.receive(in);
+        while (!in.done()) {
+            const std::size_t at = all[part].size() - in.left();
+            rows.push_back({in.read<Row>().id, part, at});
             for (const Recorded& r : recorded_) {
                 if (r.as == As::Text)
-                    at += take_value<std::uint32_t>(at);
+                    in.read_block();
                 else
-                    at += (r.as == As::Vector ? 3 : 1) * sizeof(double);
+                    in.read_bytes((r.as == As::Vector ? 3 : 1) * sizeof(double));
             }
         }
     }
     std::sort(rows.begin(), rows.end());
     step.numbers.resize(recorded_.size());
     step.texts.resize(recorded_.size());
-    for (const auto& [id, start] : rows) {
-        const std::byte* at = start;
-        const auto row = take_value<Row>(at);
+    for (const auto& [id, part, at] : rows) {
+        const std::span<const std::byte> bytes = all[part];
+        ByteReader in(bytes.subspan(at), "a row of a recording");
+        const auto row = in.read<Row>();
         step.ids.push_back(id);
         step.positions.push_back(row.position);
         step.diameters.push_back(row.diameter);
@@ -179,9 +179,9 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         if (marks_.labels()) step.labels.push_back(marks_.label(id));
         for (std::size_t i = 0; i < recorded_.size(); ++i) {
             if (recorded_[i].as == As::Text)
-                step.texts[i].push_back(take_text(at));
+                step.texts[i].push_back(in.read_string());
             else
-                for (int k = recorded_[i].as == As::Vector ? 3 : 1; k > 0; --k) step.numbers[i].push_back(take_value<u64>(at));
+                for (int k = recorded_[i].as == As::Vector ? 3 : 1; k > 0; --k) step.numbers[i].push_back(in.read<u64>());
         }
     }
 }
@@ -239,11 +239,11 @@ Result<void> Recorder::write(sim::PartState& part) {
         else
             ++steps_;
     }
-    std::vector<std::byte> outcome;
-    put(outcome, fine);
-    const std::vector<std::byte> told = part.comm.allgather(outcome);
-    const std::byte* at = told.data();
-    if (!take_value<bool>(at)) return tl::unexpected<Error>(file_ ? error : Error{"cannot write " + path_, "", ExitCode::LimitHit});
+    ByteWriter outcome;
+    outcome.write(fine);
+    const std::vector<std::byte> told = part.comm.allgather(outcome.view());
+    ByteReader in(told, "how writing the recording ended");
+    if (!in.read<bool>()) return tl::unexpected<Error>(file_ ? error : Error{"cannot write " + path_, "", ExitCode::LimitHit});
     return {};
 }
 

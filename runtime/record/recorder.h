@@ -32,7 +32,7 @@ class Recorder : public sim::SimModule {
     };
     struct Step;
     Result<void> write(sim::PartState& part);
-    void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, std::vector<std::byte>& out) const;
+    void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const;
     std::vector<std::byte> pack(sim::PartState& part);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bodies/free_motion.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/sim/lattice/lattice_motion.h"
@@ -27,12 +27,12 @@ class NoMotion : public SimModule {
         return {};
     }
     void finish(PartState& part) override {
-        std::vector<std::byte> bytes;
-        put(bytes, refused_);
-        const std::vector<std::byte> all = part.comm.allgather(bytes);
-        const std::byte* at = all.data();
+        ByteWriter bytes;
+        bytes.write(refused_);
+        const std::vector<std::byte> all = part.comm.allgather(bytes.view());
+        ByteReader in(all, "counts of refused moves");
         refused_ = 0;
-        for (int p = 0; p < part.comm.parts(); ++p) refused_ += take_value<std::uint64_t>(at);
+        for (int p = 0; p < part.comm.parts(); ++p) refused_ += in.read<std::uint64_t>();
     }
     std::string outcome() const override {
         return refused_ == 0

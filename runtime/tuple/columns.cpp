@@ -9,12 +9,6 @@ namespace meld::tuple {
 
 namespace {
 
-template <class T>
-void put(std::vector<std::byte>& out, const T& value) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
-    out.insert(out.end(), bytes, bytes + sizeof(T));
-}
-
 const List* list_at(const u8* place) {
     const List* list = nullptr;
     std::memcpy(&list, place, sizeof list);
@@ -174,7 +168,7 @@ void Columns::clear(u32 catom, int pool) {
 }
 
 // The bytes, and behind them the lists that the words in them stand for; those words are not sent.
-void Columns::pack_column(u32 column, u32 catom, std::vector<std::byte>& out) const {
+void Columns::pack_column(u32 column, u32 catom, ByteWriter& out) const {
     const ColumnInfo& info = module_.columns[column];
     const u8* from = entry(column, catom);
     u32 count = 1;
@@ -183,40 +177,35 @@ void Columns::pack_column(u32 column, u32 catom, std::vector<std::byte>& out) co
         count = rows(column, catom).count;
         from = rows(column, catom).data;
         bytes = std::size_t{count} * info.row_bytes;
-        put(out, count);
+        out.write(count);
     }
     const std::size_t start = out.size();
-    if (count > 0) out.insert(out.end(), reinterpret_cast<const std::byte*>(from), reinterpret_cast<const std::byte*>(from) + bytes);
+    out.write_bytes(from, bytes);
     if (info.list_count == 0) return;
+    std::byte* const written = out.written_from(start).data();
     for (u32 r = 0; r < count; ++r)
         for (u32 i = 0; i < info.list_count; ++i)
-            std::memset(out.data() + start + r * std::size_t{info.row_bytes} + info.list_offsets[i], 0, sizeof(const List*));
+            std::memset(written + r * std::size_t{info.row_bytes} + info.list_offsets[i], 0, sizeof(const List*));
     each_list(column, from, count, [&](const List* list, u16 type) { tuple::pack({module_.types, type}, Value{.list = list}, out); });
 }
 
-const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* from, int pool) {
+void Columns::unpack_column(u32 column, u32 catom, ByteReader& in, int pool) {
     const ColumnInfo& info = module_.columns[column];
-    u32 count = 1;
-    std::size_t bytes = info.stride;
-    if (info.rows) {
-        std::memcpy(&count, from, sizeof count);
-        from += sizeof count;
-        bytes = std::size_t{count} * info.row_bytes;
-    }
+    const u32 count = info.rows ? in.read_count(info.row_bytes) : 1;
+    const std::span<const std::byte> raw = in.read_bytes(info.rows ? std::size_t{count} * info.row_bytes : info.stride);
     if (info.list_count == 0) {
         if (info.rows)
-            replace_rows(column, catom, from, count, pool);
+            replace_rows(column, catom, raw.data(), count, pool);
         else
-            set_record(column, catom, from, pool);
-        return from + bytes;
+            set_record(column, catom, raw.data(), pool);
+        return;
     }
-    const auto* raw = reinterpret_cast<const u8*>(from);
-    std::vector<u8> rows(raw, raw + bytes);
-    from += bytes;
+    const auto* from = reinterpret_cast<const u8*>(raw.data());
+    std::vector<u8> rows(from, from + raw.size());
     Arena arena;
     for (u32 r = 0; r < count; ++r)
         for (u32 i = 0; i < info.list_count; ++i) {
-            const Value v = tuple::unpack({module_.types, info.list_types[i]}, from, arena);
+            const Value v = tuple::unpack({module_.types, info.list_types[i]}, in, arena);
             std::memcpy(rows.data() + r * std::size_t{info.row_bytes} + info.list_offsets[i], &v, sizeof v);
         }
     if (info.rows)
@@ -224,18 +213,16 @@ const std::byte* Columns::unpack_column(u32 column, u32 catom, const std::byte* 
     else
         set_record(column, catom, rows.data(), pool);
     release_dropped(pool);
-    return from;
 }
 
-void Columns::pack(u32 catom, Which which, std::vector<std::byte>& out) const {
+void Columns::pack(u32 catom, Which which, ByteWriter& out) const {
     for (u32 c = 0; c < module_.column_count; ++c)
         if (which == Which::All || module_.columns[c].exported) pack_column(c, catom, out);
 }
 
-const std::byte* Columns::unpack(u32 catom, Which which, const std::byte* from, int pool) {
+void Columns::unpack(u32 catom, Which which, ByteReader& in, int pool) {
     for (u32 c = 0; c < module_.column_count; ++c)
-        if (which == Which::All || module_.columns[c].exported) from = unpack_column(c, catom, from, pool);
-    return from;
+        if (which == Which::All || module_.columns[c].exported) unpack_column(c, catom, in, pool);
 }
 
 std::size_t Columns::bytes() const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
 #include "runtime/tuple/change_log.h"
 #include "runtime/tuple/row_pool.h"
 #include "runtime/tuple/values.h"
@@ -67,11 +68,11 @@ class Columns {
 
     enum class Which { All, Exported };
     // The catom's columns as bytes, and back; lists by content.
-    void pack(u32 catom, Which which, std::vector<std::byte>& out) const;
-    const std::byte* unpack(u32 catom, Which which, const std::byte* from, int pool);
+    void pack(u32 catom, Which which, ByteWriter& out) const;
+    void unpack(u32 catom, Which which, ByteReader& in, int pool);
     // One column alone.
-    void pack_column(u32 column, u32 catom, std::vector<std::byte>& out) const;
-    const std::byte* unpack_column(u32 column, u32 catom, const std::byte* from, int pool);
+    void pack_column(u32 column, u32 catom, ByteWriter& out) const;
+    void unpack_column(u32 column, u32 catom, ByteReader& in, int pool);
 
     std::size_t bytes() const;
 

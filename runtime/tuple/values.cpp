@@ -111,43 +111,26 @@ const List* Arena::text(std::string_view bytes) {
 
 // ---- packing
 
-namespace {
-
-template <class T>
-void put(std::vector<std::byte>& out, const T* values, std::size_t count = 1) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(values);
-    out.insert(out.end(), bytes, bytes + count * sizeof(T));
-}
-
-}  // namespace
-
-void pack(Type type, Value v, std::vector<std::byte>& out) {
-    if (!type.compound()) return put(out, &v);
-    const u32 count = static_cast<u32>(length(v.list));
-    put(out, &count);
+void pack(Type type, Value v, ByteWriter& out) {
+    if (!type.compound()) return out.write(v);
+    const std::size_t count = length(v.list);
+    out.write_count(count);
     if (count == 0) return;
-    if (type.kind() == ValueType::String) return put(out, reinterpret_cast<const std::byte*>(v.list->items), count);
+    if (type.kind() == ValueType::String) return out.write_bytes(v.list->items, count);
     for (std::size_t i = 0; i < count; ++i) pack(type.item(i), item(v.list, i), out);
 }
 
-Value unpack(Type type, const std::byte*& from, Arena& arena) {
-    Value v{};
-    if (!type.compound()) {
-        std::memcpy(&v, from, sizeof v);
-        from += sizeof v;
-        return v;
-    }
-    u32 count = 0;
-    std::memcpy(&count, from, sizeof count);
-    from += sizeof count;
-    v.list = nullptr;
+Value unpack(Type type, ByteReader& in, Arena& arena) {
+    if (!type.compound()) return in.read<Value>();
+    Value v{.list = nullptr};
     if (type.kind() == ValueType::String) {
-        v.list = arena.text({reinterpret_cast<const char*>(from), count});
-        from += count;
+        const auto text = in.read_block();
+        v.list = arena.text({reinterpret_cast<const char*>(text.data()), text.size()});
         return v;
     }
-    std::vector<u64> items(count);
-    for (std::size_t i = 0; i < count; ++i) items[i] = unpack(type.item(i), from, arena).catom;
+    // An item is a word or the count of a list.
+    std::vector<u64> items(in.read_count(sizeof(u32)));
+    for (std::size_t i = 0; i < items.size(); ++i) items[i] = unpack(type.item(i), in, arena).catom;
     v.list = arena.list(items);
     return v;
 }

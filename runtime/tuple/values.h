@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::tuple {
 
@@ -66,8 +67,8 @@ class Arena {
 };
 
 // Into bytes, without addresses, and back: into an arena, for the same types. A single word is packed as it is.
-void pack(Type type, Value v, std::vector<std::byte>& out);
-Value unpack(Type type, const std::byte*& from, Arena& arena);
+void pack(Type type, Value v, ByteWriter& out);
+Value unpack(Type type, ByteReader& in, Arena& arena);
 
 // The lists that the facts of one part own. A list that is kept stands with everything in it in one block with a count of
 // its owners, so that to hand it on is to count. Different threads may keep and release at once, each with its own pool.

@@ -6,11 +6,11 @@
 #include <memory>
 #include <set>
 
+#include "runtime/base/bytes.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/run.h"
 #include "runtime/module/module.h"
 #include "runtime/record/facts_file.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/populate.h"
@@ -26,27 +26,27 @@ class Invariants : public sim::SimModule {
     Invariants(std::uint64_t mass, std::vector<Digest>& digests) : mass_(mass), digests_(digests) {}
 
     Result<void> after(sim::PartState& part) override {
-        std::vector<std::byte> mine;
+        ByteWriter mine;
         const u32 holds = part.module.predicates[*tuple::find_predicate(part.module, "holds", 1)].base;
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
             std::int64_t held = 0;
             tuple::each_fact(part.module, part.columns, part.abi.geometry, holds, c, [&](const Value* v) { held = v[0].integer; });
-            sim::put(mine, part.ensemble.cell(c));
-            sim::put(mine, held);
-            sim::put(mine, part.ensemble.target(part.ensemble.cell(c)));
+            mine.write(part.ensemble.cell(c));
+            mine.write(held);
+            mine.write(part.ensemble.target(part.ensemble.cell(c)));
         }
         std::set<Cell> cells;
         std::uint64_t mass = 0;
         outside = 0;
-        for (const auto& bytes : part.comm.allgather_any(mine))
-            for (const std::byte* at = bytes.data(); at != bytes.data() + bytes.size();) {
-                EXPECT_TRUE(cells.insert(sim::take_value<Cell>(at)).second) << "two catoms in one cell";
-                const auto held = sim::take_value<std::int64_t>(at);
+        for (const auto& bytes : part.comm.allgather_any(mine.view()))
+            for (ByteReader in(bytes, "catoms of a part"); !in.done();) {
+                EXPECT_TRUE(cells.insert(in.read<Cell>()).second) << "two catoms in one cell";
+                const auto held = in.read<std::int64_t>();
                 EXPECT_GE(held, 0);
                 EXPECT_LE(held, part.world.motion.capacity);
                 mass += 1 + static_cast<std::uint64_t>(held);
-                outside += !sim::take_value<bool>(at);
+                outside += !in.read<bool>();
             }
         EXPECT_EQ(mass, mass_) << "in tick " << part.abi.now;
         EXPECT_EQ(pieces(part.lattice, cells), 1) << "in tick " << part.abi.now;

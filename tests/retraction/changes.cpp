@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
+#include "runtime/comm/packets.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::retraction {
@@ -71,18 +73,18 @@ void Changes::add(PartState& part, std::uint64_t id, Cell cell) {
 void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
     const int me = part.comm.part(), old_owner = part.halo->owner(from), owner = part.halo->owner(to);
     const std::optional<Catom> known = part.ensemble.at(from);
-    std::vector<comm::Packet> packets;
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     if (me == old_owner) {
         for (const int other : part.halo->listeners(to)) {
             if (other == me) continue;
-            comm::Packet& packet = packets.emplace_back(comm::Packet{other, {}});
+            ByteWriter& bytes = out[static_cast<std::size_t>(other)];
             if (other == owner)
-                part.pack_catom(*known, packet.bytes);
+                part.pack_catom(*known, bytes);
             else
-                part.columns.pack(*known, tuple::Columns::Which::Exported, packet.bytes);
+                part.columns.pack(*known, tuple::Columns::Which::Exported, bytes);
         }
     }
-    std::vector<std::byte> exports;
+    ByteWriter exports;
     if (me == old_owner && me != owner) part.columns.pack(*known, tuple::Columns::Which::Exported, exports);
     if (me == old_owner && me == owner) {
         part.move_catom(*known, to);
@@ -90,21 +92,22 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
         part.remove_catom(*known);
     }
     std::vector<comm::Packet> received;
-    if (!part.alone()) received = part.comm.exchange(std::move(packets));
+    if (!part.alone()) received = part.comm.exchange(comm::take_packets(out));
     const std::vector<int> parts = part.halo->listeners(to);
     const bool sees = std::find(parts.begin(), parts.end(), me) != parts.end();
     if (me == old_owner && me != owner && sees) {
         const Catom ghost = part.add_catom(id, to, kCatomGhost);
-        part.columns.unpack(ghost, tuple::Columns::Which::Exported, exports.data(), 0);
+        ByteReader in(exports.view(), "the exports of a catom that has left");
+        part.columns.unpack(ghost, tuple::Columns::Which::Exported, in, 0);
     }
     for (const comm::Packet& packet : received) {
         const Catom catom = part.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
-        const std::byte* at = packet.bytes.data();
+        ByteReader in(packet.bytes, "a catom that has moved");
         if (me == owner) {
-            part.unpack_catom(catom, at);
+            part.unpack_catom(catom, in);
             part.mark(catom, kDirtyLinks | kDirtyPlace);
         } else {
-            part.columns.unpack(catom, tuple::Columns::Which::Exported, at, 0);
+            part.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
         }
     }
 }

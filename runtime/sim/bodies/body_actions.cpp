@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -68,11 +68,11 @@ Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const Div
 
 // Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
 void BodyActions::notify_holders(PartState& part, const DividedBodies& divided, bool switches) {
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     const auto notify = [&](const auto& record, bool is_switch) {
         for (const int holder : divided.holders_of(record.body)) {
-            put(out[static_cast<std::size_t>(holder)], is_switch);
-            put(out[static_cast<std::size_t>(holder)], record);
+            out[static_cast<std::size_t>(holder)].write(is_switch);
+            out[static_cast<std::size_t>(holder)].write(record);
         }
     };
     for (const AppliedWrench& p : applied_) notify(p, false);
@@ -80,11 +80,11 @@ void BodyActions::notify_holders(PartState& part, const DividedBodies& divided, 
         for (const Switched& s : switched_) notify(s, true);
     received_.clear();
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            if (take_value<bool>(at))
-                switched_.push_back(take_value<Switched>(at));
+        for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();) {
+            if (in.read<bool>())
+                switched_.push_back(in.read<Switched>());
             else
-                received_.push_back(take_value<AppliedWrench>(at));
+                received_.push_back(in.read<AppliedWrench>());
         }
 }
 
@@ -94,15 +94,15 @@ void BodyActions::follow(PartState& part, const DividedBodies& divided) {
         const auto at = std::lower_bound(departed.begin(), departed.end(), std::pair{body, 0});
         return at != departed.end() && at->first == body ? at->second : part.comm.part();
     };
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     std::erase_if(applied_, [&](const AppliedWrench& p) {
         const int owner = new_owner(p.body);
-        if (owner != part.comm.part()) put(out[static_cast<std::size_t>(owner)], p);
+        if (owner != part.comm.part()) out[static_cast<std::size_t>(owner)].write(p);
         return owner != part.comm.part();
     });
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();)
-            applied_.push_back(take_value<AppliedWrench>(at));
+        for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();)
+            applied_.push_back(in.read<AppliedWrench>());
     notify_holders(part, divided, false);
 }
 

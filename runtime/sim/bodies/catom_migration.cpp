@@ -4,7 +4,7 @@
 #include <map>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
@@ -23,6 +23,9 @@ struct Neighbour {
     std::vector<std::byte> exports = {};
 };
 
+// At least, of a neighbour as bytes.
+constexpr std::size_t kNeighbourBytes = 3 * sizeof(int) + sizeof(std::uint64_t) + sizeof(world::Vec3) + sizeof(std::uint32_t);
+
 struct Arrival {
     std::uint64_t id = 0;
     world::Vec3 position = {}, sensed = {};
@@ -31,36 +34,29 @@ struct Arrival {
     std::vector<std::uint64_t> waits_for = {};
 };
 
-void put_bytes(std::vector<std::byte>& out, const std::vector<std::byte>& bytes) {
-    put(out, static_cast<std::uint32_t>(bytes.size()));
-    out.insert(out.end(), bytes.begin(), bytes.end());
-}
-
-std::vector<std::byte> take_bytes(const std::byte*& from) {
-    const auto size = take_value<std::uint32_t>(from);
-    std::vector<std::byte> bytes(from, from + size);
-    from += size;
-    return bytes;
+std::vector<std::byte> read_bytes(ByteReader& in) {
+    const auto block = in.read_block();
+    return {block.begin(), block.end()};
 }
 
 std::vector<std::byte> exports_of(const PartState& part, Catom catom) {
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     part.columns.pack(catom, tuple::Columns::Which::Exported, bytes);
-    return bytes;
+    return bytes.take();
 }
 
 // All that leave their parts now, wherever.
 NewOwners learn_owners(PartState& part, const DividedBodies& divided) {
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     for (const auto& [body, owner] : divided.departed()) {
-        put(bytes, std::uint64_t{body});
-        put(bytes, owner);
+        bytes.write(std::uint64_t{body});
+        bytes.write(owner);
     }
     NewOwners owners;
     for (const auto& from : gather_bytes(part, bytes))
-        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
-            const auto id = take_value<std::uint64_t>(at);
-            owners[id] = take_value<int>(at);
+        for (ByteReader in(from, "owners of bodies"); !in.done();) {
+            const auto id = in.read<std::uint64_t>();
+            owners[id] = in.read<int>();
         }
     return owners;
 }
@@ -98,46 +94,45 @@ Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
     return waits;
 }
 
-void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom,
-          std::vector<std::byte>& out) {
+void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
     const std::uint64_t id = part.ensemble.id(catom);
-    put(out, id);
-    put(out, part.ensemble.position(catom));
-    put(out, part.sensed_position(catom));
-    std::vector<std::byte> state;
+    out.write(id);
+    out.write(part.ensemble.position(catom));
+    out.write(part.sensed_position(catom));
+    ByteWriter state;
     part.pack_catom(catom, state);
-    put_bytes(out, state);
+    out.write_block(state.view());
     const std::vector<Neighbour> neighbours = neighbours_of(part, owners, catom);
-    put(out, static_cast<std::uint32_t>(neighbours.size()));
+    out.write_count(neighbours.size());
     for (const Neighbour& n : neighbours) {
-        put(out, n.port);
-        put(out, n.id);
-        put(out, n.port_there);
-        put(out, n.owner);
-        put(out, n.position);
-        put_bytes(out, exports_of(part, *part.ensemble.find(n.id)));
+        out.write(n.port);
+        out.write(n.id);
+        out.write(n.port_there);
+        out.write(n.owner);
+        out.write(n.position);
+        out.write_block(exports_of(part, *part.ensemble.find(n.id)));
     }
-    put(out, static_cast<std::uint32_t>(waits_for.size()));
-    for (const std::uint64_t other : waits_for) put(out, other);
+    out.write_count(waits_for.size());
+    for (const std::uint64_t other : waits_for) out.write(other);
 }
 
-Arrival unpack(const std::byte*& at) {
+Arrival unpack(ByteReader& in) {
     Arrival a;
-    a.id = take_value<std::uint64_t>(at);
-    a.position = take_value<world::Vec3>(at);
-    a.sensed = take_value<world::Vec3>(at);
-    a.state = take_bytes(at);
-    a.neighbours.resize(take_value<std::uint32_t>(at));
+    a.id = in.read<std::uint64_t>();
+    a.position = in.read<world::Vec3>();
+    a.sensed = in.read<world::Vec3>();
+    a.state = read_bytes(in);
+    a.neighbours.resize(in.read_count(kNeighbourBytes));
     for (Neighbour& n : a.neighbours) {
-        n.port = take_value<int>(at);
-        n.id = take_value<std::uint64_t>(at);
-        n.port_there = take_value<int>(at);
-        n.owner = take_value<int>(at);
-        n.position = take_value<world::Vec3>(at);
-        n.exports = take_bytes(at);
+        n.port = in.read<int>();
+        n.id = in.read<std::uint64_t>();
+        n.port_there = in.read<int>();
+        n.owner = in.read<int>();
+        n.position = in.read<world::Vec3>();
+        n.exports = read_bytes(in);
     }
-    a.waits_for.resize(take_value<std::uint32_t>(at));
-    for (std::uint64_t& other : a.waits_for) other = take_value<std::uint64_t>(at);
+    a.waits_for.resize(in.read_count(sizeof(std::uint64_t)));
+    for (std::uint64_t& other : a.waits_for) other = in.read<std::uint64_t>();
     return a;
 }
 
@@ -163,7 +158,8 @@ void depart(PartState& part, const NewOwners& owners, std::uint64_t id, int owne
     take_out(part, catom);
     if (staying.empty()) return;
     const Catom ghost = part.add_freely(id, position, kCatomGhost, owner);
-    part.columns.unpack(ghost, tuple::Columns::Which::Exported, exports.data(), 0);
+    ByteReader in(exports, "the exports of a catom that has left");
+    part.columns.unpack(ghost, tuple::Columns::Which::Exported, in, 0);
     for (const Neighbour& n : staying) part.ensemble.link(ghost, n.port, *part.ensemble.find(n.id), n.port_there);
 }
 
@@ -171,8 +167,8 @@ void arrive(PartState& part, const Arrival& a) {
     if (const std::optional<Catom> ghost = part.ensemble.find(a.id)) take_out(part, *ghost);
     const Catom catom = part.add_freely(a.id, a.position, kCatomOwned, part.comm.part());
     if (part.reads_places) part.sensed_positions[catom] = a.sensed;
-    const std::byte* at = a.state.data();
-    part.unpack_catom(catom, at);
+    ByteReader in(a.state, "a catom that has come");
+    part.unpack_catom(catom, in);
 }
 
 void connect(PartState& part, const Arrival& a) {
@@ -181,7 +177,8 @@ void connect(PartState& part, const Arrival& a) {
         std::optional<Catom> other = part.ensemble.find(n.id);
         if (!other) {
             other = part.add_freely(n.id, n.position, kCatomGhost, n.owner);
-            part.columns.unpack(*other, tuple::Columns::Which::Exported, n.exports.data(), 0);
+            ByteReader in(n.exports, "the exports of a neighbour");
+            part.columns.unpack(*other, tuple::Columns::Which::Exported, in, 0);
         }
         if (!part.ensemble.linked(catom, n.port)) part.ensemble.link(catom, n.port, *other, n.port_there);
         part.mark(*other, kDirtyLinks);
@@ -193,13 +190,13 @@ void connect(PartState& part, const Arrival& a) {
 void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks& links) {
     const NewOwners owners = learn_owners(part, divided);
     if (owners.empty()) return;
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     const Waits waits = waits_of(divided, links);
     for (const auto& [body, owner] : divided.departed())
         pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
     std::vector<Arrival> arrivals;
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) arrivals.push_back(unpack(at));
+        for (ByteReader in(packet.bytes, "catoms that change parts"); !in.done();) arrivals.push_back(unpack(in));
 
     for (const auto& [body, owner] : divided.departed()) depart(part, owners, body, owner);
     for (const auto& [id, owner] : owners)

@@ -8,7 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
@@ -59,7 +59,7 @@ void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
 std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events,
                                                      const DividedBodies& divided) const {
     std::vector<physics::TouchEvent> mine;
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     for (const physics::TouchEvent& e : events) {
         if (e.touch.other_is_obstacle) continue;
         const int owners[] = {divided.owner_of(e.touch.body), divided.owner_of(e.touch.other)};
@@ -68,16 +68,16 @@ std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<
                 mine.push_back(e);
                 continue;
             }
-            std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owners[i])];
-            put(bytes, e.touch.body);
-            put(bytes, physics::BodyId{e.touch.other});
-            put(bytes, e.began);
+            ByteWriter& bytes = out[static_cast<std::size_t>(owners[i])];
+            bytes.write(e.touch.body);
+            bytes.write(physics::BodyId{e.touch.other});
+            bytes.write(e.began);
         }
     }
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            const auto body = take_value<physics::BodyId>(at), other = take_value<physics::BodyId>(at);
-            mine.push_back({{body, other, false}, take_value<bool>(at)});
+        for (ByteReader in(packet.bytes, "touches that begin and end"); !in.done();) {
+            const auto body = in.read<physics::BodyId>(), other = in.read<physics::BodyId>();
+            mine.push_back({{body, other, false}, in.read<bool>()});
         }
     std::sort(mine.begin(), mine.end());
     return mine;
@@ -147,35 +147,33 @@ void ContactLinks::make_offers(const PartState& part) {
 
 void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided) {
     offers_.clear();
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     const auto send = [&](physics::BodyId from, physics::BodyId to, int port) {
         const int owner = port < 0 ? part.comm.part() : divided.owner_of(to);
         if (owner == part.comm.part()) return;
         const Catom catom = *part.ensemble.find(from);
-        std::vector<std::byte>& bytes = out[static_cast<std::size_t>(owner)];
-        put(bytes, from);
-        put(bytes, to);
-        put(bytes, port);
-        put(bytes, part.ensemble.position(catom));
-        std::vector<std::byte> exports;
+        ByteWriter& bytes = out[static_cast<std::size_t>(owner)];
+        bytes.write(from);
+        bytes.write(to);
+        bytes.write(port);
+        bytes.write(part.ensemble.position(catom));
+        ByteWriter exports;
         part.columns.pack(catom, tuple::Columns::Which::Exported, exports);
-        put(bytes, static_cast<std::uint32_t>(exports.size()));
-        bytes.insert(bytes.end(), exports.begin(), exports.end());
+        bytes.write_block(exports.view());
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         send(waiting_[i].first, waiting_[i].second, offered_[i][0]);
         send(waiting_[i].second, waiting_[i].first, offered_[i][1]);
     }
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (const std::byte* at = packet.bytes.data(); at != packet.bytes.data() + packet.bytes.size();) {
-            const auto from = take_value<physics::BodyId>(at), to_us = take_value<physics::BodyId>(at);
+        for (ByteReader in(packet.bytes, "offered ports"); !in.done();) {
+            const auto from = in.read<physics::BodyId>(), to_us = in.read<physics::BodyId>();
             Offer& offer = offers_[{from, to_us}];
-            offer.port = take_value<int>(at);
+            offer.port = in.read<int>();
             offer.owner = packet.part;
-            offer.position = take_value<world::Vec3>(at);
-            const auto size = take_value<std::uint32_t>(at);
-            offer.exports.assign(at, at + size);
-            at += size;
+            offer.position = in.read<world::Vec3>();
+            const auto exports = in.read_block();
+            offer.exports.assign(exports.begin(), exports.end());
         }
 }
 
@@ -187,7 +185,8 @@ std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::B
     std::optional<Catom> ghost = part.ensemble.find(from);
     if (!ghost) {
         ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
-        part.columns.unpack(*ghost, tuple::Columns::Which::Exported, offer.exports.data(), 0);
+        ByteReader in(offer.exports, "the exports of a neighbour");
+        part.columns.unpack(*ghost, tuple::Columns::Which::Exported, in, 0);
     }
     return Side{*ghost, offer.port};
 }

@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
+#include "runtime/comm/packets.h"
 
 namespace meld::sim {
 
@@ -31,41 +32,38 @@ double load_of(const std::vector<std::uint64_t>& work) {
 std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
     std::vector<comm::Packet> packets;
     for (auto& [to, bytes] : messages)
-        if (!bytes.empty()) packets.push_back({to, std::move(bytes)});
+        if (!bytes.empty()) packets.push_back({to, bytes.take()});
     return packets;
 }
 
 }  // namespace
 
-std::vector<std::vector<std::byte>> gather_bytes(PartState& part, const std::vector<std::byte>& mine) {
-    return part.alone() ? std::vector<std::vector<std::byte>>{mine} : part.comm.allgather_any(mine);
+std::vector<std::vector<std::byte>> gather_bytes(PartState& part, ByteWriter& mine) {
+    if (!part.alone()) return part.comm.allgather_any(mine.view());
+    std::vector<std::vector<std::byte>> all;
+    all.push_back(mine.take());
+    return all;
 }
 
-std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<std::vector<std::byte>>& by_part) {
-    std::vector<comm::Packet> packets;
-    for (std::size_t to = 0; to < by_part.size(); ++to) {
-        if (by_part[to].empty()) continue;
-        MELD_EXPECT(static_cast<int>(to) != part.comm.part());
-        packets.push_back({static_cast<int>(to), std::move(by_part[to])});
-    }
-    return part.comm.exchange(std::move(packets));
+std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<ByteWriter>& by_part) {
+    return part.comm.exchange(comm::take_packets(by_part));
 }
 
 Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
     if (part.alone()) return mine;
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     if (!mine) {
-        put_text(bytes, mine.error().problem);
-        put_text(bytes, mine.error().suggestion);
-        put(bytes, mine.error().code);
+        bytes.write_string(mine.error().problem);
+        bytes.write_string(mine.error().suggestion);
+        bytes.write(mine.error().code);
     }
     for (const auto& theirs : gather_bytes(part, bytes)) {
         if (theirs.empty()) continue;
-        const std::byte* at = theirs.data();
+        ByteReader in(theirs, "the error of a process");
         Error error;
-        error.problem = take_text(at);
-        error.suggestion = take_text(at);
-        error.code = take_value<ExitCode>(at);
+        error.problem = in.read_string();
+        error.suggestion = in.read_string();
+        error.code = in.read<ExitCode>();
         return tl::unexpected<Error>(error);
     }
     return {};
@@ -92,15 +90,15 @@ int DividedBodies::owner(physics::BlockCoordinates block) const {
 DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
     for (const auto& [block, weight] : subdomain_->weights()) mine[key_of(block)] += weight;
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     for (const auto& [key, weight] : mine) {
-        put(bytes, key);
-        put(bytes, weight);
+        bytes.write(key);
+        bytes.write(weight);
     }
     for (const auto& from : gather_bytes(part, bytes))
-        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
-            const auto key = take_value<world::BrickKey>(at);
-            all[key] += take_value<std::uint32_t>(at);
+        for (ByteReader in(from, "weights of blocks"); !in.done();) {
+            const auto key = in.read<world::BrickKey>();
+            all[key] += in.read<std::uint32_t>();
         }
     return {all.begin(), all.end()};
 }
@@ -110,16 +108,16 @@ void DividedBodies::balance(PartState& part) {
     // What each part will have to do when bodies have gone where they belong.
     std::vector<std::uint64_t> mine(parts), all(parts);
     for (const auto& [block, weight] : subdomain_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     for (std::size_t p = 0; p < parts; ++p) {
         if (mine[p] == 0) continue;
-        put(bytes, p);
-        put(bytes, mine[p]);
+        bytes.write(p);
+        bytes.write(mine[p]);
     }
     for (const auto& from : gather_bytes(part, bytes))
-        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
-            const auto p = take_value<std::size_t>(at);
-            all[p] += take_value<std::uint64_t>(at);
+        for (ByteReader in(from, "work of processes"); !in.done();) {
+            const auto p = in.read<std::size_t>();
+            all[p] += in.read<std::uint64_t>();
         }
     double load = load_of(all);
     if (load > kMaxLoad) {
@@ -139,12 +137,12 @@ void DividedBodies::balance(PartState& part) {
 
 Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int substeps) {
     MELD_EXPECT(!part.alone());
-    std::vector<std::byte> wish;
-    put(wish, subdomain_->must_rebuild(step_s, substeps));
-    const std::vector<std::byte> wishes = part.comm.allgather(wish);
-    const std::byte* at = wishes.data();
+    ByteWriter wish;
+    wish.write(subdomain_->must_rebuild(step_s, substeps));
+    const std::vector<std::byte> wishes = part.comm.allgather(wish.view());
+    ByteReader in(wishes, "wishes to divide bodies anew");
     bool any = false;
-    for (int p = 0; p < part.comm.parts(); ++p) any = take_value<bool>(at) || any;
+    for (int p = 0; p < part.comm.parts(); ++p) any = in.read<bool>() || any;
     if (!any) return false;
     balance(part);
     Result<void> fine;

@@ -57,9 +57,9 @@ class DividedBodies {
 };
 
 // Gives all parts the bytes of all, in the order of parts; one part has its own.
-std::vector<std::vector<std::byte>> gather_bytes(PartState& part, const std::vector<std::byte>& mine);
+std::vector<std::vector<std::byte>> gather_bytes(PartState& part, ByteWriter& mine);
 // Sends bytes to parts by number (none to itself), and returns what came, in the order of the senders.
-std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<std::vector<std::byte>>& by_part);
+std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<ByteWriter>& by_part);
 // The first error of any part becomes that of all.
 Result<void> agree_on_error(PartState& part, const Result<void>& mine);
 

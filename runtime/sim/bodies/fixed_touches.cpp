@@ -7,15 +7,15 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
 std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m) {
     MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
     const double reach_m = 2 * max_radius_m + touch_m;
-    std::vector<std::byte> bytes;
-    for (const FixedBody& body : mine) put(bytes, body);
+    ByteWriter bytes;
+    for (const FixedBody& body : mine) bytes.write(body);
     // By cells as wide as the reach, so that who touches a body is in its cell or next to it.
     using GridCell = std::array<std::int64_t, 3>;
     std::map<GridCell, std::vector<FixedBody>> cells;
@@ -24,8 +24,8 @@ std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vecto
         return GridCell{at(p.x), at(p.y), at(p.z)};
     };
     for (const auto& from : gather_bytes(part, bytes))
-        for (const std::byte* at = from.data(); at != from.data() + from.size();) {
-            const auto body = take_value<FixedBody>(at);
+        for (ByteReader in(from, "catoms that nothing moves"); !in.done();) {
+            const auto body = in.read<FixedBody>();
             cells[cell_of(body.position_m)].push_back(body);
         }
     std::vector<physics::TouchEvent> touches;

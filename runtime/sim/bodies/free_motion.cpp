@@ -11,7 +11,7 @@
 #include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
@@ -35,8 +35,8 @@ namespace {
 
 // A region that matches no catom on any part is hardly meant.
 void warn_of_empty_groups(PartState& part, std::vector<bool> met) {
-    std::vector<std::byte> mine;
-    for (const bool some : met) put(mine, some);
+    ByteWriter mine;
+    for (const bool some : met) mine.write(some);
     for (const auto& theirs : gather_bytes(part, mine))
         for (std::size_t i = 0; i < met.size(); ++i) met[i] = met[i] || theirs[i] != std::byte{0};
     if (part.comm.part() != 0) return;
@@ -52,19 +52,19 @@ Result<void> FreeMotion::make_scene(PartState& part) {
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
     warn_of_empty_groups(part, bodies.groups_met());
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     if (part.ensemble.owned_count() > 0) {
-        put(bytes, bodies.radii());
-        for (const Surface& surface : bodies.surfaces()) put(bytes, surface);
+        bytes.write(bodies.radii());
+        for (const Surface& surface : bodies.surfaces()) bytes.write(surface);
     }
     RadiusRange radii;
     std::set<Surface> surfaces;
     for (const auto& from : gather_bytes(part, bytes)) {
         if (from.empty()) continue;
-        const std::byte* at = from.data();
-        const auto theirs = take_value<RadiusRange>(at);
+        ByteReader in(from, "radii and surfaces of bodies");
+        const auto theirs = in.read<RadiusRange>();
         radii = {radii.min > 0 ? std::min(radii.min, theirs.min) : theirs.min, std::max(radii.max, theirs.max)};
-        while (at != from.data() + from.size()) surfaces.insert(take_value<Surface>(at));
+        while (!in.done()) surfaces.insert(in.read<Surface>());
     }
     const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
     fixed_touches_ = touches_among(part, bodies.at_rest(), radii.max, touch_m);
@@ -155,19 +155,19 @@ Result<bool> FreeMotion::hand_over(PartState& part, double step_s, int substeps)
 
 void FreeMotion::finish(PartState& part) {
     if (!physics_.scene) return;
-    std::vector<std::byte> mine;
-    put(mine, bodies_);
-    put(mine, awake_);
-    put(mine, crossed_);
-    put(mine, physics_.scene->kinetic_energy_j());
+    ByteWriter mine;
+    mine.write(bodies_);
+    mine.write(awake_);
+    mine.write(crossed_);
+    mine.write(physics_.scene->kinetic_energy_j());
     bodies_ = awake_ = crossed_ = 0;
     energy_j_ = 0;
     for (const auto& from : gather_bytes(part, mine)) {
-        const std::byte* at = from.data();
-        bodies_ += take_value<std::uint64_t>(at);
-        awake_ += take_value<std::uint64_t>(at);
-        crossed_ += take_value<std::uint64_t>(at);
-        energy_j_ += take_value<double>(at);
+        ByteReader in(from, "counts of bodies");
+        bodies_ += in.read<std::uint64_t>();
+        awake_ += in.read<std::uint64_t>();
+        crossed_ += in.read<std::uint64_t>();
+        energy_j_ += in.read<double>();
     }
 }
 

@@ -1,6 +1,6 @@
 #include "runtime/sim/core/code_modules.h"
 
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
@@ -33,7 +33,7 @@ void CodeModules::run(PartState& part) {
 
 // An instance without its catom is offered to all parts; the one that owns the catom now takes it.
 void CodeModules::follow(PartState& part, Entry& entry) {
-    std::vector<std::byte> leaving;
+    ByteWriter leaving;
     for (auto it = entry.own.begin(); it != entry.own.end();) {
         const std::optional<Catom> catom = part.ensemble.find(it->first);
         if (catom && part.owned(*catom)) {
@@ -41,18 +41,16 @@ void CodeModules::follow(PartState& part, Entry& entry) {
             continue;
         }
         const std::vector<std::byte> state = it->second->save();
-        put(leaving, it->first);
-        put(leaving, static_cast<std::uint32_t>(state.size()));
-        leaving.insert(leaving.end(), state.begin(), state.end());
+        leaving.write(it->first);
+        leaving.write_block(state);
         it = entry.own.erase(it);
     }
-    for (const auto& from : part.comm.allgather_any(leaving)) {
-        const std::byte* at = from.data();
-        while (at != from.data() + from.size()) {
-            const auto id = take_value<std::uint64_t>(at);
-            const auto size = take_value<std::uint32_t>(at);
-            const std::vector<std::byte> state(at, at + size);
-            at += size;
+    for (const auto& from : part.comm.allgather_any(leaving.view())) {
+        ByteReader in(from, "hand-written modules that follow their catoms");
+        while (!in.done()) {
+            const auto id = in.read<std::uint64_t>();
+            const auto block = in.read_block();
+            const std::vector<std::byte> state(block.begin(), block.end());
             const std::optional<Catom> catom = part.ensemble.find(id);
             if (!catom || !part.owned(*catom)) continue;
             auto instance = std::move(*entry.make(*world_));

@@ -1,7 +1,7 @@
 #include "runtime/sim/core/part_state.h"
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -149,21 +149,21 @@ int PartState::owner_of(Catom catom) const {
     return ensemble.is_free() ? owners[catom] : halo->owner(ensemble.cell(catom));
 }
 
-void PartState::pack_catom(Catom catom, std::vector<std::byte>& out) const {
+void PartState::pack_catom(Catom catom, ByteWriter& out) const {
     columns.pack(catom, tuple::Columns::Which::All, out);
-    put(out, evaluator.agenda().dirty(catom));
+    out.write(evaluator.agenda().dirty(catom));
     const auto* losses = evaluator.tombstones().of(catom);
-    put(out, static_cast<u32>(losses == nullptr ? 0 : losses->size()));
+    out.write_count(losses == nullptr ? 0 : losses->size());
     if (losses != nullptr)
-        for (const auto& loss : *losses) put(out, loss);
+        for (const auto& loss : *losses) out.write(loss);
 }
 
-void PartState::unpack_catom(Catom catom, const std::byte*& from) {
-    from = columns.unpack(catom, tuple::Columns::Which::All, from, 0);
+void PartState::unpack_catom(Catom catom, ByteReader& in) {
+    columns.unpack(catom, tuple::Columns::Which::All, in, 0);
     // Timers stay behind, and so does which rows have changed: the catom is looked at now, as a whole, and sets them again.
-    mark(catom, take_value<u64>(from) | kDirtyWake | kDirtyLinks);
-    std::vector<eval::Tombstones::Entry> losses(take_value<u32>(from));
-    for (auto& loss : losses) loss = take_value<eval::Tombstones::Entry>(from);
+    mark(catom, in.read<u64>() | kDirtyWake | kDirtyLinks);
+    std::vector<eval::Tombstones::Entry> losses(in.read_count(sizeof(eval::Tombstones::Entry)));
+    for (auto& loss : losses) loss = in.read<eval::Tombstones::Entry>();
     evaluator.tombstones().restore(catom, std::move(losses));
 }
 

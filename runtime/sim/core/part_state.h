@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/parallel_for.h"
 #include "runtime/comm/communicator.h"
@@ -96,8 +97,8 @@ class PartState {
     void refresh();
 
     // All of a catom, to follow it to another part.
-    void pack_catom(Catom catom, std::vector<std::byte>& out) const;
-    void unpack_catom(Catom catom, const std::byte*& from);
+    void pack_catom(Catom catom, ByteWriter& out) const;
+    void unpack_catom(Catom catom, ByteReader& in);
 
     bool alone() const { return comm.parts() == 1; }
     bool owned(Catom catom) const { return ensemble.state(catom) == kCatomOwned; }
@@ -155,9 +156,9 @@ class PartState {
     template <class Visit>
     void listeners(Catom catom, const Visit& visit) const;
     // How parts name a catom to each other: by its cell, or where there are none by its number.
-    void put_name(std::vector<std::byte>& out, Catom catom) const;
-    Catom take_name(const std::byte*& from, int sender) const;
-    void write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const;
+    void write_name(ByteWriter& out, Catom catom) const;
+    Catom read_name(ByteReader& in, int sender) const;
+    void write_export(ByteWriter& out, Catom catom, u16 column, Pushed what) const;
     void exchange();
     // What a packet says; the facts in it are added to the arrivals, their arguments and lists to the other two.
     void receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments,
@@ -186,7 +187,7 @@ class PartState {
     };
     // [thread][destination]
     std::vector<std::vector<std::vector<Export>>> outgoing_;
-    std::vector<std::vector<std::byte>> packets_;  // [destination]
+    std::vector<ByteWriter> packets_;  // [destination]
     // What arrives in a tick, and its order; kept so that a tick allocates nothing.
     struct Delivery {
         std::vector<Arrival> arrivals;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <set>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
@@ -20,17 +20,17 @@ using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
 Counts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
     const Counts mine = world::count_bricks(world, lattice, comm.part(), comm.parts());
     if (comm.parts() == 1) return mine;
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     for (const auto& [key, count] : mine) {
-        put(bytes, key);
-        put(bytes, count);
+        bytes.write(key);
+        bytes.write(count);
     }
     Counts all;
-    for (const auto& share : comm.allgather_any(bytes)) {
-        const std::byte* at = share.data();
-        while (at != share.data() + share.size()) {
-            const auto key = take_value<world::BrickKey>(at);
-            all.emplace_back(key, take_value<std::uint32_t>(at));
+    for (const auto& share : comm.allgather_any(bytes.view())) {
+        ByteReader in(share, "the counts of bricks");
+        while (!in.done()) {
+            const auto key = in.read<world::BrickKey>();
+            all.emplace_back(key, in.read<std::uint32_t>());
         }
     }
     std::sort(all.begin(), all.end());

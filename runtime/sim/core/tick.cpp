@@ -3,8 +3,9 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/stage_clock.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/comm/packets.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 
@@ -55,9 +56,9 @@ const Totals& PartState::end_tick() {
 void PartState::end_early() {
     abi.now = last_tick;
     if (alone()) return;
-    std::vector<std::byte> mine;
-    put(mine, half_way);
-    for (const std::byte each : comm.allgather(mine)) half_way = half_way || each != std::byte{0};
+    ByteWriter mine;
+    mine.write(half_way);
+    for (const std::byte each : comm.allgather(mine.view())) half_way = half_way || each != std::byte{0};
 }
 
 void PartState::deliver(std::vector<Arrival>& arrivals) {
@@ -109,37 +110,36 @@ void PartState::listeners(Catom catom, const Visit& visit) const {
     }
 }
 
-void PartState::put_name(std::vector<std::byte>& out, Catom catom) const {
+void PartState::write_name(ByteWriter& out, Catom catom) const {
     if (ensemble.is_free())
-        put(out, ensemble.id(catom));
+        out.write(ensemble.id(catom));
     else
-        put(out, ensemble.cell(catom));
+        out.write(ensemble.cell(catom));
 }
 
-Catom PartState::take_name(const std::byte*& from, int sender) const {
+Catom PartState::read_name(ByteReader& in, int sender) const {
     if (ensemble.is_free()) {
-        const auto id = take_value<u64>(from);
+        const auto id = in.read<u64>();
         const std::optional<Catom> catom = ensemble.find(id);
         MELD_CHECK(catom.has_value(), "part {} told of catom {}, which this one does not know", sender, id);
         return *catom;
     }
-    const auto cell = take_value<Cell>(from);
+    const auto cell = in.read<Cell>();
     const std::optional<Catom> catom = ensemble.at(cell);
     MELD_CHECK(catom.has_value(), "part {} told of a cell where this one knows no catom: ({}, {}, {})", sender, cell.x, cell.y, cell.z);
     return *catom;
 }
 
-void PartState::write_export(std::vector<std::byte>& out, Catom catom, u16 column, Pushed what) const {
+void PartState::write_export(ByteWriter& out, Catom catom, u16 column, Pushed what) const {
     const bool rows = what == Pushed::Changed && columns.changes().follows(column);
-    put(out, rows ? Record::Rows : Record::Export);
-    put_name(out, catom);
-    put(out, column);
+    out.write(rows ? Record::Rows : Record::Export);
+    write_name(out, catom);
+    out.write(column);
     if (!rows) return columns.pack_column(column, catom, out);
     const RowChanges& changes = *columns.changes().of(column, catom);
-    put(out, changes.removed);
-    put(out, changes.added);
-    const auto* bytes = reinterpret_cast<const std::byte*>(&changes + 1);
-    out.insert(out.end(), bytes, bytes + std::size_t{module.columns[column].row_bytes} * (std::size_t{changes.removed} + changes.added));
+    out.write(changes.removed);
+    out.write(changes.added);
+    out.write_bytes(&changes + 1, std::size_t{module.columns[column].row_bytes} * (std::size_t{changes.removed} + changes.added));
 }
 
 // Changed exports to the parts that hold ghosts of them, and facts for catoms of other parts, a packet a destination.
@@ -156,20 +156,15 @@ void PartState::exchange() {
             arrivals.push_back({m.to, m.predicate, m.arguments});
             continue;
         }
-        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(owner_of(m.to))];
-        put(out, Record::Message);
-        put_name(out, m.to);
-        put(out, m.predicate);
+        ByteWriter& out = packets_[static_cast<std::size_t>(owner_of(m.to))];
+        out.write(Record::Message);
+        write_name(out, m.to);
+        out.write(m.predicate);
         const PredicateInfo& p = module.predicates[m.predicate];
         for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), m.arguments[i], out);
     }
-    std::vector<comm::Packet> packets;
-    for (std::size_t other = 0; other < packets_.size(); ++other) {
-        if (packets_[other].empty()) continue;
-        sent_bytes_ += packets_[other].size();
-        packets.push_back({static_cast<int>(other), std::move(packets_[other])});
-        packets_[other].clear();
-    }
+    std::vector<comm::Packet> packets = comm::take_packets(packets_);
+    for (const comm::Packet& packet : packets) sent_bytes_ += packet.bytes.size();
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     const std::vector<comm::Packet> received = comm.exchange(std::move(packets));
@@ -179,27 +174,25 @@ void PartState::exchange() {
 
 void PartState::receive(const comm::Packet& packet, std::vector<Arrival>& arrivals, std::deque<std::vector<Value>>& arguments,
                         tuple::Arena& lists) {
-    const std::byte* at = packet.bytes.data();
-    const std::byte* end = at + packet.bytes.size();
-    while (at != end) {
-        const auto record = take_value<Record>(at);
-        const Catom catom = take_name(at, packet.part);
-        const auto number = take_value<u16>(at);
+    ByteReader in(packet.bytes, "a packet of exports and messages");
+    while (!in.done()) {
+        const auto record = in.read<Record>();
+        const Catom catom = read_name(in, packet.part);
+        const auto number = in.read<u16>();
         if (record == Record::Export) {
-            at = columns.unpack_column(number, catom, at, 0);
+            columns.unpack_column(number, catom, in, 0);
             mark_neighbours(catom, module.columns[number].reader_dirty);
         } else if (record == Record::Rows) {
-            const auto removed = take_value<u32>(at), added = take_value<u32>(at);
+            const auto removed = in.read<u32>(), added = in.read<u32>();
             RowChanges* changes = columns.changes().make(number, removed, added, 0);
             const std::size_t bytes = std::size_t{module.columns[number].row_bytes} * (std::size_t{removed} + added);
-            std::memcpy(changes + 1, at, bytes);
-            at += bytes;
+            std::memcpy(changes + 1, in.read_bytes(bytes).data(), bytes);
             columns.change_rows(number, catom, changes, 0);
             mark_neighbours(catom, module.columns[number].reader_dirty);
         } else {
             const PredicateInfo& p = module.predicates[number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
-            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), at, lists);
+            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), in, lists);
             arrivals.push_back({catom, number, values.data()});
         }
     }
@@ -230,13 +223,13 @@ void PartState::agree() {
         totals = mine;
         return;
     }
-    std::vector<std::byte> bytes;
-    put(bytes, mine);
-    const std::vector<std::byte> all = comm.allgather(bytes);
+    ByteWriter bytes;
+    bytes.write(mine);
+    const std::vector<std::byte> all = comm.allgather(bytes.view());
     Totals sum;
-    const std::byte* at = all.data();
+    ByteReader in(all, "the totals of all parts");
     for (int part = 0; part < comm.parts(); ++part) {
-        const auto t = take_value<Totals>(at);
+        const auto t = in.read<Totals>();
         sum.tick.awake += t.tick.awake;
         sum.tick.derivations += t.tick.derivations;
         sum.tick.changes += t.tick.changes;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string_view>
 
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 
@@ -88,13 +88,13 @@ void Unsettled::after(PartState& part) {
             news[i].least = std::min(news[i].least, s.id);
             news[i].followed = news[i].followed || s.id == followed_[i].id;
         }
-    std::vector<std::byte> mine;
-    for (const News& n : news) put(mine, n);
-    for (std::size_t other = 0; const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
+    ByteWriter mine;
+    for (const News& n : news) mine.write(n);
+    for (std::size_t other = 0; const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
         if (static_cast<int>(other++) == part.comm.part()) continue;
-        const std::byte* at = bytes.data();
+        ByteReader in(bytes, "what changes still");
         for (News& n : news) {
-            const auto theirs = take_value<News>(at);
+            const auto theirs = in.read<News>();
             n.count += theirs.count;
             n.least = std::min(n.least, theirs.least);
             n.followed = n.followed || theirs.followed;
@@ -131,17 +131,17 @@ void Unsettled::note_changes(PartState& part, Followed& f, bool changed) {
 
 // From all parts: the catom may have moved from one to another.
 std::string Unsettled::changes_of(PartState& part, const Followed& f) const {
-    std::vector<std::byte> mine;
+    ByteWriter mine;
     for (const Change& c : f.changes) {
-        put(mine, c.tick);
-        put_text(mine, c.text);
+        mine.write(c.tick);
+        mine.write_string(c.text);
     }
     std::vector<Change> all;
-    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
-        const std::byte* at = bytes.data();
-        while (at != bytes.data() + bytes.size()) {
-            const i64 tick = take_value<i64>(at);
-            all.push_back({tick, take_text(at)});
+    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+        ByteReader in(bytes, "what changes still");
+        while (!in.done()) {
+            const i64 tick = in.read<i64>();
+            all.push_back({tick, in.read_string()});
         }
     }
     std::sort(all.begin(), all.end(), [](const Change& a, const Change& b) { return a.tick < b.tick; });
@@ -177,12 +177,12 @@ std::string Unsettled::waiting(PartState& part) const {
             if (part.owned(catom)) tuple::each_fact(module_, part.columns, part.abi.geometry, p, catom, [&](const Value*) { any = true; });
             catoms += any;
         }
-        std::vector<std::byte> mine;
-        put(mine, catoms);
+        ByteWriter mine;
+        mine.write(catoms);
         catoms = 0;
-        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
-            const std::byte* at = bytes.data();
-            catoms += take_value<u64>(at);
+        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+            ByteReader in(bytes, "what changes still");
+            catoms += in.read<u64>();
         }
         if (catoms == 0) continue;
         const std::string_view of = name.substr(0, name.find('@'));
@@ -195,12 +195,12 @@ std::string Unsettled::waiting(PartState& part) const {
 
 // A delayed view, or the end of a quarantine.
 std::string Unsettled::next_timer(PartState& part) const {
-    std::vector<std::byte> mine;
-    put(mine, part.evaluator.timers().empty() ? std::numeric_limits<i64>::max() : part.evaluator.timers().next());
+    ByteWriter mine;
+    mine.write(part.evaluator.timers().empty() ? std::numeric_limits<i64>::max() : part.evaluator.timers().next());
     i64 next = std::numeric_limits<i64>::max();
-    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
-        const std::byte* at = bytes.data();
-        next = std::min(next, take_value<i64>(at));
+    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+        ByteReader in(bytes, "what changes still");
+        next = std::min(next, in.read<i64>());
     }
     return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
 }

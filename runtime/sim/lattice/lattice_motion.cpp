@@ -6,7 +6,8 @@
 #include <algorithm>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/base/bytes.h"
+#include "runtime/comm/packets.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -92,12 +93,12 @@ std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::ve
     for (const Proposal& p : granted)
         if (p.kind == Kind::Create) births.push_back(part.ensemble.key(p.to));
     if (!part.alone() && part.totals.births_wanted > 0) {
-        std::vector<std::byte> bytes;
-        for (const CellKey key : births) put(bytes, key);
+        ByteWriter bytes;
+        for (const CellKey key : births) bytes.write(key);
         births.clear();
-        for (const auto& from : part.comm.allgather_any(bytes)) {
-            const std::byte* at = from.data();
-            while (at != from.data() + from.size()) births.push_back(take_value<CellKey>(at));
+        for (const auto& from : part.comm.allgather_any(bytes.view())) {
+            ByteReader in(from, "births");
+            while (!in.done()) births.push_back(in.read<CellKey>());
         }
     }
     std::sort(births.begin(), births.end());
@@ -154,8 +155,8 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
         if (other == me)
             mine_.push_back(change);
         else {
-            put(packets_[static_cast<std::size_t>(other)], change.kind);
-            put(packets_[static_cast<std::size_t>(other)], change.cell);
+            packets_[static_cast<std::size_t>(other)].write(change.kind);
+            packets_[static_cast<std::size_t>(other)].write(change.cell);
         }
     }
     for (const int other : part.halo->listeners(to)) {
@@ -164,22 +165,23 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
             continue;
         }
         Change change{.kind = Change::Kind::Add, .held = held_[mover], .cell = p.to, .id = p.id};
+        ByteWriter state;
         if (other == owner)
-            part.pack_catom(mover, change.state);
+            part.pack_catom(mover, state);
         else
-            part.columns.pack(mover, tuple::Columns::Which::Exported, change.state);
+            part.columns.pack(mover, tuple::Columns::Which::Exported, state);
+        change.state = state.take();
         if (other == me) {
             mine_.push_back(std::move(change));
             continue;
         }
-        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(other)];
-        put(out, change.kind);
-        put(out, change.cell);
-        put(out, change.newborn);
-        put(out, change.held);
-        put(out, change.id);
-        put(out, static_cast<std::uint32_t>(change.state.size()));
-        out.insert(out.end(), change.state.begin(), change.state.end());
+        ByteWriter& out = packets_[static_cast<std::size_t>(other)];
+        out.write(change.kind);
+        out.write(change.cell);
+        out.write(change.newborn);
+        out.write(change.held);
+        out.write(change.id);
+        out.write_block(change.state);
     }
 }
 
@@ -190,16 +192,16 @@ void LatticeMotion::tell(PartState& part, const Change& change) {
             mine_.push_back(change);
             return;
         }
-        std::vector<std::byte>& out = packets_[static_cast<std::size_t>(other)];
-        put(out, change.kind);
-        put(out, change.cell);
+        ByteWriter& out = packets_[static_cast<std::size_t>(other)];
+        out.write(change.kind);
+        out.write(change.cell);
         if (change.kind == Change::Kind::Add) {
-            put(out, change.newborn);
-            put(out, change.held);
-            put(out, change.id);
-            put(out, std::uint32_t{0});
+            out.write(change.newborn);
+            out.write(change.held);
+            out.write(change.id);
+            out.write_block({});
         } else if (change.kind == Change::Kind::Hold) {
-            put(out, change.held);
+            out.write(change.held);
         }
     };
     if (part.alone()) return send(0);
@@ -210,26 +212,20 @@ std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
     std::vector<Change> changes = std::move(mine_);
     mine_.clear();
     if (part.alone()) return changes;
-    std::vector<comm::Packet> packets;
-    for (std::size_t other = 0; other < packets_.size(); ++other) {
-        if (!packets_[other].empty()) packets.push_back({static_cast<int>(other), std::move(packets_[other])});
-        packets_[other].clear();
-    }
-    for (const comm::Packet& packet : part.comm.exchange(std::move(packets))) {
-        const std::byte* at = packet.bytes.data();
-        while (at != packet.bytes.data() + packet.bytes.size()) {
+    for (const comm::Packet& packet : part.comm.exchange(comm::take_packets(packets_))) {
+        ByteReader in(packet.bytes, "granted moves");
+        while (!in.done()) {
             Change c;
-            c.kind = take_value<Change::Kind>(at);
-            c.cell = take_value<Cell>(at);
+            c.kind = in.read<Change::Kind>();
+            c.cell = in.read<Cell>();
             if (c.kind == Change::Kind::Add) {
-                c.newborn = take_value<bool>(at);
-                c.held = take_value<std::int32_t>(at);
-                c.id = take_value<std::uint64_t>(at);
-                const auto size = take_value<std::uint32_t>(at);
-                c.state.assign(at, at + size);
-                at += size;
+                c.newborn = in.read<bool>();
+                c.held = in.read<std::int32_t>();
+                c.id = in.read<std::uint64_t>();
+                const auto state = in.read_block();
+                c.state.assign(state.begin(), state.end());
             } else if (c.kind == Change::Kind::Hold) {
-                c.held = take_value<std::int32_t>(at);
+                c.held = in.read<std::int32_t>();
             }
             changes.push_back(std::move(c));
         }
@@ -276,12 +272,12 @@ void LatticeMotion::apply_add(PartState& part, const Change& c) {
         hold(part, catom, 0);
         return;
     }
-    const std::byte* at = c.state.data();
+    ByteReader in(c.state, "a catom that has moved");
     if (ours) {
-        part.unpack_catom(catom, at);
+        part.unpack_catom(catom, in);
         part.mark(catom, kDirtyLinks | kDirtyPlace);
     } else {
-        part.columns.unpack(catom, tuple::Columns::Which::Exported, at, 0);
+        part.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
     }
 }
 
@@ -295,16 +291,16 @@ void LatticeMotion::finish(PartState& part) {
             counts[2] += part.ensemble.target(cell) && !full(part, cell);
         }
     }
-    std::vector<std::byte> bytes;
-    put(bytes, counts);
-    const std::vector<std::byte> all = part.comm.allgather(bytes);
-    const std::byte* at = all.data();
+    ByteWriter bytes;
+    bytes.write(counts);
+    const std::vector<std::byte> all = part.comm.allgather(bytes.view());
+    ByteReader in(all, "counts of the target");
     last_change_ = 0;
     for (int p = 0; p < part.comm.parts(); ++p) {
-        all_outside_ += take_value<std::int64_t>(at);
-        all_units_ += take_value<std::int64_t>(at);
-        all_missing_ += take_value<std::int64_t>(at);
-        last_change_ = std::max(last_change_, take_value<std::int64_t>(at));
+        all_outside_ += in.read<std::int64_t>();
+        all_units_ += in.read<std::int64_t>();
+        all_missing_ += in.read<std::int64_t>();
+        last_change_ = std::max(last_change_, in.read<std::int64_t>());
     }
 }
 

@@ -83,7 +83,7 @@ class LatticeMotion : public SimModule {
     const world::World& world_;
     Known known_;
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
-    std::vector<std::vector<std::byte>> packets_;                     // By destination.
+    std::vector<ByteWriter> packets_;                                 // By destination.
     std::vector<Change> mine_;                                        // Changes for this part.
     std::int64_t outside_ = 0, units_ = 0;                            // Of this part: catoms outside the target, units held.
     std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all parts, at the end.

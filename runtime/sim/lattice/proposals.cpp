@@ -3,8 +3,9 @@
 #include <bit>
 #include <map>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
-#include "runtime/sim/core/bytes.h"
+#include "runtime/comm/packets.h"
 #include "runtime/sim/lattice/around.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 
@@ -40,15 +41,15 @@ class Claims {
     std::vector<Slot> slots_;
 };
 
-void put_proposal(std::vector<std::byte>& out, const Proposals& from, const Proposal& p) {
-    put(out, p);
-    for (std::uint32_t i = 0; i < p.claim_count; ++i) put(out, from.claims[p.first_claim + i]);
+void write_proposal(ByteWriter& out, const Proposals& from, const Proposal& p) {
+    out.write(p);
+    for (std::uint32_t i = 0; i < p.claim_count; ++i) out.write(from.claims[p.first_claim + i]);
 }
 
-void take_proposal(const std::byte*& from, Proposals& to) {
-    Proposal p = take_value<Proposal>(from);
+void read_proposal(ByteReader& in, Proposals& to) {
+    Proposal p = in.read<Proposal>();
     p.first_claim = static_cast<std::uint32_t>(to.claims.size());
-    for (std::uint32_t i = 0; i < p.claim_count; ++i) to.claims.push_back(take_value<CellKey>(from));
+    for (std::uint32_t i = 0; i < p.claim_count; ++i) to.claims.push_back(in.read<CellKey>());
     to.list.push_back(p);
 }
 
@@ -229,39 +230,36 @@ Proposals LatticeMotion::share(PartState& part, const Proposals& mine) const {
     if (part.alone()) return mine;
     Proposals all;
     if (part.totals.teleports > 0) {
-        std::vector<std::byte> bytes;
-        for (const Proposal& p : mine.list) put_proposal(bytes, mine, p);
-        for (const auto& from : part.comm.allgather_any(bytes)) {
-            const std::byte* at = from.data();
-            while (at != from.data() + from.size()) take_proposal(at, all);
+        ByteWriter bytes;
+        for (const Proposal& p : mine.list) write_proposal(bytes, mine, p);
+        for (const auto& from : part.comm.allgather_any(bytes.view())) {
+            ByteReader in(from, "proposals");
+            while (!in.done()) read_proposal(in, all);
         }
         veto_teleports(part, all.list);
         return all;
     }
-    std::vector<std::vector<std::byte>> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     for (const Proposal& p : mine.list)
-        for (const int other : part.halo->around(p.from)) put_proposal(out[static_cast<std::size_t>(other)], mine, p);
-    std::vector<comm::Packet> packets;
-    for (std::size_t other = 0; other < out.size(); ++other)
-        if (!out[other].empty()) packets.push_back({static_cast<int>(other), std::move(out[other])});
+        for (const int other : part.halo->around(p.from)) write_proposal(out[static_cast<std::size_t>(other)], mine, p);
     all = mine;
-    for (const comm::Packet& packet : part.comm.exchange(std::move(packets))) {
-        const std::byte* at = packet.bytes.data();
-        while (at != packet.bytes.data() + packet.bytes.size()) take_proposal(at, all);
+    for (const comm::Packet& packet : part.comm.exchange(comm::take_packets(out))) {
+        ByteReader in(packet.bytes, "proposals");
+        while (!in.done()) read_proposal(in, all);
     }
     return all;
 }
 
 // Only the owner of a far cell knows whether it is empty.
 void LatticeMotion::veto_teleports(PartState& part, std::vector<Proposal>& all) const {
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     for (const Proposal& p : all) {
-        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) put(bytes, p.id);
+        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) bytes.write(p.id);
     }
-    for (const auto& from : part.comm.allgather_any(bytes)) {
-        const std::byte* at = from.data();
-        while (at != from.data() + from.size()) {
-            const auto id = take_value<std::uint64_t>(at);
+    for (const auto& from : part.comm.allgather_any(bytes.view())) {
+        ByteReader in(from, "proposals");
+        while (!in.done()) {
+            const auto id = in.read<std::uint64_t>();
             std::erase_if(all, [&](const Proposal& p) { return p.kind == Kind::MoveTo && p.id == id; });
         }
     }

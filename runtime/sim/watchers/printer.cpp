@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 
@@ -25,13 +26,11 @@ std::string_view text_of(Value v) {
 // The number of a catom and what it says.
 using Line = std::pair<std::uint64_t, std::string>;
 
-void unpack(const std::vector<std::byte>& bytes, std::vector<Line>& lines) {
-    const std::byte *at = bytes.data(), *end = at + bytes.size();
-    while (at != end) {
-        const auto id = take_value<std::uint64_t>(at);
-        const auto size = static_cast<std::size_t>(take_value<std::uint64_t>(at));
-        lines.emplace_back(id, std::string(reinterpret_cast<const char*>(at), size));
-        at += size;
+void unpack(std::span<const std::byte> bytes, std::vector<Line>& lines) {
+    ByteReader in(bytes, "printed lines");
+    while (!in.done()) {
+        const auto id = in.read<std::uint64_t>();
+        lines.emplace_back(id, in.read_string());
     }
 }
 
@@ -46,24 +45,22 @@ Result<void> Printer::start(PartState& part) {
 Result<void> Printer::after(PartState& part) {
     // Alike on all parts, so that all exchange or none does.
     if ((!print_ && !write_) || part.totals.actions == 0) return {};
-    std::vector<std::byte> mine;
+    ByteWriter mine;
     for (const eval::Action& a : part.actions()) {
         const bool prints = print_ && a.predicate == *print_;
         if (!prints && !(write_ && a.predicate == *write_)) continue;
         const std::uint64_t id = part.ensemble.id(a.catom);
         const std::string line = prints ? fmt::format("@{}: {}", id, text_of(a.arguments[0])) : std::string(text_of(a.arguments[0]));
-        put(mine, id);
-        put(mine, static_cast<std::uint64_t>(line.size()));
-        const auto* bytes = reinterpret_cast<const std::byte*>(line.data());
-        mine.insert(mine.end(), bytes, bytes + line.size());
+        mine.write(id);
+        mine.write_string(line);
     }
     // To part 0, which keeps its own.
     std::vector<comm::Packet> packets;
-    if (part.comm.part() != 0 && !mine.empty()) packets.push_back({0, std::move(mine)});
+    if (part.comm.part() != 0 && !mine.empty()) packets.push_back({0, mine.take()});
     if (part.comm.parts() > 1) packets = part.comm.exchange(std::move(packets));
     if (part.comm.part() != 0) return {};
     std::vector<Line> lines;
-    unpack(mine, lines);
+    unpack(mine.view(), lines);
     for (const comm::Packet& packet : packets) unpack(packet.bytes, lines);
     std::sort(lines.begin(), lines.end());
     if (!lines.empty()) clear_progress();

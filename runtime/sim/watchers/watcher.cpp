@@ -6,9 +6,9 @@
 #include <iterator>
 #include <string_view>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/progress.h"
-#include "runtime/sim/core/bytes.h"
 #include "runtime/sim/core/part_state.h"
 #include "runtime/tuple/facts.h"
 
@@ -32,21 +32,22 @@ Result<void> Watcher::begin(PartState& part) {
     if (repeats(watch_)) named_.clear();
     if (repeats(watch_all_)) everything_.clear();
     if (part.totals.actions > 0) {
-        std::vector<std::byte> mine;
+        ByteWriter mine;
         for (const eval::Action& a : part.actions()) {
             if (watch_ != a.predicate && watch_all_ != a.predicate) continue;
-            put(mine, part.ensemble.id(a.catom));
-            put(mine, watch_all_ == a.predicate);
-            put_text(mine, watch_all_ == a.predicate || a.arguments[0].list == nullptr
-                               ? std::string_view{}
-                               : std::string_view(reinterpret_cast<const char*>(a.arguments[0].list->items), a.arguments[0].list->count));
+            mine.write(part.ensemble.id(a.catom));
+            mine.write(watch_all_ == a.predicate);
+            mine.write_string(
+                watch_all_ == a.predicate || a.arguments[0].list == nullptr
+                    ? std::string_view{}
+                    : std::string_view(reinterpret_cast<const char*>(a.arguments[0].list->items), a.arguments[0].list->count));
         }
-        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine)) {
-            const std::byte* at = bytes.data();
-            while (at != bytes.data() + bytes.size()) {
-                const u64 id = take_value<u64>(at);
-                const bool all = take_value<bool>(at);
-                const std::string name = take_text(at);
+        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+            ByteReader in(bytes, "what catoms watch");
+            while (!in.done()) {
+                const u64 id = in.read<u64>();
+                const bool all = in.read<bool>();
+                const std::string name = in.read_string();
                 if (all)
                     everything_.insert(id);
                 else if (auto added = add(part, id, name); !added)
@@ -90,13 +91,13 @@ Watcher::Facts Watcher::facts_of(PartState& part, const Watch& watch) const {
 // What part 0 has not been told yet of this part's catoms. Of one that has left nothing is said: its new part says what it
 // holds, and if there is none it is gone.
 std::vector<std::byte> Watcher::changes(PartState& part) {
-    std::vector<std::byte> out;
+    ByteWriter out;
     const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
-        put(out, watch.first);
-        put(out, watch.second);
-        put(out, here);
-        put(out, facts.size());
-        for (const std::string& fact : facts) put_text(out, fact);
+        out.write(watch.first);
+        out.write(watch.second);
+        out.write(here);
+        out.write_count(facts.size());
+        for (const std::string& fact : facts) out.write_string(fact);
     };
     std::erase_if(told_, [&](const auto& told) {
         const auto catom = part.ensemble.find(told.first.first);
@@ -113,18 +114,18 @@ std::vector<std::byte> Watcher::changes(PartState& part) {
         put_facts(watch, facts, true);
         told_[watch] = std::move(facts);
     }
-    return out;
+    return out.take();
 }
 
 void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const {
-    const std::byte *at = bytes.data(), *end = at + bytes.size();
-    while (at != end) {
+    ByteReader in(bytes, "facts that are watched");
+    while (!in.done()) {
         Watch watch;
-        watch.first = take_value<u64>(at);
-        watch.second = take_value<u32>(at);
-        const bool here = take_value<bool>(at);
+        watch.first = in.read<u64>();
+        watch.second = in.read<u32>();
+        const bool here = in.read<bool>();
         Facts facts;
-        for (auto left = take_value<std::size_t>(at); left > 0; --left) facts.push_back(take_text(at));
+        for (auto left = in.read_count(sizeof(u32)); left > 0; --left) facts.push_back(in.read_string());
         if (here)
             now[watch] = std::move(facts);
         else

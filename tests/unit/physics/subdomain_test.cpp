@@ -67,7 +67,7 @@ class Divided {
             std::vector<Subdomain::Messages> sent;
             for (const auto& part : subdomains_) sent.push_back(part->pack_bodies(workers_));
             for (const auto& messages : sent)
-                for (const auto& [to, bytes] : messages) need(subdomains_[static_cast<std::size_t>(to)]->unpack_bodies(bytes));
+                for (const auto& [to, bytes] : messages) need(subdomains_[static_cast<std::size_t>(to)]->unpack_bodies(bytes.view()));
             for (const auto& part : subdomains_) part->unpacked();
             ++rebuilds;
         }
@@ -80,7 +80,7 @@ class Divided {
             for (const auto& part : subdomains_) sent.push_back(part->pack(stage));
             for (const auto& messages : sent)
                 for (const auto& [to, bytes] : messages)
-                    subdomains_[static_cast<std::size_t>(to)]->unpack(stage, bytes), sent_bytes += bytes.size();
+                    subdomains_[static_cast<std::size_t>(to)]->unpack(stage, bytes.view()), sent_bytes += bytes.size();
         }
         for (const auto& part : subdomains_) part->finish();
     }
@@ -105,7 +105,7 @@ class Divided {
         for (std::size_t i = 0; i < subdomains_.size(); ++i) sent.push_back(subdomains_[i]->pack_sums(sums[i]));
         for (const auto& messages : sent)
             for (const auto& [to, bytes] : messages)
-                subdomains_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes);
+                subdomains_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes.view());
         std::map<BodyId, double> found;
         for (std::size_t i = 0; i < subdomains_.size(); ++i)
             for (const BodyId body : scenes_[i]->bodies()) found[body] = sums[i][scenes_[i]->slot(body)].value();
@@ -191,7 +191,7 @@ TEST(Parts, HandABodyToOneThatHasNone) {
     Workers workers(1);
     auto sent = from.pack_bodies(workers);
     EXPECT_EQ(from.departed(), (std::vector<std::pair<BodyId, int>>{{4, 1}}));
-    need(to.unpack_bodies(sent.at(1)));
+    need(to.unpack_bodies(sent.at(1).view()));
     to.unpacked();
     ASSERT_TRUE(second->has(4));
     EXPECT_EQ(second->features(4).on, 1u);

@@ -130,20 +130,23 @@ TEST_F(ColumnsWithLists, PackedCatomsHaveCopiesOfTheirOwn) {
     give(Module::kName, 0, {"zero"});
     give(Module::kCount, 0, {"-3"});
     give(Module::kPath, 1, {"[9]", "replaced"});
-    std::vector<std::byte> bytes;
+    ByteWriter bytes;
     columns_->pack(0, Columns::Which::All, bytes);
     columns_->clear(0, 0);
     EXPECT_EQ(facts(Module::kPath, 0) + facts(Module::kName, 0) + facts(Module::kCount, 0), "");
-    EXPECT_EQ(columns_->unpack(1, Columns::Which::All, bytes.data(), 1), bytes.data() + bytes.size());
+    ByteReader in(bytes.view(), "a catom");
+    columns_->unpack(1, Columns::Which::All, in, 1);
+    EXPECT_TRUE(in.done());
     EXPECT_EQ(facts(Module::kPath, 1) + facts(Module::kName, 1) + facts(Module::kCount, 1),
               R"(path(@1, [], "") path(@1, [1, 2], "first") name(@1, "zero") count(@1, -3) )");
     // What the bytes say depends on the content alone.
-    std::vector<std::byte> again;
+    ByteWriter again;
     columns_->pack(1, Columns::Which::All, again);
-    EXPECT_EQ(again, bytes);
-    std::vector<std::byte> exported;
+    EXPECT_EQ(again.take(), bytes.take());
+    ByteWriter exported;
     columns_->pack(1, Columns::Which::Exported, exported);
-    columns_->unpack(2, Columns::Which::Exported, exported.data(), 0);
+    ByteReader from_exported(exported.view(), "exports");
+    columns_->unpack(2, Columns::Which::Exported, from_exported, 0);
     EXPECT_EQ(facts(Module::kName, 2), "name(@2, \"zero\") ");
     for (u32 catom = 0; catom < 4; ++catom) columns_->clear(catom, 0);
     EXPECT_EQ(list_bytes(), 0u);
