@@ -140,9 +140,9 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
             if (ids.size() <= id) ids.resize(id + 1u);
             ids[id] = true;
             bytes.write(PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
-                                  bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
-                                  bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
-                                  bodies.energy.empty() ? 0 : bodies.energy[slot]});
+                                   bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
+                                   bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
+                                   bodies.energy.empty() ? 0 : bodies.energy[slot]});
         }
         for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) bytes.write(contact);
     }
@@ -245,8 +245,8 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
             }
             const BodyVelocity& velocity = bodies.velocity[slot];
             bytes.write(PackedVelocity{id,
-                                      {velocity.linear[0], velocity.linear[1], velocity.linear[2]},
-                                      {velocity.surface[0], velocity.surface[1], velocity.surface[2]}});
+                                       {velocity.linear[0], velocity.linear[1], velocity.linear[2]},
+                                       {velocity.surface[0], velocity.surface[1], velocity.surface[2]}});
         }
     }
     return messages;

@@ -81,18 +81,18 @@ std::string text_of(const std::string& path) {
 class DigestWriter : public sim::SimModule {
   public:
     explicit DigestWriter(std::string path) : path_(std::move(path)) {}
-    Result<void> start(sim::PartState& part) override {
+    Result<void> start(sim::Subdomain& part) override {
         if (part.comm.part() != 0) return {};
         file_ = path_ == "-" ? stdout : std::fopen(path_.c_str(), "w");
         if (file_ == nullptr) return fail("cannot write " + path_, "Choose a path in a folder that exists and can be written");
         return {};
     }
-    Result<void> after(sim::PartState& part) override {
+    Result<void> after(sim::Subdomain& part) override {
         const Digest digest = record::state_digest(part);
-        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", part.abi.now, digest.to_string());
+        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", part.tick(), digest.to_string());
         return {};
     }
-    void finish(sim::PartState&) override {
+    void finish(sim::Subdomain&) override {
         if (file_ != nullptr) std::fflush(file_);
         if (file_ != nullptr && file_ != stdout) std::fclose(file_);
     }
@@ -119,11 +119,11 @@ int parts_on_this_machine(const comm::Communicator& comm) {
 }
 
 // The facts of the last tick that went well, if they are still there, and what there is to say. On every part.
-Error after_failure(sim::PartState& part, const RunOptions& options, Error error) {
+Error after_failure(sim::Subdomain& part, const RunOptions& options, Error error) {
     if (options.facts_out.empty()) return error;
-    if (part.half_way) {
+    if (part.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
-                                        error.suggestion.empty() ? "" : ".\n", part.last_tick + 1);
+                                        error.suggestion.empty() ? "" : ".\n", part.status().last_tick() + 1);
     } else if (const auto written = record::write_facts(part, options.facts_out); !written) {
         error.suggestion +=
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
@@ -172,7 +172,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (speaks && !options.quiet) progress.emplace();
     const auto begin = std::chrono::steady_clock::now();
     const auto each = [&] {
-        simulation.part().stop_requested = interrupts > 0;
+        if (interrupts > 0) simulation.part().request_stop();
         if (!progress) return;
         progress->update([&] {
             return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),

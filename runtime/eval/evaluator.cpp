@@ -7,6 +7,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/random.h"
+#include "runtime/eval/kept.h"
 #include "runtime/kernel/values.h"
 
 namespace meld::eval {
@@ -24,7 +25,7 @@ struct PendingRows {
     u32 catom;
     u16 column;
     u32 count;
-    std::size_t offset;  // Into Thread::bytes.
+    u8* rows;
 };
 struct PendingChanges {
     u32 catom;
@@ -34,7 +35,7 @@ struct PendingChanges {
 struct PendingRecord {
     u32 catom;
     u16 column;
-    std::size_t offset;
+    u8* record;
 };
 struct Loss {
     u32 catom;
@@ -46,7 +47,7 @@ struct GroupWake {
     i64 tick;
     u32 catom;
     u16 column;
-    std::size_t offset;  // Into Thread::bytes.
+    const u8* row;
 };
 struct Wake {
     i64 tick;
@@ -64,11 +65,11 @@ struct Evaluator::Thread : Eval {
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;
     std::vector<PendingChanges> row_changes;
-    std::vector<u8> bytes;
-    // Arguments are offsets into `values` until gather() makes pointers of them.
+    // Records and rows of this tick; what messages and actions say stays until the next evaluation.
+    Kept<u8> bytes;
     std::vector<Message> messages;
     std::vector<Action> actions;
-    std::vector<Value> values;
+    Kept<Value> values;
     // The lists among them, which messages and actions own until the next evaluation.
     std::vector<const List*> owned;
     u32 dropped_of = kNone32;
@@ -80,12 +81,8 @@ struct Evaluator::Thread : Eval {
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
     Failure failure;
 
-    std::size_t keep(const void* from, std::size_t count) {
-        const std::size_t at = bytes.size();
-        if (count > 0) bytes.insert(bytes.end(), static_cast<const u8*>(from), static_cast<const u8*>(from) + count);
-        return at;
-    }
-    // Adds what the group has lost earlier in this evaluation of the catom; linear rules have views settled several times.
+    u8* keep(const void* from, std::size_t size) { return bytes.copy(static_cast<const u8*>(from), size); }
+    // Adds what the group has lost earlier in this evaluation of the catom; linear rules bring views to their fixpoint several times.
     bool lost_now(u16 predicate, u64 key, bool remembered, Tombstone& memory) const {
         bool any = false;
         for (std::size_t i = losses.size(); i-- > 0 && losses[i].catom == catom;) {
@@ -96,16 +93,15 @@ struct Evaluator::Thread : Eval {
         return any;
     }
     const Value* keep_values(const Value* from, const PredicateInfo& predicate) {
-        const std::size_t at = values.size();
-        values.insert(values.end(), from, from + predicate.arity);
+        Value* const copy = values.copy(from, predicate.arity);
         for (u32 i = 0; i < predicate.arity; ++i) {
             if (predicate.fields[i].type < ValueType::String) continue;
             const List* kept = owner->columns_.lists().keep(tuple::type_of(owner->module_, predicate.fields[i]), from[i].list, number);
-            values[at + i].list = kept;
+            copy[i].list = kept;
             if (kept != nullptr) owned.push_back(kept);
             check_length(predicate.column);
         }
-        return reinterpret_cast<const Value*>(at * sizeof(Value));
+        return copy;
     }
     void release_owned() {
         for (const List* list : owned) owner->columns_.lists().release(list, number);
@@ -125,7 +121,6 @@ struct Evaluator::Thread : Eval {
         owner->columns_.release_dropped(number);
         dropped_of = catom;
     }
-    const Value* kept_values(const Value* offset) const { return values.data() + reinterpret_cast<std::uintptr_t>(offset) / sizeof(Value); }
     void new_chunk(std::size_t size) {
         chunks.push_back(std::make_unique_for_overwrite<u8[]>(size));
         arena = arena_start = chunks.back().get();
@@ -155,7 +150,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         const ColumnInfo& c = t.owner->module_.columns[column];
         if (c.exported) {
             t.records.push_back({e->catom, column, t.keep(record, c.stride)});
-            all.keep_lists(column, t.bytes.data() + t.records.back().offset, 1, t.number);
+            all.keep_lists(column, t.records.back().record, 1, t.number);
         } else {
             t.begin_write(c);
             all.set_record(column, e->catom, record, t.number);
@@ -168,7 +163,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         const ColumnInfo& c = t.owner->module_.columns[column];
         if (c.exported) {
             t.rows.push_back({e->catom, column, count, t.keep(rows, std::size_t{count} * c.row_bytes)});
-            all.keep_lists(column, t.bytes.data() + t.rows.back().offset, count, t.number);
+            all.keep_lists(column, t.rows.back().rows, count, t.number);
         } else {
             t.begin_write(c);
             all.set_rows(column, e->catom, rows, count, t.number);
@@ -227,14 +222,6 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
 // What was put aside and never delivered is dropped. The columns outlive the evaluator.
 Evaluator::~Evaluator() {
     for (auto& t : threads_) t->release_owned();
-}
-
-void Evaluator::mark_readers(const Geometry& g, u32 catom, u64 bits) {
-    const u32 site = g.catom_site[catom];
-    for (i32 port = 0; port < g.ports; ++port) {
-        const i32 other = catom_towards(g, site, port);
-        if (other >= 0) agenda_.mark(static_cast<u32>(other), bits);
-    }
 }
 
 Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
@@ -299,11 +286,11 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
     using Lists = tuple::Columns::Lists;
     t.dropped_of = kNone32;
     for (const PendingRecord& r : t.records) {
-        columns_.set_record(r.column, r.catom, t.bytes.data() + r.offset, thread, Lists::HandOver);
+        columns_.set_record(r.column, r.catom, r.record, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
     for (const PendingRows& r : t.rows) {
-        columns_.set_rows(r.column, r.catom, t.bytes.data() + r.offset, r.count, thread, Lists::HandOver);
+        columns_.set_rows(r.column, r.catom, r.rows, r.count, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
     for (const PendingChanges& r : t.row_changes) {
@@ -324,8 +311,6 @@ void Evaluator::gather(const Part& part) {
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
         statistics_.messages += t->messages.size();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
-        for (Message& m : t->messages) m.arguments = t->kept_values(m.arguments);
-        for (Action& a : t->actions) a.arguments = t->kept_values(a.arguments);
         if (unsorted_.empty())
             unsorted_.swap(t->messages);
         else
@@ -334,7 +319,7 @@ void Evaluator::gather(const Part& part) {
         for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
         for (const Wake& w : t->wakes) timers_.add(part.now, w.tick, w.catom, w.dirty);
         for (const GroupWake& w : t->group_wakes)
-            timers_.add_group(part.now, w.tick, w.catom, w.column, t->bytes.data() + w.offset, module_.columns[w.column].row_bytes);
+            timers_.add_group(part.now, w.tick, w.catom, w.column, w.row, module_.columns[w.column].row_bytes);
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();

@@ -53,6 +53,7 @@ class Evaluator {
     Tombstones& tombstones() { return tombstones_; }
     const Tombstones& tombstones() const { return tombstones_; }
     Timers& timers() { return timers_; }
+    const Timers& timers() const { return timers_; }
 
     // Told of every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
@@ -62,13 +63,10 @@ class Evaluator {
     Failure evaluate(Part& part, const OnExport& on_export);
 
     // What the last evaluation sent and asked for, ordered by (receiver, sender, sequence) and by catom id.
-    std::vector<Message>& messages() { return messages_; }
-    std::vector<Action>& actions() { return actions_; }
+    const std::vector<Message>& messages() const { return messages_; }
+    const std::vector<Action>& actions() const { return actions_; }
     const Statistics& statistics() const { return statistics_; }
     u32 greatest_rank() const { return greatest_rank_; }
-
-    // Marks the neighbours of a catom after its exported column changed.
-    void mark_readers(const Geometry& g, u32 catom, u64 bits);
 
   private:
     struct Thread;

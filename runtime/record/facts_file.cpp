@@ -25,7 +25,7 @@ struct Lines {
 };
 
 // The facts of one predicate on this part, by id and then by arguments, as packed bytes: id, length, text.
-std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
+std::vector<std::byte> facts_of(sim::Subdomain& part, u32 predicate) {
     const PredicateInfo& p = part.module.predicates[predicate];
     std::vector<std::pair<u64, sim::Catom>> order;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
@@ -36,7 +36,7 @@ std::vector<std::byte> facts_of(sim::PartState& part, u32 predicate) {
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
         facts.clear();
-        tuple::each_fact(part.module, part.columns, part.abi.geometry, predicate, catom,
+        tuple::each_fact(part.module, part.columns, part.geometry(), predicate, catom,
                          [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
         if (facts.empty()) continue;
         std::sort(facts.begin(), facts.end(),
@@ -115,7 +115,7 @@ void merge(const std::vector<std::vector<std::byte>>& parts, WholeFile& file) {
 
 }  // namespace
 
-Result<void> write_facts(sim::PartState& part, const std::string& path) {
+Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
     part.refresh();
     std::vector<u32> order;
     for (u32 i = 0; i < part.module.predicate_count; ++i)
@@ -150,7 +150,7 @@ Result<void> write_facts(sim::PartState& part, const std::string& path) {
 namespace {
 
 // Of a cell its key, of a place anywhere all its bits.
-u64 place_of(const sim::PartState& part, sim::Catom catom) {
+u64 place_of(const sim::Subdomain& part, sim::Catom catom) {
     if (!part.ensemble.is_free()) return part.lattice.key(part.ensemble.cell(catom));
     u64 hash = 0;
     for (const double x : part.ensemble.position(catom)) hash = hash_combine(hash, std::bit_cast<u64>(x + 0.0));
@@ -159,7 +159,7 @@ u64 place_of(const sim::PartState& part, sim::Catom catom) {
 
 }  // namespace
 
-Digest state_digest(sim::PartState& part) {
+Digest state_digest(sim::Subdomain& part) {
     part.refresh();
     Digest digest;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
@@ -171,7 +171,7 @@ Digest state_digest(sim::PartState& part) {
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
             const u64 start = hash_combine(name, part.ensemble.id(c));
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, i, c,
+            tuple::each_fact(part.module, part.columns, part.geometry(), i, c,
                              [&](const Value* v) { digest.add(tuple::hash_arguments(part.module, p, start, v)); });
         }
     }

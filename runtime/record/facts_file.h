@@ -5,7 +5,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::record {
 
@@ -13,11 +13,11 @@ namespace meld::record {
 // writes, all parts call. Auxiliary predicates and actions are left out. The file appears when it is complete;
 // "-" is standard output.
 // Errors: the file cannot be written. Cost: the facts of one predicate at a time pass through part 0.
-Result<void> write_facts(sim::PartState& part, const std::string& path);
+Result<void> write_facts(sim::Subdomain& part, const std::string& path);
 
 // A digest of all facts that write_facts would write, and of where every catom stands; the same on every part.
 // Cost: all facts.
-Digest state_digest(sim::PartState& part);
+Digest state_digest(sim::Subdomain& part);
 
 // Whether a file can be written at this path: nobody should learn that at the end of a long run.
 Result<void> check_writable(const std::string& path);

@@ -45,10 +45,10 @@ void Marks::start(const ModuleInfo& module) {
     draw_line_ = tuple::find_action(module, "drawLine", 1);
 }
 
-void Marks::collect(sim::PartState& part) {
+void Marks::collect(sim::Subdomain& part) {
     // What passes is of the last tick before a step.
     std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
-    const i64 now = part.abi.now;
+    const i64 now = part.tick();
     for (const eval::Action& a : part.actions()) {
         const u64 id = part.ensemble.id(a.catom);
         if (set_color_number_ == a.predicate) new_colours_[id] = {now, numbered_colour(a.arguments[0].integer)};

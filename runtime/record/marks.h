@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::record {
 
@@ -23,7 +23,7 @@ class Marks {
     bool lines() const { return draw_line_.has_value(); }
 
     // After a tick, on every part: what was asked for in it.
-    void collect(sim::PartState& part);
+    void collect(sim::Subdomain& part);
     // Moves what has been collected since the last call into `out`; receive() reads it on the writing part, of all parts in
     // any order, and begin_step() before the first.
     void send(ByteWriter& out);

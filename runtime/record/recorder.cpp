@@ -17,7 +17,7 @@ namespace meld::record {
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
     : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
 
-Result<void> Recorder::start(sim::PartState& part) {
+Result<void> Recorder::start(sim::Subdomain& part) {
     std::vector<std::string_view> known;
     for (u32 i = 0; i < part.module.predicate_count; ++i)
         if (!part.module.predicates[i].auxiliary && part.module.predicates[i].column != kNone16)
@@ -41,7 +41,8 @@ Result<void> Recorder::start(sim::PartState& part) {
     marks_.start(part.module);
     info_.lines = marks_.lines();
     for (const Recorded& r : recorded_)
-        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) || (r.name == "diameter" && part.diameter_of))
+        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) ||
+            (r.name == "diameter" && part.has_diameters()))
             return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
     ByteWriter outcome;
@@ -61,15 +62,15 @@ Result<void> Recorder::start(sim::PartState& part) {
     return write(part);
 }
 
-Result<void> Recorder::after(sim::PartState& part) {
+Result<void> Recorder::after(sim::Subdomain& part) {
     marks_.collect(part);
-    if (part.abi.now % every_ != 0) return {};
+    if (part.tick() % every_ != 0) return {};
     return write(part);
 }
 
-void Recorder::finish(sim::PartState& part) {
+void Recorder::finish(sim::Subdomain& part) {
     Result<void> done;
-    if (last_step_ != part.abi.now && !part.half_way) done = write(part);
+    if (last_step_ != part.tick() && !part.status().half_way()) done = write(part);
     if (!file_) return;
     const Result<void> closed = file_->close();
     if (!done || !closed)
@@ -101,12 +102,12 @@ struct Recorder::Step {
 
 // What the first fact of the predicate has as its first argument. Where there is no such fact a number is -1, a vector is
 // not a number, a text is empty; a predicate without arguments is 1 or 0.
-void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const {
+void Recorder::put_value(sim::Subdomain& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const {
     const PredicateInfo& p = part.module.predicates[recorded.predicate];
     const bool plain = p.arity == 0;
     bool found = false;
     Value first{};
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, recorded.predicate, catom, [&](const Value* v) {
+    tuple::each_fact(part.module, part.columns, part.geometry(), recorded.predicate, catom, [&](const Value* v) {
         if (!found && !plain) first = v[0];
         found = true;
     });
@@ -130,12 +131,12 @@ void Recorder::put_value(sim::PartState& part, const Recorded& recorded, sim::Ca
 }
 
 // What this part's catoms have drawn; then its catoms, each with its position and values.
-std::vector<std::byte> Recorder::pack(sim::PartState& part) {
+std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
     ByteWriter out;
     marks_.send(out);
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
-        out.write(Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter_of ? part.diameter_of(c) : 1});
+        out.write(Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter(c)});
         for (const Recorded& r : recorded_) put_value(part, r, c, out);
     }
     return out.take();
@@ -200,11 +201,11 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all) {
+Result<void> Recorder::write_step(sim::Subdomain& part, const std::vector<std::vector<std::byte>>& all) {
     Step step;
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
-    if (part.diameter_of) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
+    if (part.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     for (std::size_t i = 0; i < recorded_.size(); ++i) {
         const Recorded& r = recorded_[i];
@@ -214,12 +215,12 @@ Result<void> Recorder::write_step(sim::PartState& part, const std::vector<std::v
             arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(),
                               r.as == As::Vector ? 3 : 1});
     }
-    return file_->step(static_cast<double>(part.abi.now), step.positions, step.ids, arrays, lines_between(step.ids));
+    return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids));
 }
 
 // Part 0 gets everything and writes it.
-Result<void> Recorder::write(sim::PartState& part) {
-    last_step_ = part.abi.now;
+Result<void> Recorder::write(sim::Subdomain& part) {
+    last_step_ = part.tick();
     std::vector<std::byte> mine = pack(part);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;

@@ -9,7 +9,7 @@
 #include "runtime/record/marks.h"
 #include "runtime/record/recording.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::record {
 
@@ -17,9 +17,9 @@ class Recorder : public sim::SimModule {
   public:
     // predicates: names of predicates whose first argument after the catom is recorded (1 or 0 where it has none).
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
-    Result<void> start(sim::PartState& part) override;
-    Result<void> after(sim::PartState& part) override;
-    void finish(sim::PartState& part) override;
+    Result<void> start(sim::Subdomain& part) override;
+    Result<void> after(sim::Subdomain& part) override;
+    void finish(sim::Subdomain& part) override;
     std::string outcome() const override { return outcome_; }
 
   private:
@@ -31,12 +31,12 @@ class Recorder : public sim::SimModule {
         As as;
     };
     struct Step;
-    Result<void> write(sim::PartState& part);
-    void put_value(sim::PartState& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const;
-    std::vector<std::byte> pack(sim::PartState& part);
+    Result<void> write(sim::Subdomain& part);
+    void put_value(sim::Subdomain& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const;
+    std::vector<std::byte> pack(sim::Subdomain& part);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
-    Result<void> write_step(sim::PartState& part, const std::vector<std::vector<std::byte>>& all);
+    Result<void> write_step(sim::Subdomain& part, const std::vector<std::vector<std::byte>>& all);
 
     std::string path_;
     int every_;

@@ -8,7 +8,7 @@
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 #include "runtime/sim/watchers/thermometer.h"
 #include "runtime/tuple/facts.h"
@@ -20,13 +20,13 @@ namespace {
 // Catoms stand still. It says so where a program wanted them to move.
 class NoMotion : public SimModule {
   public:
-    Result<void> after(PartState& part) override {
+    Result<void> after(Subdomain& part) override {
         static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn", "moveAround"};
         for (const eval::Action& a : part.actions())
             refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
         return {};
     }
-    void finish(PartState& part) override {
+    void finish(Subdomain& part) override {
         ByteWriter bytes;
         bytes.write(refused_);
         const std::vector<std::byte> all = part.comm.allgather(bytes.view());
@@ -89,7 +89,7 @@ Registry Registry::standard() {
 
 std::uint64_t CatomView::id() const { return part_.ensemble.id(catom_); }
 world::Vec3 CatomView::position() const { return part_.ensemble.position(catom_); }
-std::int64_t CatomView::tick() const { return part_.abi.now; }
+std::int64_t CatomView::tick() const { return part_.tick(); }
 
 namespace {
 

@@ -21,7 +21,7 @@ double cpu_seconds() {
 
 Simulation::Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm,
                        int threads)
-    : part_(module, world, target, comm, threads) {}
+    : part_(module, world, target, comm, threads), tick_(part_) {}
 
 template <class Call>
 Result<void> Simulation::each_module(const Call& call) {
@@ -63,22 +63,19 @@ Result<void> Simulation::start(const Registry& registry) {
     return {};
 }
 
-Result<void> Simulation::tick() {
-    part_.begin_tick();
+Result<void> Simulation::run_tick() {
+    tick_.begin();
     const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(part_) : Result<void>{}; };
     {
         const StageClock clock(modules_s_);
         if (auto done = each_module(step); !done) return done;
     }
-    part_.happen();
+    tick_.change_given();
     if (!codes_.empty()) codes_.run(part_);
     if (unsettled_) unsettled_->before(part_);
-    const Totals& t = part_.end_tick();
+    const Totals& t = tick_.end();
     if (unsettled_) unsettled_->after(part_);
-    // A catom whose rules trap stops in their midst, and the others do not.
-    part_.half_way = t.failure.trap != Trap::None;
-    if (!part_.half_way) part_.last_tick = part_.abi.now;
-    summary_.ticks = part_.abi.now;
+    summary_.ticks = part_.tick();
     summary_.catoms = t.catoms;
     summary_.evaluations += t.tick.awake;
     summary_.derivations += t.tick.derivations;
@@ -88,7 +85,7 @@ Result<void> Simulation::tick() {
     summary_.sent_bytes += t.sent_bytes;
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
     // How far the others came in such a tick depends on the parts, so nobody may look at it.
-    if (part_.half_way) return {};
+    if (part_.status().half_way()) return {};
     return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(part_) : Result<void>{}; });
 }
 
@@ -99,9 +96,9 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
     const bool may_end = codes_.empty() || limits.ticks < 0;
     summary_.ending = Ending::Ticks;
-    while (part_.abi.now < most) {
-        if (limits.ticks < 0 && !unsettled_ && part_.abi.now >= most - Unsettled::kTicks) unsettled_.emplace(part_.module);
-        if (auto done = tick(); !done) {
+    while (part_.tick() < most) {
+        if (limits.ticks < 0 && !unsettled_ && part_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(part_.module);
+        if (auto done = run_tick(); !done) {
             result = done;
             break;
         }
@@ -130,7 +127,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         result = fail("the run did not settle within " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->tell(part_),
                       ExitCode::LimitHit);
-    if (!result) part_.end_early();
+    if (!result) tick_.end_early();
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
             module->finish(part_);
@@ -140,8 +137,8 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     for (const auto* list : {&modules_, &extra_})
         for (const auto& module : *list)
             for (auto& stage : module->stages()) summary_.stage_seconds.push_back(std::move(stage));
-    summary_.stage_seconds.emplace_back("evaluation", part_.evaluation_s);
-    summary_.stage_seconds.emplace_back("exchange", part_.exchange_s);
+    summary_.stage_seconds.emplace_back("evaluation", tick_.evaluation_s());
+    summary_.stage_seconds.emplace_back("exchange", tick_.exchange_s());
     summary_.run_seconds = wall_seconds() - wall;
     summary_.cpu_seconds = cpu_seconds() - cpu;
     return result;

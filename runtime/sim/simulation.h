@@ -11,7 +11,8 @@
 #include "runtime/base/error.h"
 #include "runtime/sim/core/code_modules.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/core/tick.h"
 #include "runtime/sim/core/unsettled.h"
 
 namespace meld::sim {
@@ -55,18 +56,19 @@ class Simulation {
     // message names rule, catom and tick.
     Result<void> run(const RunLimits& limits, const std::function<void()>& each);
 
-    PartState& part() { return part_; }
+    Subdomain& part() { return part_; }
     Summary& summary() { return summary_; }
     // What the modules say about the run right now.
     std::string status() const;
 
   private:
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
-    Result<void> tick();
+    Result<void> run_tick();
     template <class Call>
     Result<void> each_module(const Call& call);
 
-    PartState part_;
+    Subdomain part_;
+    Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     CodeModules codes_;
     std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to settle.

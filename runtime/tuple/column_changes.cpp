@@ -120,14 +120,14 @@ void Columns::erase_row(u32 column, u32 catom, u32 at) {
     std::memmove(head.data + at * size, head.data + (at + 1) * size, (head.count - at) * size);
 }
 
-void Columns::tell_added(u32 column, u32 catom, const void* row, int pool) {
+void Columns::note_added(u32 column, u32 catom, const void* row, int pool) {
     if (!changes_.follows(column)) return;
     RowChanges* changes = changes_.make(column, 0, 1, pool);
     std::memcpy(changes + 1, row, module_.columns[column].row_bytes);
     changes_.note(column, catom, changes, pool);
 }
 
-void Columns::tell_woken(u32 column, u32 catom, const void* row, int pool) {
+void Columns::note_woken(u32 column, u32 catom, const void* row, int pool) {
     RowChanges* changes = changes_.make(column, 0, 1, pool);
     changes->added = 0;
     changes->woken = 1;

@@ -50,9 +50,9 @@ class Columns {
     // The same, telling the catom's readers which rows are others now, where the column follows rows.
     void replace_rows(u32 column, u32 catom, const void* rows, u32 count, int pool);
     // Tells the catom's readers of a row that is new.
-    void tell_added(u32 column, u32 catom, const void* row, int pool);
+    void note_added(u32 column, u32 catom, const void* row, int pool);
     // Tells the catom itself of a group to be looked at again.
-    void tell_woken(u32 column, u32 catom, const void* row, int pool);
+    void note_woken(u32 column, u32 catom, const void* row, int pool);
     // Applies changes of rows and tells the readers. Rows that are gone already or there already change nothing.
     void change_rows(u32 column, u32 catom, RowChanges* changes, int pool);
     ChangeLog& changes() { return changes_; }

@@ -220,7 +220,7 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     std::memset(row, 0, c.row_bytes);
     for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], row, arguments[i]);
     columns.insert_row(p.column, catom, at, row, pool);
-    columns.tell_added(p.column, catom, row, pool);
+    columns.note_added(p.column, catom, row, pool);
     return true;
 }
 

@@ -46,10 +46,10 @@ void row(const char* what, const Work& ours, const Work& hand) {
 }
 
 void check(Run& run, const HandGradient& hand, u32 dist) {
-    sim::PartState& part = run.part();
+    sim::Subdomain& part = run.part();
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         std::uint32_t ours = 0xffffffff;
-        tuple::each_fact(part.module, part.columns, part.abi.geometry, dist, c,
+        tuple::each_fact(part.module, part.columns, part.geometry(), dist, c,
                          [&](const Value* v) { ours = static_cast<std::uint32_t>(v[0].integer); });
         if (ours != hand.value(c)) {
             std::fprintf(stderr, "catom %u: %u by the program, %u by hand\n", c, ours, hand.value(c));

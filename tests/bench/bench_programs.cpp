@@ -31,8 +31,8 @@ void give(Run& run, const char* name, sim::Catom catom, std::vector<Value> argum
 // The only fact of a predicate that a catom holds.
 std::vector<Value> fact(Run& run, std::uint32_t id, sim::Catom catom) {
     std::vector<Value> out;
-    sim::PartState& part = run.part();
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, id, catom,
+    sim::Subdomain& part = run.part();
+    tuple::each_fact(part.module, part.columns, part.geometry(), id, catom,
                      [&](const Value* v) { out.assign(v, v + part.module.predicates[id].arity); });
     if (out.empty()) differs(part.module.predicates[id].name, catom, NAN, 0);
     return out;
@@ -90,7 +90,7 @@ void diffuse(const std::string& folder, int side) {
     const auto hand = [&](Run& run) {
         std::vector<double> now(run.part().ensemble.index_count());
         for (sim::Catom a = 0; a < now.size(); ++a) now[a] = start(a);
-        return hand_diffuse(run.part().abi.geometry, std::move(now), 20, 0.0625);
+        return hand_diffuse(run.part().geometry(), std::move(now), 20, 0.0625);
     };
     measure(c, prepare, hand, [](Run& run, const std::vector<double>& made) {
         for (sim::Catom a = 0; a < made.size(); ++a)
@@ -105,7 +105,7 @@ void pagerank(const std::string& folder, int side, double enough) {
     std::snprintf(what, sizeof what, "PageRank, %d catoms, to %g", side * side * side, enough);
     const Case c{what, folder + "/pagerank_async.meld", box("cubic", side, side, side, setting), 0.11};
     measure(
-        c, [](Run&) {}, [&](Run& run) { return hand_pagerank(run.part().abi.geometry, run.part().ensemble.index_count(), 0.85, enough); },
+        c, [](Run&) {}, [&](Run& run) { return hand_pagerank(run.part().geometry(), run.part().ensemble.index_count(), 0.85, enough); },
         [&](Run& run, const Ranks& made) {
             for (sim::Catom a = 0; a < made.rank.size(); ++a) {
                 same("rank", a, fact(run, predicate(run, "rank", 1), a)[0].real, made.rank[a]);
@@ -128,7 +128,7 @@ void beliefs(const std::string& folder, int side) {
     const auto hand = [&](Run& run) {
         std::vector<int> colours(run.part().ensemble.index_count());
         for (sim::Catom a = 0; a < colours.size(); ++a) colours[a] = seen(run, a);
-        return hand_beliefs(run.part().abi.geometry, colours, 12, 1.6, 1.2);
+        return hand_beliefs(run.part().geometry(), colours, 12, 1.6, 1.2);
     };
     measure(c, prepare, hand, [](Run& run, const std::vector<Belief>& made) {
         for (sim::Catom a = 0; a < made.size(); ++a) {
@@ -144,7 +144,7 @@ void queens(const std::string& folder, int n) {
                  0.43};
     const auto end = [](Run& run, bool first) {
         sim::Catom found = 0;
-        const sim::PartState& part = run.part();
+        const sim::Subdomain& part = run.part();
         for (sim::Catom a = 1; a < part.ensemble.index_count(); ++a)
             if ((part.ensemble.position(a)[0] < part.ensemble.position(found)[0]) == first) found = a;
         return found;

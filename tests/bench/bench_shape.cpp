@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
         std::string world = "lattice = \"cubic\"\n[[body]]\nshape = \"box(" + s + "," + s + "," + s + ")\"\n[target]\nshape = \"" +
                             size.target + "\"\ncells = \"mass\"\n[motion]\nkind = \"lattice\"\ncapacity = 1\n";
         Run run(argv[1], world);
-        sim::PartState& part = run.part();
+        sim::Subdomain& part = run.part();
         sim::Catom seed = 0;
         double nearest = 1e300;
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {

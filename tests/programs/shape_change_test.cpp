@@ -25,13 +25,13 @@ class Invariants : public sim::SimModule {
   public:
     Invariants(std::uint64_t mass, std::vector<Digest>& digests) : mass_(mass), digests_(digests) {}
 
-    Result<void> after(sim::PartState& part) override {
+    Result<void> after(sim::Subdomain& part) override {
         ByteWriter mine;
         const u32 holds = part.module.predicates[*tuple::find_predicate(part.module, "holds", 1)].base;
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
             std::int64_t held = 0;
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, holds, c, [&](const Value* v) { held = v[0].integer; });
+            tuple::each_fact(part.module, part.columns, part.geometry(), holds, c, [&](const Value* v) { held = v[0].integer; });
             mine.write(part.ensemble.cell(c));
             mine.write(held);
             mine.write(part.ensemble.target(part.ensemble.cell(c)));
@@ -48,8 +48,8 @@ class Invariants : public sim::SimModule {
                 mass += 1 + static_cast<std::uint64_t>(held);
                 outside += !in.read<bool>();
             }
-        EXPECT_EQ(mass, mass_) << "in tick " << part.abi.now;
-        EXPECT_EQ(pieces(part.lattice, cells), 1) << "in tick " << part.abi.now;
+        EXPECT_EQ(mass, mass_) << "in tick " << part.tick();
+        EXPECT_EQ(pieces(part.lattice, cells), 1) << "in tick " << part.tick();
         const Digest digest = record::state_digest(part);
         if (part.comm.part() == 0) digests_.push_back(digest);
         return {};

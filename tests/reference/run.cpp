@@ -8,6 +8,7 @@
 #include "model.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/record/facts_file.h"
+#include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/values.h"
 #include "runtime/world/target.h"
@@ -39,7 +40,7 @@ Value value_at(tuple::Type type, meld::Value v) {
     return value_of(std::move(items));
 }
 
-Found collect(sim::PartState& part, const check::Program& program) {
+Found collect(sim::Subdomain& part, const check::Program& program) {
     Found found{Facts(program.predicates.count()), std::vector<Bag>(program.predicates.count())};
     for (const PredicateId id : program.predicates.ids()) {
         const check::Predicate& p = program.predicates[id];
@@ -48,7 +49,7 @@ Found collect(sim::PartState& part, const check::Program& program) {
         const PredicateInfo& info = part.module.predicates[*index];
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, *index, c, [&](const meld::Value* v) {
+            tuple::each_fact(part.module, part.columns, part.geometry(), *index, c, [&](const meld::Value* v) {
                 Row row{value_of(static_cast<std::int64_t>(part.ensemble.id(c)))};
                 for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(part.module, info.fields[i]), v[i]));
                 if (p.linear())
@@ -123,7 +124,7 @@ class Watcher {
     }
 
     // Linear rules and what is certain in every tick. Returns the trouble.
-    std::string compare_tick(std::int64_t now, sim::PartState& part, bool trapped) {
+    std::string compare_tick(std::int64_t now, sim::Subdomain& part, bool trapped) {
         if (!linear_) return "";
         ticks_.step(scene(now));
         if (ticks_.ran_away()) return "";
@@ -147,7 +148,7 @@ class Watcher {
     }
 
     // All views, where nothing changes any more.
-    std::string compare_model(std::int64_t now, sim::PartState& part) {
+    std::string compare_model(std::int64_t now, sim::Subdomain& part) {
         const Found found = collect(part, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
@@ -221,15 +222,15 @@ struct Shared {
 enum class End { Quiet, Restless, Failed };
 
 // One burst.
-End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::size_t burst) {
+End settle(sim::Subdomain& part, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::size_t burst) {
     const bool speaks = part.comm.part() == 0;
-    changes.begin_burst(burst, part.abi.now);
-    if (s.watcher) s.watcher->begin_burst(burst, part.abi.now);
+    changes.begin_burst(burst, part.tick());
+    if (s.watcher) s.watcher->begin_burst(burst, part.tick());
     for (int patience = s.linear ? kLinearPatience : kPatience; patience > 0; patience -= changes.done()) {
-        part.begin_tick();
+        tick.begin();
         static_cast<void>(changes.step(part));
-        if (s.watcher) s.watcher->change(part.abi.now);
-        const sim::Totals& totals = part.end_tick();
+        if (s.watcher) s.watcher->change(part.tick());
+        const sim::Totals& totals = tick.end();
         const bool trapped = totals.failure.trap != Trap::None;
         const State state{record::state_digest(part), totals.tick.derivations};
         // After an error some catoms have been evaluated and others not.
@@ -240,8 +241,8 @@ End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::s
             return End::Failed;
         }
         if (s.watcher) {
-            s.outcome.trouble = s.watcher->compare_tick(part.abi.now, part, trapped);
-            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.abi.now))
+            s.outcome.trouble = s.watcher->compare_tick(part.tick(), part, trapped);
+            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.tick()))
                 s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(part.module, totals.failure);
             if (!s.outcome.trouble.empty()) return End::Failed;
@@ -258,14 +259,15 @@ End settle(sim::PartState& part, retraction::Changes& changes, Shared& s, std::s
 }
 
 void run_part(comm::Communicator& comm, Shared& s) {
-    sim::PartState part(s.module, s.world, s.target, comm, s.setting.threads);
+    sim::Subdomain part(s.module, s.world, s.target, comm, s.setting.threads);
     if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
+    sim::Tick tick(part);
     retraction::Changes changes(s.trial.world, s.trial.draft.given);
     for (std::size_t burst = 0; burst < s.trial.world.bursts.size(); ++burst) {
-        const End end = settle(part, changes, s, burst);
+        const End end = settle(part, tick, changes, s, burst);
         if (end == End::Failed) return;
         if (end == End::Restless || s.watcher == nullptr) continue;
-        s.outcome.trouble = s.watcher->compare_model(part.abi.now, part);
+        s.outcome.trouble = s.watcher->compare_model(part.tick(), part);
         if (!s.outcome.trouble.empty()) return;
     }
 }

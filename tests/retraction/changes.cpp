@@ -10,11 +10,11 @@
 namespace meld::retraction {
 
 using sim::Catom;
-using sim::PartState;
+using sim::Subdomain;
 
-Result<void> Changes::step(PartState& part) {
+Result<void> Changes::step(Subdomain& part) {
     const std::vector<Change>& burst = case_.bursts[burst_];
-    for (; next_ < burst.size() && start_ + burst[next_].tick < part.abi.now; ++next_) {
+    for (; next_ < burst.size() && start_ + burst[next_].tick < part.tick(); ++next_) {
         const Change& change = burst[next_];
         const std::uint64_t id = change.kind == Change::Kind::Add   ? mirror_.next_id
                                  : mirror_.at.contains(change.cell) ? mirror_.at.at(change.cell)
@@ -25,7 +25,7 @@ Result<void> Changes::step(PartState& part) {
     return {};
 }
 
-void Changes::apply(PartState& part, const Change& change, std::uint64_t id) {
+void Changes::apply(Subdomain& part, const Change& change, std::uint64_t id) {
     switch (change.kind) {
         case Change::Kind::Give:
         case Change::Kind::Take:
@@ -40,7 +40,7 @@ void Changes::apply(PartState& part, const Change& change, std::uint64_t id) {
     }
 }
 
-void Changes::give_or_take(PartState& part, const Given& given, const Change& change) {
+void Changes::give_or_take(Subdomain& part, const Given& given, const Change& change) {
     const auto catom = part.ensemble.at(change.cell);
     if (!catom || !part.owned(*catom)) return;
     const auto predicate = tuple::find_predicate(part.module, given.predicate, change.arguments.size());
@@ -60,7 +60,7 @@ void Changes::give_or_take(PartState& part, const Given& given, const Change& ch
         part.take(base, *catom, values.data());
 }
 
-void Changes::add(PartState& part, std::uint64_t id, Cell cell) {
+void Changes::add(Subdomain& part, std::uint64_t id, Cell cell) {
     const bool ours = part.halo->owner(cell) == part.comm.part();
     const std::vector<int> parts = part.halo->listeners(cell);
     if (!ours && std::find(parts.begin(), parts.end(), part.comm.part()) == parts.end()) return;
@@ -70,7 +70,7 @@ void Changes::add(PartState& part, std::uint64_t id, Cell cell) {
 
 // As LatticeMotion relocates a catom: it keeps its index within a part; between parts all of it is sent to the new owner,
 // and to those that only see it what it exports.
-void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
+void Changes::move(Subdomain& part, std::uint64_t id, Cell from, Cell to) {
     const int me = part.comm.part(), old_owner = part.halo->owner(from), owner = part.halo->owner(to);
     const std::optional<Catom> known = part.ensemble.at(from);
     std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
@@ -81,11 +81,11 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
             if (other == owner)
                 part.pack_catom(*known, bytes);
             else
-                part.columns.pack(*known, tuple::Columns::Which::Exported, bytes);
+                part.pack_exports(*known, bytes);
         }
     }
     ByteWriter exports;
-    if (me == old_owner && me != owner) part.columns.pack(*known, tuple::Columns::Which::Exported, exports);
+    if (me == old_owner && me != owner) part.pack_exports(*known, exports);
     if (me == old_owner && me == owner) {
         part.move_catom(*known, to);
     } else if (known) {
@@ -98,7 +98,7 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
     if (me == old_owner && me != owner && sees) {
         const Catom ghost = part.add_catom(id, to, kCatomGhost);
         ByteReader in(exports.view(), "the exports of a catom that has left");
-        part.columns.unpack(ghost, tuple::Columns::Which::Exported, in, 0);
+        part.unpack_exports(ghost, in);
     }
     for (const comm::Packet& packet : received) {
         const Catom catom = part.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
@@ -107,7 +107,7 @@ void Changes::move(PartState& part, std::uint64_t id, Cell from, Cell to) {
             part.unpack_catom(catom, in);
             part.mark(catom, kDirtyLinks | kDirtyPlace);
         } else {
-            part.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
+            part.unpack_exports(catom, in);
         }
     }
 }

@@ -4,7 +4,7 @@
 
 #include "case.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::retraction {
 
@@ -21,13 +21,13 @@ class Changes : public sim::SimModule {
     // This change happens in the book alone.
     void lose(const Change* change) { lost_ = change; }
 
-    Result<void> step(sim::PartState& part) override;
+    Result<void> step(sim::Subdomain& part) override;
 
   private:
-    void apply(sim::PartState& part, const Change& change, std::uint64_t id);
-    static void give_or_take(sim::PartState& part, const Given& given, const Change& change);
-    static void add(sim::PartState& part, std::uint64_t id, Cell cell);
-    static void move(sim::PartState& part, std::uint64_t id, Cell from, Cell to);
+    void apply(sim::Subdomain& part, const Change& change, std::uint64_t id);
+    static void give_or_take(sim::Subdomain& part, const Given& given, const Change& change);
+    static void add(sim::Subdomain& part, std::uint64_t id, Cell cell);
+    static void move(sim::Subdomain& part, std::uint64_t id, Cell from, Cell to);
 
     const Case& case_;
     Mirror mirror_;

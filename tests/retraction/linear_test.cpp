@@ -3,16 +3,17 @@
 
 #include "compiled.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
 
 namespace meld::retraction {
 namespace {
 
-bool holds(const sim::PartState& part, const char* predicate, sim::Catom catom) {
+bool holds(const sim::Subdomain& part, const char* predicate, sim::Catom catom) {
     bool any = false;
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, *tuple::find_predicate(part.module, predicate, 0), catom,
+    tuple::each_fact(part.module, part.columns, part.geometry(), *tuple::find_predicate(part.module, predicate, 0), catom,
                      [&](const Value*) { any = true; });
     return any;
 }
@@ -29,12 +30,13 @@ TEST(LinearRules, DoNotEndAQuarantine) {
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     ASSERT_TRUE(target) << target.error().message();
     const auto comm = comm::make_single();
-    sim::PartState part(info_of(*module), world, *target, *comm, 1);
+    sim::Subdomain part(info_of(*module), world, *target, *comm, 1);
     ASSERT_TRUE(part.populate());
     const auto base = [&](const char* name) { return part.module.predicates[*tuple::find_predicate(part.module, name, 0)].base; };
+    sim::Tick ticks(part);
     const auto tick = [&] {
-        part.begin_tick();
-        part.end_tick();
+        ticks.begin();
+        ticks.end();
     };
     part.give(base("source"), 0, nullptr);
     for (int i = 0; i < 5; ++i) tick();

@@ -8,7 +8,8 @@
 
 #include "compiled.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
 
@@ -38,8 +39,9 @@ class Locality : public testing::Test {
         Result<world::Target> target = world::Target::make(world_, world::Lattice(world_.lattice));
         ASSERT_TRUE(target) << target.error().message();
         target_ = std::make_unique<world::Target>(std::move(*target));
-        part_ = std::make_unique<sim::PartState>(info_of(*module_), world_, *target_, *comm_, 1);
+        part_ = std::make_unique<sim::Subdomain>(info_of(*module_), world_, *target_, *comm_, 1);
         ASSERT_TRUE(part_->populate());
+        tick_ = std::make_unique<sim::Tick>(*part_);
         source_ = part_->module.predicates[*tuple::find_predicate(part_->module, "source", 0)].base;
         set_source({0, 0, 0}, true);
         settled_ = settle();
@@ -54,8 +56,8 @@ class Locality : public testing::Test {
         Cost cost;
         bool busy = true;
         while (busy && cost.ticks < 10'000) {
-            part_->begin_tick();
-            const sim::Totals& totals = part_->end_tick();
+            tick_->begin();
+            const sim::Totals& totals = tick_->end();
             ++cost.ticks;
             cost.evaluations += totals.tick.awake;
             cost.changes += totals.tick.changes;
@@ -75,7 +77,8 @@ class Locality : public testing::Test {
     std::unique_ptr<comm::Communicator> comm_ = comm::make_single();
     std::unique_ptr<Module> module_;
     std::unique_ptr<world::Target> target_;
-    std::unique_ptr<sim::PartState> part_;
+    std::unique_ptr<sim::Subdomain> part_;
+    std::unique_ptr<sim::Tick> tick_;
     u32 source_ = 0;
     Cost settled_;
 };

@@ -9,6 +9,7 @@
 #include "changes.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/record/facts_file.h"
+#include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
 
@@ -20,13 +21,13 @@ namespace {
 constexpr int kPatience = 2000;
 
 // The facts of this part's catoms, of predicates that users see.
-void collect(sim::PartState& part, Facts& out) {
+void collect(sim::Subdomain& part, Facts& out) {
     for (u32 p = 0; p < part.module.predicate_count; ++p) {
         const PredicateInfo& info = part.module.predicates[p];
         if (info.auxiliary || info.column == kNone16 || info.kind != PredicateKind::Persistent) continue;
         for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
             if (!part.owned(c)) continue;
-            tuple::each_fact(part.module, part.columns, part.abi.geometry, p, c, [&](const Value* v) {
+            tuple::each_fact(part.module, part.columns, part.geometry(), p, c, [&](const Value* v) {
                 Row row{static_cast<std::int64_t>(part.ensemble.id(c))};
                 for (u32 i = 0; i < info.arity; ++i) row.push_back(v[i].integer);
                 out[info.name].insert(row);
@@ -36,7 +37,7 @@ void collect(sim::PartState& part, Facts& out) {
 }
 
 // All words that an owned catom's columns hold, ranks among them, and its tombstones that still matter.
-Digest deep_digest(sim::PartState& part) {
+Digest deep_digest(sim::Subdomain& part) {
     Digest digest;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
@@ -57,7 +58,7 @@ Digest deep_digest(sim::PartState& part) {
             for (u32 r = 0; r < head.count; ++r) rank(head.data + std::size_t{r} * part.module.columns[info.column].row_bytes);
         }
         digest.add(hash);
-        const auto* losses = part.evaluator.tombstones().of(c);
+        const auto* losses = part.tombstones().of(c);
         for (std::size_t i = 0; losses != nullptr && i < losses->size(); ++i) {
             const auto& l = (*losses)[i];
             digest.add(hash_combine(hash_combine(hash_combine(hash, l.key), l.least_rank), static_cast<u64>(l.time) + l.predicate));
@@ -151,21 +152,21 @@ void compare(Shared& s, std::size_t burst) {
 }
 
 // One burst to quiescence; false: it never came.
-bool settle(sim::PartState& part, Changes& changes, Shared& s, std::size_t burst) {
+bool settle(sim::Subdomain& part, sim::Tick& tick, Changes& changes, Shared& s, std::size_t burst) {
     const bool speaks = part.comm.part() == 0;
-    changes.begin_burst(burst, part.abi.now);
+    changes.begin_burst(burst, part.tick());
     for (int patience = kPatience; patience > 0; --patience) {
-        part.begin_tick();
+        tick.begin();
         static_cast<void>(changes.step(part));
-        if (s.setting.no_quarantine) part.abi.latency = 0;
-        const sim::Totals& totals = part.end_tick();
+        if (s.setting.no_quarantine) tick.set_latency(0);
+        const sim::Totals& totals = tick.end();
         const Digest state = record::state_digest(part);
         const Digest deep = s.setting.deep ? deep_digest(part) : Digest{};
         if (speaks) {
             s.outcome.states.push_back(state);
             if (s.setting.deep) s.outcome.states.push_back(deep);
             s.outcome.derivations += totals.tick.derivations;
-            s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, part.evaluator.tombstones().count());
+            s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, part.tombstones().count());
             s.outcome.exchanges += totals.sent_bytes > 0;
             s.outcome.quarantines += totals.waiting && !totals.awake;
             if (totals.failure.trap != Trap::None) s.outcome.trouble = eval::describe(part.module, totals.failure);
@@ -178,13 +179,14 @@ bool settle(sim::PartState& part, Changes& changes, Shared& s, std::size_t burst
 }
 
 void run_part(comm::Communicator& comm, Shared& s) {
-    sim::PartState part(s.module, s.world, s.target, comm, s.setting.threads);
+    sim::Subdomain part(s.module, s.world, s.target, comm, s.setting.threads);
     if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
+    sim::Tick tick(part);
     Changes changes(s.c, s.program.given);
     changes.lose(s.lost);
     const bool speaks = comm.part() == 0;
     for (std::size_t burst = 0; burst < s.c.bursts.size(); ++burst) {
-        const bool quiet = settle(part, changes, s, burst);
+        const bool quiet = settle(part, tick, changes, s, burst);
         Facts& mine = s.facts[static_cast<std::size_t>(comm.part())];
         mine.clear();
         collect(part, mine);

@@ -9,7 +9,7 @@
 
 namespace meld::sim {
 
-void BodyActions::start(const PartState& part, const world::World& world) {
+void BodyActions::start(const Subdomain& part, const world::World& world) {
     world_ = &world;
     const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
     magnet_ = find("magnet", 2);
@@ -26,7 +26,7 @@ void BodyActions::start(const PartState& part, const world::World& world) {
     if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
 }
 
-physics::Vec3 BodyActions::vector_of(const PartState& part, const eval::Action& action) {
+physics::Vec3 BodyActions::vector_of(const Subdomain& part, const eval::Action& action) {
     const Value* v = action.arguments;
     if (part.module.predicates[action.predicate].arity == 3) return {v[0].real, v[1].real, v[2].real};
     const List* list = v[0].list;
@@ -39,7 +39,7 @@ BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
     return applied_.back();
 }
 
-Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+Result<void> BodyActions::take(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided) {
     acting_ = part.totals.actions > 0;
     if (!acting_) return {};
     switched_.clear();
@@ -67,7 +67,7 @@ Result<void> BodyActions::take(PartState& part, PhysicsScene& physics, const Div
 }
 
 // Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
-void BodyActions::notify_holders(PartState& part, const DividedBodies& divided, bool switches) {
+void BodyActions::notify_holders(Subdomain& part, const DividedBodies& divided, bool switches) {
     std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     const auto notify = [&](const auto& record, bool is_switch) {
         for (const int holder : divided.holders_of(record.body)) {
@@ -88,7 +88,7 @@ void BodyActions::notify_holders(PartState& part, const DividedBodies& divided, 
         }
 }
 
-void BodyActions::follow(PartState& part, const DividedBodies& divided) {
+void BodyActions::follow(Subdomain& part, const DividedBodies& divided) {
     const auto& departed = divided.departed();
     const auto new_owner = [&](physics::BodyId body) {
         const auto at = std::lower_bound(departed.begin(), departed.end(), std::pair{body, 0});
@@ -101,13 +101,12 @@ void BodyActions::follow(PartState& part, const DividedBodies& divided) {
         return owner != part.comm.part();
     });
     for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();)
-            applied_.push_back(in.read<AppliedWrench>());
+        for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();) applied_.push_back(in.read<AppliedWrench>());
     notify_holders(part, divided, false);
 }
 
 // magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
-bool BodyActions::switch_feature(PartState& part, const PhysicsScene& physics, const eval::Action& action) {
+bool BodyActions::switch_feature(Subdomain& part, const PhysicsScene& physics, const eval::Action& action) {
     const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
     if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
     const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
@@ -154,12 +153,12 @@ Result<void> BodyActions::release(physics::Scene& scene) {
     return done;
 }
 
-void BodyActions::report_failed(PartState& part, Catom catom, Code code) {
+void BodyActions::report_failed(Subdomain& part, Catom catom, Code code) {
     if (!failed_) return;
     Value value{};
     value.integer = static_cast<i64>(code);
     part.give(*failed_, catom, &value);
-    part.half_way = true;
+    part.note_change();
 }
 
 }  // namespace meld::sim

@@ -6,7 +6,7 @@
 
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
@@ -15,12 +15,12 @@ class BodyActions {
     // Also the codes that `failed` carries (stdlib/prelude.meld).
     enum class Code : std::int64_t { Magnet = 20, Latch = 21 };
 
-    void start(const PartState& part, const world::World& world);
+    void start(const Subdomain& part, const world::World& world);
     // Switches features and collects the wrenches of this tick. Parts that hold a ghost of the body are notified. Every
     // part calls it; `divided` where there are several.
-    Result<void> take(PartState& part, PhysicsScene& physics, const DividedBodies* divided);
+    Result<void> take(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided);
     // After bodies have changed hands within the tick: wrenches follow them. Every part calls it.
-    void follow(PartState& part, const DividedBodies& divided);
+    void follow(Subdomain& part, const DividedBodies& divided);
     // Before each step of the tick: sets the wrenches, with the torques that bring rolling catoms to their angular velocities.
     // Errors: a wrench that is not finite.
     Result<void> apply(physics::Scene& scene, double step_s);
@@ -43,13 +43,13 @@ class BodyActions {
         physics::BodyId body;
         physics::SwitchedFeatures features;
     };
-    static physics::Vec3 vector_of(const PartState& part, const eval::Action& action);
+    static physics::Vec3 vector_of(const Subdomain& part, const eval::Action& action);
     AppliedWrench& applied_to(physics::BodyId body);
-    bool switch_feature(PartState& part, const PhysicsScene& physics, const eval::Action& action);
-    void notify_holders(PartState& part, const DividedBodies& divided, bool switches);
+    bool switch_feature(Subdomain& part, const PhysicsScene& physics, const eval::Action& action);
+    void notify_holders(Subdomain& part, const DividedBodies& divided, bool switches);
     template <class Act>
     Result<void> each_applied(const physics::Scene& scene, const Act& act);
-    void report_failed(PartState& part, Catom catom, Code code);
+    void report_failed(Subdomain& part, Catom catom, Code code);
 
     const world::World* world_ = nullptr;
     std::optional<u32> magnet_, latch_, failed_;

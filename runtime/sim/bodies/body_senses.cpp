@@ -16,7 +16,7 @@ namespace {
 // Whole bricks of the ensemble, whose bits for the target one worker writes.
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
-std::optional<u32> stored(const PartState& part, const char* name, std::size_t arity) {
+std::optional<u32> stored(const Subdomain& part, const char* name, std::size_t arity) {
     const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
     if (!p || part.module.predicates[*p].base == kNone16) return std::nullopt;
     const u16 base = part.module.predicates[*p].base;
@@ -39,14 +39,14 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
 
 }  // namespace
 
-void BodySenses::find_sensor(const PartState& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
+void BodySenses::find_sensor(const Subdomain& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
     if (const auto base = stored(part, name, arity))
         sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
 }
 
-bool BodySenses::senses_acceleration(const PartState& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
+bool BodySenses::senses_acceleration(const Subdomain& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
 
-Result<void> BodySenses::start(PartState& part, const world::World& world) {
+Result<void> BodySenses::start(Subdomain& part, const world::World& world) {
     world_ = &world;
     const world::SenseOptions& s = world.physics.sense;
     const auto reads = [&](const char* name, std::size_t arity) {
@@ -70,7 +70,7 @@ Result<void> BodySenses::start(PartState& part, const world::World& world) {
     return {};
 }
 
-void BodySenses::note_obstacles(PartState& part, std::span<const physics::TouchEvent> events) {
+void BodySenses::note_obstacles(Subdomain& part, std::span<const physics::TouchEvent> events) {
     if (!touches_obstacle_) return;
     for (const physics::TouchEvent& e : events) {
         if (!e.touch.other_is_obstacle) continue;
@@ -84,7 +84,7 @@ void BodySenses::note_obstacles(PartState& part, std::span<const physics::TouchE
     }
 }
 
-void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodies* divided) {
+void BodySenses::sense(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided) {
     if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; }))
         sum_normal_forces(part, *physics.scene, divided);
     const auto count = static_cast<Catom>(part.ensemble.index_count());
@@ -101,29 +101,29 @@ void BodySenses::sense(PartState& part, PhysicsScene& physics, const DividedBodi
     });
 }
 
-void BodySenses::sum_normal_forces(PartState& part, const physics::Scene& scene, const DividedBodies* divided) {
+void BodySenses::sum_normal_forces(Subdomain& part, const physics::Scene& scene, const DividedBodies* divided) {
     scene.sum_normal_forces(normal_force_n_, part.workers);
     if (divided != nullptr) divided->complete(part, normal_force_n_);
 }
 
-void BodySenses::sense_catom(PartState& part, const physics::Scene& scene, Catom catom, int worker) const {
+void BodySenses::sense_catom(Subdomain& part, const physics::Scene& scene, Catom catom, int worker) const {
     MELD_EXPECT(catom < part.ensemble.index_count(), "catom {} of {}", catom, part.ensemble.index_count());
     if (part.ensemble.state(catom) == kCatomFree) return;
     const auto body = static_cast<physics::BodyId>(part.ensemble.id(catom));
     const physics::BodyState state = scene.state(body);
     const world::Vec3 here = to_diameters(*world_, state.position_m);
     u64 news = 0;
-    if (part.ensemble.place(catom, here)) news |= kDirtyPlace;
+    if (part.place(catom, here)) news |= kDirtyPlace;
     if (!part.owned(catom)) return;
     const double enough = world_->physics.sense.position;
-    if (part.reads_places && square_distance(here, part.sensed_positions[catom]) > enough * enough) {
-        part.sensed_positions[catom] = here;
+    if (part.senses_positions() && square_distance(here, part.sensed_position(catom)) > enough * enough) {
+        part.sense_position(catom, here);
         news |= kDirtyPlace;
     }
     for (const Sensor& sensor : sensors_) {
         const tuple::Numbers now = measure(scene, sensor.quantity, body, state);
         if (!differs(sensor, tuple::read_numbers(part.module, part.columns, sensor.predicate, catom), now)) continue;
-        tuple::give_numbers(part.module, part.columns, sensor.predicate, catom, now, worker);
+        part.give_numbers(sensor.predicate, catom, now, worker);
         news |= sensor.dirty;
     }
     if (news != 0) part.mark_shared(catom, news);
@@ -163,9 +163,9 @@ bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const
 }
 
 // Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
-void BodySenses::write_contacts(PartState& part, const PhysicsScene& physics, Catom catom, int worker) const {
+void BodySenses::write_contacts(Subdomain& part, const PhysicsScene& physics, Catom catom, int worker) const {
     std::vector<std::pair<u64, i64>> last, now;
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, *touches_at_, catom,
+    tuple::each_fact(part.module, part.columns, part.geometry(), *touches_at_, catom,
                      [&](const Value* v) { last.emplace_back(v[0].catom, v[1].integer); });
     const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
     const world::Vec3 here = part.ensemble.position(catom);
@@ -186,11 +186,9 @@ void BodySenses::write_contacts(PartState& part, const PhysicsScene& physics, Ca
         return v;
     };
     for (const auto& fact : last)
-        if (!std::binary_search(now.begin(), now.end(), fact))
-            tuple::take_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+        if (!std::binary_search(now.begin(), now.end(), fact)) part.take_shared(*touches_at_, catom, values(fact).data(), worker);
     for (const auto& fact : now)
-        if (!std::binary_search(last.begin(), last.end(), fact))
-            tuple::give_fact(part.module, part.columns, *touches_at_, catom, values(fact).data(), worker);
+        if (!std::binary_search(last.begin(), last.end(), fact)) part.give_shared(*touches_at_, catom, values(fact).data(), worker);
     part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
 }
 

@@ -39,14 +39,14 @@ std::vector<std::byte> read_bytes(ByteReader& in) {
     return {block.begin(), block.end()};
 }
 
-std::vector<std::byte> exports_of(const PartState& part, Catom catom) {
+std::vector<std::byte> exports_of(const Subdomain& part, Catom catom) {
     ByteWriter bytes;
-    part.columns.pack(catom, tuple::Columns::Which::Exported, bytes);
+    part.pack_exports(catom, bytes);
     return bytes.take();
 }
 
 // All that leave their parts now, wherever.
-NewOwners learn_owners(PartState& part, const DividedBodies& divided) {
+NewOwners learn_owners(Subdomain& part, const DividedBodies& divided) {
     ByteWriter bytes;
     for (const auto& [body, owner] : divided.departed()) {
         bytes.write(std::uint64_t{body});
@@ -61,12 +61,12 @@ NewOwners learn_owners(PartState& part, const DividedBodies& divided) {
     return owners;
 }
 
-int owner_after(const PartState& part, const NewOwners& owners, Catom catom) {
+int owner_after(const Subdomain& part, const NewOwners& owners, Catom catom) {
     const auto moved = owners.find(part.ensemble.id(catom));
-    return moved == owners.end() ? part.owners[catom] : moved->second;
+    return moved == owners.end() ? part.owner_of(catom) : moved->second;
 }
 
-std::vector<Neighbour> neighbours_of(const PartState& part, const NewOwners& owners, Catom catom) {
+std::vector<Neighbour> neighbours_of(const Subdomain& part, const NewOwners& owners, Catom catom) {
     std::vector<Neighbour> found;
     for (int port = 0; port < kMaxPorts; ++port) {
         const std::optional<Catom> other = part.ensemble.linked(catom, port);
@@ -94,7 +94,7 @@ Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
     return waits;
 }
 
-void pack(const PartState& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
+void pack(const Subdomain& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
     const std::uint64_t id = part.ensemble.id(catom);
     out.write(id);
     out.write(part.ensemble.position(catom));
@@ -137,7 +137,7 @@ Arrival unpack(ByteReader& in) {
 }
 
 // Takes a catom out; ghosts that only it touched go too, and those that stay look at their links again.
-void take_out(PartState& part, Catom catom) {
+void take_out(Subdomain& part, Catom catom) {
     std::vector<Catom> others;
     for (int port = 0; port < kMaxPorts; ++port)
         if (const std::optional<Catom> other = part.ensemble.linked(catom, port)) others.push_back(*other);
@@ -149,7 +149,7 @@ void take_out(PartState& part, Catom catom) {
 }
 
 // A catom of ours that has gone stays as a ghost where a catom that stays touches it.
-void depart(PartState& part, const NewOwners& owners, std::uint64_t id, int owner) {
+void depart(Subdomain& part, const NewOwners& owners, std::uint64_t id, int owner) {
     const Catom catom = *part.ensemble.find(id);
     std::vector<Neighbour> staying = neighbours_of(part, owners, catom);
     std::erase_if(staying, [&](const Neighbour& n) { return n.owner != part.comm.part() || !part.owned(*part.ensemble.find(n.id)); });
@@ -159,35 +159,35 @@ void depart(PartState& part, const NewOwners& owners, std::uint64_t id, int owne
     if (staying.empty()) return;
     const Catom ghost = part.add_freely(id, position, kCatomGhost, owner);
     ByteReader in(exports, "the exports of a catom that has left");
-    part.columns.unpack(ghost, tuple::Columns::Which::Exported, in, 0);
-    for (const Neighbour& n : staying) part.ensemble.link(ghost, n.port, *part.ensemble.find(n.id), n.port_there);
+    part.unpack_exports(ghost, in);
+    for (const Neighbour& n : staying) part.restore_link(ghost, n.port, *part.ensemble.find(n.id), n.port_there);
 }
 
-void arrive(PartState& part, const Arrival& a) {
+void arrive(Subdomain& part, const Arrival& a) {
     if (const std::optional<Catom> ghost = part.ensemble.find(a.id)) take_out(part, *ghost);
     const Catom catom = part.add_freely(a.id, a.position, kCatomOwned, part.comm.part());
-    if (part.reads_places) part.sensed_positions[catom] = a.sensed;
+    if (part.senses_positions()) part.sense_position(catom, a.sensed);
     ByteReader in(a.state, "a catom that has come");
     part.unpack_catom(catom, in);
 }
 
-void connect(PartState& part, const Arrival& a) {
+void connect(Subdomain& part, const Arrival& a) {
     const Catom catom = *part.ensemble.find(a.id);
     for (const Neighbour& n : a.neighbours) {
         std::optional<Catom> other = part.ensemble.find(n.id);
         if (!other) {
             other = part.add_freely(n.id, n.position, kCatomGhost, n.owner);
             ByteReader in(n.exports, "the exports of a neighbour");
-            part.columns.unpack(*other, tuple::Columns::Which::Exported, in, 0);
+            part.unpack_exports(*other, in);
         }
-        if (!part.ensemble.linked(catom, n.port)) part.ensemble.link(catom, n.port, *other, n.port_there);
+        if (!part.ensemble.linked(catom, n.port)) part.restore_link(catom, n.port, *other, n.port_there);
         part.mark(*other, kDirtyLinks);
     }
 }
 
 }  // namespace
 
-void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks& links) {
+void migrate_catoms(Subdomain& part, const DividedBodies& divided, ContactLinks& links) {
     const NewOwners owners = learn_owners(part, divided);
     if (owners.empty()) return;
     std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
@@ -200,7 +200,7 @@ void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks&
 
     for (const auto& [body, owner] : divided.departed()) depart(part, owners, body, owner);
     for (const auto& [id, owner] : owners)
-        if (const std::optional<Catom> ghost = part.ensemble.find(id)) part.owners[*ghost] = owner;
+        if (const std::optional<Catom> ghost = part.ensemble.find(id)) part.set_owner(*ghost, owner);
     for (const Arrival& a : arrivals) arrive(part, a);
     for (const Arrival& a : arrivals) connect(part, a);
     std::vector<ContactLinks::Pair> waiting;

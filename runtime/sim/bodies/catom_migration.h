@@ -4,11 +4,11 @@
 
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
 // After bodies have changed hands; every part calls it.
-void migrate_catoms(PartState& part, const DividedBodies& divided, ContactLinks& links);
+void migrate_catoms(Subdomain& part, const DividedBodies& divided, ContactLinks& links);
 
 }  // namespace meld::sim

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/give_back.h"
 #include "runtime/base/bytes.h"
+#include "runtime/base/give_back.h"
 
 namespace meld::sim {
 
@@ -19,21 +19,21 @@ constexpr std::size_t kFewPairs = 4096;
 static_assert(kMaxPorts <= 16, "promised ports are bits of 16");
 
 // Our catom with this number, if there is one.
-std::optional<Catom> ours(const PartState& part, physics::BodyId id) {
+std::optional<Catom> ours(const Subdomain& part, physics::BodyId id) {
     const std::optional<Catom> catom = part.ensemble.find(id);
     return catom && part.owned(*catom) ? catom : std::nullopt;
 }
 
 }  // namespace
 
-void forget_if_lonely(PartState& part, Catom ghost) {
+void forget_if_lonely(Subdomain& part, Catom ghost) {
     if (part.owned(ghost)) return;
     for (int port = 0; port < kMaxPorts; ++port)
         if (part.ensemble.linked(ghost, port)) return;
     part.remove_freely(ghost);
 }
 
-void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
+void ContactLinks::note(Subdomain& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
     std::vector<physics::TouchEvent> shared;
     if (divided != nullptr) found = shared = share(part, found, *divided);
     std::vector<Pair> begun, ended;
@@ -47,7 +47,7 @@ void ContactLinks::note(PartState& part, std::span<const physics::TouchEvent> fo
     begin(std::move(begun));
 }
 
-void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
+void ContactLinks::connect(Subdomain& part, const DividedBodies* divided) {
     // An exchange is for all, also for those who have nothing to say.
     if (waiting_.empty() && divided == nullptr) return;
     make_offers(part);
@@ -56,7 +56,7 @@ void ContactLinks::connect(PartState& part, const DividedBodies* divided) {
 }
 
 // The part that owns a pair's block sees its events; it sends them to the owners of both catoms.
-std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<const physics::TouchEvent> events,
+std::vector<physics::TouchEvent> ContactLinks::share(Subdomain& part, std::span<const physics::TouchEvent> events,
                                                      const DividedBodies& divided) const {
     std::vector<physics::TouchEvent> mine;
     std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
@@ -83,18 +83,13 @@ std::vector<physics::TouchEvent> ContactLinks::share(PartState& part, std::span<
     return mine;
 }
 
-void ContactLinks::end(PartState& part, const std::vector<Pair>& ended) {
+void ContactLinks::end(Subdomain& part, const std::vector<Pair>& ended) {
     for (const Pair& pair : ended) {
         if (std::binary_search(waiting_.begin(), waiting_.end(), pair)) continue;
         const std::optional<Catom> a = part.ensemble.find(pair.first), b = part.ensemble.find(pair.second);
-        const std::optional<int> port = a && b ? part.ensemble.port_towards(*a, *b) : std::nullopt;
-        MELD_CHECK(port.has_value(), "catoms {} and {} part and were never linked", pair.first, pair.second);
-        part.ensemble.unlink(*a, *port);
-        part.half_way = true;
-        for (const Catom catom : {*a, *b}) {
-            part.mark(catom, kDirtyLinks);
-            forget_if_lonely(part, catom);
-        }
+        MELD_CHECK(a && b, "catoms @{} and @{} part and are not known", pair.first, pair.second);
+        part.unlink(*a, *b);
+        for (const Catom catom : {*a, *b}) forget_if_lonely(part, catom);
     }
     if (!waiting_.empty()) std::erase_if(waiting_, [&](const Pair& pair) { return std::binary_search(ended.begin(), ended.end(), pair); });
 }
@@ -111,14 +106,14 @@ void ContactLinks::begin(std::vector<Pair> begun) {
     waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
 }
 
-void ContactLinks::change_hands(const PartState& part, const std::vector<Pair>& arrived) {
+void ContactLinks::change_hands(const Subdomain& part, const std::vector<Pair>& arrived) {
     std::vector<Pair> sorted = arrived;
     std::sort(sorted.begin(), sorted.end());
     begin(std::move(sorted));
     std::erase_if(waiting_, [&](const Pair& pair) { return !ours(part, pair.first) && !ours(part, pair.second); });
 }
 
-int ContactLinks::lowest_free_port(const PartState& part, Catom catom) {
+int ContactLinks::lowest_free_port(const Subdomain& part, Catom catom) {
     MELD_EXPECT(catom < taken_.size(), "catom {} of {}", catom, taken_.size());
     for (int port = 0; port < kMaxPorts; ++port) {
         if ((taken_[catom] >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
@@ -128,7 +123,7 @@ int ContactLinks::lowest_free_port(const PartState& part, Catom catom) {
     return -1;
 }
 
-void ContactLinks::make_offers(const PartState& part) {
+void ContactLinks::make_offers(const Subdomain& part) {
     offered_.assign(waiting_.size(), {-1, -1});
     taken_.resize(part.ensemble.index_count());
     const auto offer = [&](std::size_t i, physics::BodyId from, std::size_t end) {
@@ -145,7 +140,7 @@ void ContactLinks::make_offers(const PartState& part) {
     MELD_ENSURE(std::all_of(taken_.begin(), taken_.end(), [](std::uint16_t ports) { return ports == 0; }));
 }
 
-void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided) {
+void ContactLinks::exchange_offers(Subdomain& part, const DividedBodies& divided) {
     offers_.clear();
     std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
     const auto send = [&](physics::BodyId from, physics::BodyId to, int port) {
@@ -158,7 +153,7 @@ void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided
         bytes.write(port);
         bytes.write(part.ensemble.position(catom));
         ByteWriter exports;
-        part.columns.pack(catom, tuple::Columns::Which::Exported, exports);
+        part.pack_exports(catom, exports);
         bytes.write_block(exports.view());
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
@@ -177,7 +172,7 @@ void ContactLinks::exchange_offers(PartState& part, const DividedBodies& divided
         }
 }
 
-std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const {
+std::optional<ContactLinks::Side> ContactLinks::side(Subdomain& part, physics::BodyId from, physics::BodyId to, int offered) const {
     if (offered >= 0) return Side{*part.ensemble.find(from), offered};
     const auto received = offers_.find({from, to});
     if (received == offers_.end()) return std::nullopt;
@@ -186,12 +181,12 @@ std::optional<ContactLinks::Side> ContactLinks::side(PartState& part, physics::B
     if (!ghost) {
         ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
         ByteReader in(offer.exports, "the exports of a neighbour");
-        part.columns.unpack(*ghost, tuple::Columns::Which::Exported, in, 0);
+        part.unpack_exports(*ghost, in);
     }
     return Side{*ghost, offer.port};
 }
 
-void ContactLinks::connect_promised(PartState& part) {
+void ContactLinks::connect_promised(Subdomain& part) {
     MELD_EXPECT(offered_.size() == waiting_.size() && std::is_sorted(waiting_.begin(), waiting_.end()), "{} pairs", waiting_.size());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
@@ -203,9 +198,7 @@ void ContactLinks::connect_promised(PartState& part) {
             continue;
         }
         const Side a = *side(part, first, second, offered_[i][0]), b = *side(part, second, first, offered_[i][1]);
-        part.ensemble.link(a.catom, a.port, b.catom, b.port);
-        part.half_way = true;
-        for (const Catom catom : {a.catom, b.catom}) part.mark(catom, kDirtyLinks);
+        part.link(a.catom, a.port, b.catom, b.port);
     }
     waiting_.resize(kept);
     // After the first step, which has brought all touches at once, their room is given back.

@@ -11,7 +11,7 @@
 
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/divided_bodies.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
@@ -27,15 +27,15 @@ class ContactLinks {
 
     // After each step of the physics, on every part; `divided` where there are several. First notes what has begun and ended:
     // events are sorted; those that name obstacles are passed over.
-    void note(PartState& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    void note(Subdomain& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
     // Then links those that touch and have a port free; events are not needed any more. A catom of another part that comes to
     // touch one of ours becomes known here as a ghost.
-    void connect(PartState& part, const DividedBodies* divided);
+    void connect(Subdomain& part, const DividedBodies* divided);
 
     // Touches that wait for a port, the lower number first, sorted; those of catoms that change parts go with them.
     std::span<const Pair> waiting() const { return waiting_; }
     // Adds some, and leaves out those that no longer touch a catom of this part.
-    void change_hands(const PartState& part, const std::vector<Pair>& arrived);
+    void change_hands(const Subdomain& part, const std::vector<Pair>& arrived);
 
   private:
     // A port that a catom of another part keeps free for one of ours.
@@ -45,20 +45,20 @@ class ContactLinks {
         world::Vec3 position = {};
         std::vector<std::byte> exports = {};
     };
-    std::vector<physics::TouchEvent> share(PartState& part, std::span<const physics::TouchEvent> events,
+    std::vector<physics::TouchEvent> share(Subdomain& part, std::span<const physics::TouchEvent> events,
                                            const DividedBodies& divided) const;
-    void end(PartState& part, const std::vector<Pair>& ended);
+    void end(Subdomain& part, const std::vector<Pair>& ended);
     void begin(std::vector<Pair> begun);
-    void make_offers(const PartState& part);
-    int lowest_free_port(const PartState& part, Catom catom);
-    void exchange_offers(PartState& part, const DividedBodies& divided);
-    void connect_promised(PartState& part);
+    void make_offers(const Subdomain& part);
+    int lowest_free_port(const Subdomain& part, Catom catom);
+    void exchange_offers(Subdomain& part, const DividedBodies& divided);
+    void connect_promised(Subdomain& part);
     // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
     struct Side {
         Catom catom;
         int port;
     };
-    std::optional<Side> side(PartState& part, physics::BodyId from, physics::BodyId to, int offered) const;
+    std::optional<Side> side(Subdomain& part, physics::BodyId from, physics::BodyId to, int offered) const;
 
     std::vector<Pair> waiting_;
     // What our catoms promise, for each that waits: the port of the first and of the second, or -1.
@@ -70,6 +70,6 @@ class ContactLinks {
 };
 
 // A ghost that nothing of this part touches any more is forgotten.
-void forget_if_lonely(PartState& part, Catom ghost);
+void forget_if_lonely(Subdomain& part, Catom ghost);
 
 }  // namespace meld::sim

@@ -38,18 +38,18 @@ std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
 
 }  // namespace
 
-std::vector<std::vector<std::byte>> gather_bytes(PartState& part, ByteWriter& mine) {
+std::vector<std::vector<std::byte>> gather_bytes(Subdomain& part, ByteWriter& mine) {
     if (!part.alone()) return part.comm.allgather_any(mine.view());
     std::vector<std::vector<std::byte>> all;
     all.push_back(mine.take());
     return all;
 }
 
-std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<ByteWriter>& by_part) {
+std::vector<comm::Packet> exchange_bytes(Subdomain& part, std::vector<ByteWriter>& by_part) {
     return part.comm.exchange(comm::take_packets(by_part));
 }
 
-Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
+Result<void> agree_on_error(Subdomain& part, const Result<void>& mine) {
     if (part.alone()) return mine;
     ByteWriter bytes;
     if (!mine) {
@@ -69,7 +69,7 @@ Result<void> agree_on_error(PartState& part, const Result<void>& mine) {
     return {};
 }
 
-DividedBodies::DividedBodies(PartState& part, physics::Scene& scene) {
+DividedBodies::DividedBodies(Subdomain& part, physics::Scene& scene) {
     subdomain_ =
         std::make_unique<physics::Subdomain>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
     partition_.emplace(weigh_all(part), part.comm.parts());
@@ -87,7 +87,7 @@ int DividedBodies::owner(physics::BlockCoordinates block) const {
     return at->second;
 }
 
-DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
+DividedBodies::Weights DividedBodies::weigh_all(Subdomain& part) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
     for (const auto& [block, weight] : subdomain_->weights()) mine[key_of(block)] += weight;
     ByteWriter bytes;
@@ -103,7 +103,7 @@ DividedBodies::Weights DividedBodies::weigh_all(PartState& part) const {
     return {all.begin(), all.end()};
 }
 
-void DividedBodies::balance(PartState& part) {
+void DividedBodies::balance(Subdomain& part) {
     const auto parts = static_cast<std::size_t>(part.comm.parts());
     // What each part will have to do when bodies have gone where they belong.
     std::vector<std::uint64_t> mine(parts), all(parts);
@@ -135,7 +135,7 @@ void DividedBodies::balance(PartState& part) {
     greatest_load_ = std::max(greatest_load_, load);
 }
 
-Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int substeps) {
+Result<bool> DividedBodies::redistribute(Subdomain& part, double step_s, int substeps) {
     MELD_EXPECT(!part.alone());
     ByteWriter wish;
     wish.write(subdomain_->must_rebuild(step_s, substeps));
@@ -153,7 +153,7 @@ Result<bool> DividedBodies::redistribute(PartState& part, double step_s, int sub
     return true;
 }
 
-Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, int substeps) {
+Result<physics::StepReport> DividedBodies::step(Subdomain& part, double step_s, int substeps) {
     Result<void> fine;
     for (const physics::Stage& stage : subdomain_->stages(step_s, substeps)) {
         if (fine) fine = subdomain_->run(stage, part.workers);
@@ -168,7 +168,7 @@ Result<physics::StepReport> DividedBodies::step(PartState& part, double step_s, 
     return subdomain_->finish();
 }
 
-void DividedBodies::complete(PartState& part, std::vector<ExactSum>& normal_forces) const {
+void DividedBodies::complete(Subdomain& part, std::vector<ExactSum>& normal_forces) const {
     for (const comm::Packet& packet : part.comm.exchange(packets_of(subdomain_->pack_sums(normal_forces))))
         subdomain_->unpack_sums(normal_forces, packet.bytes);
 }

@@ -10,24 +10,24 @@
 
 #include "physics/scene/subdomain.h"
 #include "runtime/partition/partition.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
 class DividedBodies {
   public:
     // Every part calls it; the scene has this part's bodies, wherever they are.
-    DividedBodies(PartState& part, physics::Scene& scene);
+    DividedBodies(Subdomain& part, physics::Scene& scene);
 
     // Before a step, on every part: whether bodies have changed hands. Those that were ours and are no more are in departed().
     // Space is divided along a curve through the blocks so that all parts have about the same work; it is divided again when
     // one has too much.
-    Result<bool> redistribute(PartState& part, double step_s, int substeps);
+    Result<bool> redistribute(Subdomain& part, double step_s, int substeps);
     const std::vector<std::pair<physics::BodyId, int>>& departed() const { return subdomain_->departed(); }
     // A step. The error of the first part that has one is everybody's.
-    Result<physics::StepReport> step(PartState& part, double step_s, int substeps);
+    Result<physics::StepReport> step(Subdomain& part, double step_s, int substeps);
     // After Scene::sum_normal_forces, on every part: what others know of presses on our bodies is added.
-    void complete(PartState& part, std::vector<ExactSum>& normal_forces) const;
+    void complete(Subdomain& part, std::vector<ExactSum>& normal_forces) const;
     // Of bodies that are ours or next to ours; since the last step in which bodies changed hands.
     int owner_of(physics::BodyId body) const { return subdomain_->owner_of(body); }
     // The other parts that have the body too. Ascending.
@@ -42,10 +42,10 @@ class DividedBodies {
     int owner(physics::BlockCoordinates block) const;
     world::BrickKey key_of(physics::BlockCoordinates block) const;
     // Divides space again if the part with most work has too much.
-    void balance(PartState& part);
+    void balance(Subdomain& part);
     // The work in each block, the same on all parts.
     using Weights = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
-    Weights weigh_all(PartState& part) const;
+    Weights weigh_all(Subdomain& part) const;
 
     // Blocks lie on the curve of a lattice's bricks, however the catoms began.
     world::Lattice curve_{world::LatticeKind::Cubic};
@@ -57,10 +57,10 @@ class DividedBodies {
 };
 
 // Gives all parts the bytes of all, in the order of parts; one part has its own.
-std::vector<std::vector<std::byte>> gather_bytes(PartState& part, ByteWriter& mine);
+std::vector<std::vector<std::byte>> gather_bytes(Subdomain& part, ByteWriter& mine);
 // Sends bytes to parts by number (none to itself), and returns what came, in the order of the senders.
-std::vector<comm::Packet> exchange_bytes(PartState& part, std::vector<ByteWriter>& by_part);
+std::vector<comm::Packet> exchange_bytes(Subdomain& part, std::vector<ByteWriter>& by_part);
 // The first error of any part becomes that of all.
-Result<void> agree_on_error(PartState& part, const Result<void>& mine);
+Result<void> agree_on_error(Subdomain& part, const Result<void>& mine);
 
 }  // namespace meld::sim

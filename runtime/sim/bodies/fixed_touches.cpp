@@ -6,12 +6,12 @@
 #include <map>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/base/bytes.h"
+#include "runtime/sim/bodies/divided_bodies.h"
 
 namespace meld::sim {
 
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m) {
+std::vector<physics::TouchEvent> touches_among(Subdomain& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m) {
     MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
     const double reach_m = 2 * max_radius_m + touch_m;
     ByteWriter bytes;

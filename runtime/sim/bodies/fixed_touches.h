@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/scene/scene.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
@@ -16,6 +16,6 @@ struct FixedBody {
 };
 
 // The touches among those of all parts, sorted; every part calls it with its own. Surfaces nearer than `touch_m` touch.
-std::vector<physics::TouchEvent> touches_among(PartState& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m);
+std::vector<physics::TouchEvent> touches_among(Subdomain& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m);
 
 }  // namespace meld::sim

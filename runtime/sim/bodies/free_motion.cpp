@@ -6,18 +6,18 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/give_back.h"
 #include "runtime/base/log.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
-#include "runtime/base/bytes.h"
 
 namespace meld::sim {
 
-Result<void> FreeMotion::start(PartState& part) {
-    if (part.next_id > physics::kMaxBodies)
-        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id, physics::kMaxBodies),
+Result<void> FreeMotion::start(Subdomain& part) {
+    if (part.next_id() > physics::kMaxBodies)
+        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id(), physics::kMaxBodies),
                     "Make the body smaller", ExitCode::LimitHit);
     if (!part.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
@@ -27,14 +27,14 @@ Result<void> FreeMotion::start(PartState& part) {
     if (auto started = senses_.start(part, world_); !started) return started;
     if (!part.alone()) divided_.emplace(part, *physics_.scene);
     bodies_ = awake_ = part.ensemble.owned_count();
-    part.moving = true;
+    part.set_moving(true);
     return {};
 }
 
 namespace {
 
 // A region that matches no catom on any part is hardly meant.
-void warn_of_empty_groups(PartState& part, std::vector<bool> met) {
+void warn_of_empty_groups(Subdomain& part, std::vector<bool> met) {
     ByteWriter mine;
     for (const bool some : met) mine.write(some);
     for (const auto& theirs : gather_bytes(part, mine))
@@ -47,10 +47,10 @@ void warn_of_empty_groups(PartState& part, std::vector<bool> met) {
 
 }  // namespace
 
-Result<void> FreeMotion::make_scene(PartState& part) {
-    BodyMaker bodies(world_, part.next_id);
+Result<void> FreeMotion::make_scene(Subdomain& part) {
+    BodyMaker bodies(world_, part.next_id());
     for (Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
+        if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cell(c), part.ensemble.position(c));
     warn_of_empty_groups(part, bodies.groups_met());
     ByteWriter bytes;
     if (part.ensemble.owned_count() > 0) {
@@ -72,19 +72,18 @@ Result<void> FreeMotion::make_scene(PartState& part) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     auto done = bodies.add_materials(physics_, surfaces);
-    physics_.scene->reserve(part.ensemble.owned_count(), part.next_id);
+    physics_.scene->reserve(part.ensemble.owned_count(), part.next_id());
     for (Catom c = 0; done && c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) done = bodies.make(physics_, part.ensemble.id(c), part.start_cells[c], part.ensemble.position(c));
-    give_back(part.start_cells);
+        if (part.owned(c)) done = bodies.make(physics_, part.ensemble.id(c), part.start_cell(c), part.ensemble.position(c));
+    part.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     if (radii.min != world_.radius || radii.max != world_.radius)
-        part.diameter_of = [this, &part](Catom c) {
-            return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius;
-        };
+        part.set_diameters(
+            [this, &part](Catom c) { return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius; });
     return {};
 }
 
-Result<void> FreeMotion::step(PartState& part) {
+Result<void> FreeMotion::step(Subdomain& part) {
     MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !part.alone());
     if (auto done = actions_.take(part, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     for (int i = 0; i < world_.physics.steps; ++i)
@@ -94,17 +93,17 @@ Result<void> FreeMotion::step(PartState& part) {
     const StageClock clock(sensing_s_);
     senses_.sense(part, physics_, divided_ ? &*divided_ : nullptr);
     bodies_ = part.ensemble.owned_count();
-    part.moving = awake_ > 0;
-    part.motion_bytes = physics_.scene->bytes();
+    part.set_moving(awake_ > 0);
+    part.set_motion_bytes(physics_.scene->bytes());
     return {};
 }
 
-Result<void> FreeMotion::step_once(PartState& part) {
+Result<void> FreeMotion::step_once(Subdomain& part) {
     const auto report = move(part);
     // The ensemble still has the places of the last tick that went well.
     if (!report) {
         const Error error = about_catoms(report.error());
-        return fail(fmt::format("in tick {}, {}", part.abi.now, error.problem), error.suggestion, error.code);
+        return fail(fmt::format("in tick {}, {}", part.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
     note_fixed_touches(part);
@@ -118,7 +117,7 @@ Result<void> FreeMotion::step_once(PartState& part) {
     return {};
 }
 
-void FreeMotion::note_fixed_touches(const PartState& part) {
+void FreeMotion::note_fixed_touches(const Subdomain& part) {
     if (fixed_touches_.empty()) return;
     // All parts know all of them; the owner of the first reports it.
     std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
@@ -129,7 +128,7 @@ void FreeMotion::note_fixed_touches(const PartState& part) {
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
 
-Result<physics::StepReport> FreeMotion::move(PartState& part) {
+Result<physics::StepReport> FreeMotion::move(Subdomain& part) {
     const double step_s = world_.physics.step;
     const int substeps = world_.physics.substeps;
     if (actions_.any_wrenches())
@@ -144,7 +143,7 @@ Result<physics::StepReport> FreeMotion::move(PartState& part) {
     return report;
 }
 
-Result<bool> FreeMotion::hand_over(PartState& part, double step_s, int substeps) {
+Result<bool> FreeMotion::hand_over(Subdomain& part, double step_s, int substeps) {
     const StageClock clock(handing_over_s_);
     auto changed_hands = divided_->redistribute(part, step_s, substeps);
     if (!changed_hands || !*changed_hands) return changed_hands;
@@ -153,7 +152,7 @@ Result<bool> FreeMotion::hand_over(PartState& part, double step_s, int substeps)
     return changed_hands;
 }
 
-void FreeMotion::finish(PartState& part) {
+void FreeMotion::finish(Subdomain& part) {
     if (!physics_.scene) return;
     ByteWriter mine;
     mine.write(bodies_);

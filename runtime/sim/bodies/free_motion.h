@@ -14,30 +14,30 @@
 #include "runtime/sim/bodies/fixed_touches.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
     explicit FreeMotion(const world::World& world) : world_(world) {}
-    Result<void> start(PartState& part) override;
+    Result<void> start(Subdomain& part) override;
     // Carries out the actions of the last tick, moves the bodies for the time of a tick, and updates what the programs sense.
-    Result<void> step(PartState& part) override;
-    void finish(PartState& part) override;
+    Result<void> step(Subdomain& part) override;
+    void finish(Subdomain& part) override;
     std::string status() const override;
     std::string outcome() const override;
     Stages stages() const override;
 
   private:
     // The scene, alike on all parts, with the bodies of this one.
-    Result<void> make_scene(PartState& part);
-    Result<void> step_once(PartState& part);
+    Result<void> make_scene(Subdomain& part);
+    Result<void> step_once(Subdomain& part);
     // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
-    void note_fixed_touches(const PartState& part);
-    Result<physics::StepReport> move(PartState& part);
+    void note_fixed_touches(const Subdomain& part);
+    Result<physics::StepReport> move(Subdomain& part);
     // Bodies and their catoms go to the parts whose blocks they are in; whether any did.
-    Result<bool> hand_over(PartState& part, double step_s, int substeps);
+    Result<bool> hand_over(Subdomain& part, double step_s, int substeps);
 
     const world::World& world_;
     PhysicsScene physics_;

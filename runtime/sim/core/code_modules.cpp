@@ -13,7 +13,7 @@ Result<void> CodeModules::add(const Registry::MakeCode& make, const world::World
     return {};
 }
 
-void CodeModules::run(PartState& part) {
+void CodeModules::run(Subdomain& part) {
     for (Entry& entry : modules_) {
         const bool own = entry.shared->instances() == CodeModule::Instances::PerCatom;
         if (own && !part.alone() && part.world.motion.kind != "none") follow(part, entry);
@@ -32,7 +32,7 @@ void CodeModules::run(PartState& part) {
 }
 
 // An instance without its catom is offered to all parts; the one that owns the catom now takes it.
-void CodeModules::follow(PartState& part, Entry& entry) {
+void CodeModules::follow(Subdomain& part, Entry& entry) {
     ByteWriter leaving;
     for (auto it = entry.own.begin(); it != entry.own.end();) {
         const std::optional<Catom> catom = part.ensemble.find(it->first);

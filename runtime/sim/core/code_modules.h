@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
@@ -17,7 +17,7 @@ class CodeModules {
     void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
     // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
     // tick; the price of code that is not told what changed.
-    void run(PartState& part);
+    void run(Subdomain& part);
     bool empty() const { return modules_.empty(); }
 
   private:
@@ -28,7 +28,7 @@ class CodeModules {
         std::unordered_map<std::uint64_t, std::unique_ptr<CodeModule>> own;  // By id
     };
     // Instances whose catoms have left follow them.
-    void follow(PartState& part, Entry& entry);
+    void follow(Subdomain& part, Entry& entry);
 
     std::vector<Entry> modules_;
     const world::World* world_ = nullptr;

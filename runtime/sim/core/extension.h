@@ -17,20 +17,20 @@
 
 namespace meld::sim {
 
-class PartState;
+class Subdomain;
 
 class SimModule {
   public:
     virtual ~SimModule() = default;
     // Called on every part, once, when the ensemble stands; and at the end, when the last tick is over.
-    virtual Result<void> start(PartState&) { return {}; }
-    virtual void finish(PartState&) {}
+    virtual Result<void> start(Subdomain&) { return {}; }
+    virtual void finish(Subdomain&) {}
     // A passive module has no step; it is there for others to ask.
     virtual bool runnable() const { return true; }
     // The central phase of a tick, on every part at the same time: it may exchange through the part's communicator.
-    virtual Result<void> step(PartState&) { return {}; }
+    virtual Result<void> step(Subdomain&) { return {}; }
     // After evaluation, before the tick is counted.
-    virtual Result<void> after(PartState&) { return {}; }
+    virtual Result<void> after(Subdomain&) { return {}; }
     // A few words for the progress line and the summary, e.g. "1,204 outside the target"; part 0 is asked.
     virtual std::string status() const { return ""; }
     // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
@@ -43,7 +43,7 @@ class SimModule {
 // What a CodeModule sees of its catom.
 class CatomView {
   public:
-    CatomView(PartState& part, std::uint32_t catom) : part_(part), catom_(catom) {}
+    CatomView(Subdomain& part, std::uint32_t catom) : part_(part), catom_(catom) {}
     std::uint64_t id() const;
     world::Vec3 position() const;
     std::int64_t tick() const;
@@ -52,7 +52,7 @@ class CatomView {
     void unsense(std::string_view predicate, std::vector<double> arguments);
 
   private:
-    PartState& part_;
+    Subdomain& part_;
     std::uint32_t catom_;
 };
 

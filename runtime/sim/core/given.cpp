@@ -1,15 +1,16 @@
-// PartState: the facts that the world gives to its catoms, at the start and while they run.
+#include "runtime/sim/core/given.h"
+
 #include <algorithm>
-#include <cstring>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/nearest.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/setup.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 
@@ -65,76 +66,78 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
 
 }  // namespace
 
-Cell PartState::cell_in_regions(Catom catom) const {
-    if (!ensemble.is_free()) return ensemble.cell(catom);
-    return catom < start_cells.size() ? start_cells[catom] : nearest_cell(ensemble.position(catom));
+Cell GivenFacts::cell_in_regions(Catom catom) const {
+    const Membership& members = subdomain_.members_;
+    if (!members.ensemble.is_free()) return members.ensemble.cell(catom);
+    return members.has_start_cell(catom) ? members.start_cell(catom) : nearest_cell(members.ensemble.position(catom));
 }
 
-Result<void> PartState::change_given(const world::GivenFact& fact, Given how, u64* matched) {
-    const std::optional<u32> predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size());
-    if (!predicate) return no_predicate(module, fact);
-    const PredicateInfo& p = module.predicates[*predicate];
+Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched) {
+    const std::optional<u32> predicate = tuple::find_predicate(subdomain_.module, fact.predicate, fact.arguments.size());
+    if (!predicate) return no_predicate(subdomain_.module, fact);
+    const PredicateInfo& p = subdomain_.module.predicates[*predicate];
     if (p.base == kNone16 || p.column == kNone16)
         return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
                     "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
+    tuple::ListStore& lists_of_facts = subdomain_.facts_.columns.lists();
     tuple::Arena lists;
     std::vector<Value> values;
     for (u32 i = 0; i < p.arity; ++i) {
-        const Result<Value> value = tuple::parse_value(tuple::type_of(module, p.fields[i]), fact.arguments[i], lists);
+        const Result<Value> value = tuple::parse_value(tuple::type_of(subdomain_.module, p.fields[i]), fact.arguments[i], lists);
         if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
         values.push_back(*value);
     }
     // Kept once, so that the catoms share them.
-    for (u32 i = 0; i < p.arity; ++i) values[i] = columns.lists().keep(tuple::type_of(module, p.fields[i]), values[i], 0);
-    const Result<void> fits = check_length(fact.place + ": an argument of " + fact.predicate);
-    for (Catom c = 0; c < ensemble.index_count() && (how != Given::Check || (matched != nullptr && *matched == 0)); ++c) {
-        if (!fits || !owned(c) || !fact.where.contains(ensemble.id(c), cell_in_regions(c), ensemble.position(c))) continue;
+    for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
+    const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
+    for (Catom c = 0; c < subdomain_.ensemble.index_count() && (how != Change::Check || (matched != nullptr && *matched == 0)); ++c) {
+        if (!fits || !subdomain_.owned(c) ||
+            !fact.where.contains(subdomain_.ensemble.id(c), cell_in_regions(c), subdomain_.ensemble.position(c)))
+            continue;
         if (matched != nullptr) ++*matched;
-        if (how == Given::Check) continue;
-        if (how == Given::Give)
-            give(p.base, c, values.data());
+        if (how == Change::Check) continue;
+        if (how == Change::Give)
+            subdomain_.give(p.base, c, values.data());
         else
-            take(p.base, c, values.data());
+            subdomain_.take(p.base, c, values.data());
     }
-    for (u32 i = 0; i < p.arity; ++i) columns.lists().release(tuple::type_of(module, p.fields[i]), values[i], 0);
+    for (u32 i = 0; i < p.arity; ++i) lists_of_facts.release(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     return fits;
 }
 
-Result<void> PartState::given_facts() {
+Result<void> GivenFacts::start() {
     // Who is where and who is there stays as it is.
-    const bool still = world.motion.kind == "none" && world.components.empty();
+    const bool still = subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty();
     std::vector<const world::GivenFact*> facts;
     std::vector<u64> matched;
-    for (const world::GivenFact& fact : world.facts) {
+    for (const world::GivenFact& fact : subdomain_.world.facts) {
         facts.push_back(&fact);
-        if (auto done = change_given(fact, Given::Give, &matched.emplace_back(0)); !done) return done;
+        if (auto done = change_one(fact, Change::Give, &matched.emplace_back(0)); !done) return done;
     }
     // A mistake in what happens late is told now.
-    for (const world::Event& event : world.events)
+    for (const world::Event& event : subdomain_.world.events)
         for (const auto* changes : {&event.take, &event.give})
             for (const world::GivenFact& fact : *changes) {
                 u64 some = 0;
-                if (auto done = change_given(fact, Given::Check, still ? &some : nullptr); !done) return done;
+                if (auto done = change_one(fact, Change::Check, still ? &some : nullptr); !done) return done;
                 if (!still) continue;
                 facts.push_back(&fact);
                 matched.push_back(some);
             }
-    warn_of_nobody(facts, matched);
-    if (still || !tuple::find_action(module, "create", 1)) warn_of_missing_catoms();
+    warn_of_unmatched(facts, matched);
+    if (still || !tuple::find_action(subdomain_.module, "create", 1)) warn_of_missing_catoms();
     return {};
 }
 
 // A region that matches no catom on any part is hardly meant.
-void PartState::warn_of_nobody(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched) {
-    if (!alone()) {
-        const std::vector<std::byte> all = comm.allgather(std::as_bytes(std::span(matched)));
-        for (std::size_t at = 0; at < all.size(); at += sizeof(u64)) {
-            u64 some = 0;
-            std::memcpy(&some, all.data() + at, sizeof some);
-            matched[at / sizeof some % matched.size()] += some;
-        }
+void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched) {
+    if (!subdomain_.alone()) {
+        const std::vector<std::byte> all = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
+        std::fill(matched.begin(), matched.end(), 0);
+        for (ByteReader in(all, "how many catoms facts match"); !in.done();)
+            for (u64& count : matched) count += in.read<u64>();
     }
-    if (comm.part() != 0) return;
+    if (subdomain_.comm.part() != 0) return;
     for (std::size_t i = 0; i < facts.size(); ++i)
         if (matched[i] == 0)
             log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),
@@ -142,8 +145,10 @@ void PartState::warn_of_nobody(const std::vector<const world::GivenFact*>& facts
 }
 
 // Nor is a rule at a catom that is not there and never will be.
-void PartState::warn_of_missing_catoms() {
-    if (comm.part() != 0) return;
+void GivenFacts::warn_of_missing_catoms() {
+    if (subdomain_.comm.part() != 0) return;
+    const ModuleInfo& module = subdomain_.module;
+    const std::uint64_t next_id = subdomain_.next_id();
     const RuleInfo* first = nullptr;
     u32 count = 0;
     for (u32 r = 0; r < module.rule_count; ++r) {
@@ -158,13 +163,13 @@ void PartState::warn_of_missing_catoms() {
 }
 
 // What the world does in this tick.
-void PartState::happen() {
-    for (const world::Event& event : world.events) {
-        if (!event.happens_in(abi.now)) continue;
+void GivenFacts::change() {
+    for (const world::Event& event : subdomain_.world.events) {
+        if (!event.happens_in(subdomain_.tick())) continue;
         for (const world::GivenFact& fact : event.take)
-            MELD_CHECK(change_given(fact, Given::Take).has_value(), "an event at {} that was checked", fact.place);
+            MELD_CHECK(change_one(fact, Change::Take).has_value(), "an event at {} that was checked", fact.place);
         for (const world::GivenFact& fact : event.give)
-            MELD_CHECK(change_given(fact, Given::Give).has_value(), "an event at {} that was checked", fact.place);
+            MELD_CHECK(change_one(fact, Change::Give).has_value(), "an event at {} that was checked", fact.place);
     }
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "runtime/base/bytes.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -37,30 +37,30 @@ Unsettled::Unsettled(const ModuleInfo& module) : module_(module) {
         if (shown(module.predicates[p])) followed_.push_back({.predicate = p});
 }
 
-std::vector<std::string> Unsettled::facts_of(const PartState& part, u32 predicate, u32 catom) const {
+std::vector<std::string> Unsettled::facts_of(const Subdomain& part, u32 predicate, u32 catom) const {
     std::vector<std::string> facts;
     const PredicateInfo& p = module_.predicates[predicate];
-    tuple::each_fact(module_, part.columns, part.abi.geometry, predicate, catom,
+    tuple::each_fact(module_, part.columns, part.geometry(), predicate, catom,
                      [&](const Value* v) { facts.push_back(tuple::print_fact(module_, p, part.ensemble.id(catom), v)); });
     std::sort(facts.begin(), facts.end());
     return facts;
 }
 
 // The same for the same facts in any order.
-u32 Unsettled::hash_of(const PartState& part, u32 predicate, u32 catom) const {
+u32 Unsettled::hash_of(const Subdomain& part, u32 predicate, u32 catom) const {
     u64 sum = 0;
-    tuple::each_fact(module_, part.columns, part.abi.geometry, predicate, catom,
+    tuple::each_fact(module_, part.columns, part.geometry(), predicate, catom,
                      [&](const Value* v) { sum += tuple::hash_arguments(module_, module_.predicates[predicate], 1, v); });
     return static_cast<u32>(sum ^ sum >> 32);
 }
 
-void Unsettled::before(PartState& part) {
+void Unsettled::before(Subdomain& part) {
     part.refresh();
     ++looked_;
     stride_ = 1 + part.totals.tick.awake * followed_.size() / kMaxHashes;
     awake_.clear();
     hashes_.clear();
-    part.evaluator.agenda().each([&](u32 catom) {
+    part.agenda().each([&](u32 catom) {
         if (part.owned(catom) && part.ensemble.id(catom) % stride_ == 0) awake_.push_back({catom, part.ensemble.id(catom)});
     });
     for (const Seen& s : awake_)
@@ -71,7 +71,7 @@ void Unsettled::before(PartState& part) {
     }
 }
 
-void Unsettled::after(PartState& part) {
+void Unsettled::after(Subdomain& part) {
     part.refresh();
     // Of each predicate: at how many catoms it has changed, the least of them, and whether the one that is followed has.
     struct News {
@@ -104,18 +104,18 @@ void Unsettled::after(PartState& part) {
         Followed& f = followed_[i];
         if (news[i].count == 0) continue;
         ++f.ticks;
-        f.last = part.abi.now;
+        f.last = part.tick();
         f.most = std::max(f.most, news[i].count * stride_);
         note_changes(part, f, news[i].followed);
-        if (news[i].followed) f.moved = part.abi.now;
-        if (f.id != kNobody && part.abi.now - f.moved < kPatience) continue;
+        if (news[i].followed) f.moved = part.tick();
+        if (f.id != kNobody && part.tick() - f.moved < kPatience) continue;
         f.id = news[i].least;
-        f.moved = part.abi.now;
+        f.moved = part.tick();
         f.changes.clear();
     }
 }
 
-void Unsettled::note_changes(PartState& part, Followed& f, bool changed) {
+void Unsettled::note_changes(Subdomain& part, Followed& f, bool changed) {
     const auto catom = f.id == kNobody || !changed ? std::nullopt : part.ensemble.find(f.id);
     if (!catom || !part.owned(*catom)) return;
     const std::vector<std::string> now = facts_of(part, f.predicate, *catom);
@@ -126,11 +126,11 @@ void Unsettled::note_changes(PartState& part, Followed& f, bool changed) {
     add_facts(text, '-', gone);
     add_facts(text, '+', come);
     if (f.changes.size() == kShownChanges) f.changes.erase(f.changes.begin());
-    f.changes.push_back({part.abi.now, std::move(text)});
+    f.changes.push_back({part.tick(), std::move(text)});
 }
 
 // From all parts: the catom may have moved from one to another.
-std::string Unsettled::changes_of(PartState& part, const Followed& f) const {
+std::string Unsettled::changes_of(Subdomain& part, const Followed& f) const {
     ByteWriter mine;
     for (const Change& c : f.changes) {
         mine.write(c.tick);
@@ -166,7 +166,7 @@ std::string Unsettled::rules_of(u32 predicate) const {
 }
 
 // Facts that are kept for a later tick, `p` in a predicate of the compiler's called p@later.
-std::string Unsettled::waiting(PartState& part) const {
+std::string Unsettled::waiting(Subdomain& part) const {
     std::string text;
     for (u32 p = 0; p < module_.predicate_count; ++p) {
         const std::string_view name = module_.predicates[p].name;
@@ -174,7 +174,7 @@ std::string Unsettled::waiting(PartState& part) const {
         u64 catoms = 0;
         for (u32 catom = 0; catom < part.ensemble.index_count(); ++catom) {
             bool any = false;
-            if (part.owned(catom)) tuple::each_fact(module_, part.columns, part.abi.geometry, p, catom, [&](const Value*) { any = true; });
+            if (part.owned(catom)) tuple::each_fact(module_, part.columns, part.geometry(), p, catom, [&](const Value*) { any = true; });
             catoms += any;
         }
         ByteWriter mine;
@@ -194,9 +194,9 @@ std::string Unsettled::waiting(PartState& part) const {
 }
 
 // A delayed view, or the end of a quarantine.
-std::string Unsettled::next_timer(PartState& part) const {
+std::string Unsettled::next_timer(Subdomain& part) const {
     ByteWriter mine;
-    mine.write(part.evaluator.timers().empty() ? std::numeric_limits<i64>::max() : part.evaluator.timers().next());
+    mine.write(part.timers().empty() ? std::numeric_limits<i64>::max() : part.timers().next());
     i64 next = std::numeric_limits<i64>::max();
     for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
         ByteReader in(bytes, "what changes still");
@@ -205,7 +205,7 @@ std::string Unsettled::next_timer(PartState& part) const {
     return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
 }
 
-std::string Unsettled::tell(PartState& part) const {
+std::string Unsettled::tell(Subdomain& part) const {
     std::vector<const Followed*> changing;
     i64 last = 0;
     for (const Followed& f : followed_) last = std::max(last, f.last);
@@ -229,7 +229,7 @@ std::string Unsettled::tell(PartState& part) const {
     text += pending;
     if (changing.empty() && pending.empty()) text += next_timer(part);
     if (module_.reads_tick) text += "\n  The program reads `tick`, which is new in each: it ends with --ticks, or with stop-program";
-    if (part.moving) text += "\n  Bodies were moving";
+    if (part.status().moving) text += "\n  Bodies were moving";
     return text;
 }
 

@@ -9,7 +9,7 @@
 
 namespace meld::sim {
 
-class PartState;
+class Subdomain;
 
 class Unsettled {
   public:
@@ -20,11 +20,11 @@ class Unsettled {
 
     // Around the evaluation of a tick, on every part at the same time. Catoms whose facts were given or taken by somebody
     // else before it have not changed by themselves. Cost: the facts of the catoms that are awake, twice.
-    void before(PartState& part);
-    void after(PartState& part);
+    void before(Subdomain& part);
+    void after(Subdomain& part);
 
     // One text for all parts, the same for any number of them; each calls it.
-    std::string tell(PartState& part) const;
+    std::string tell(Subdomain& part) const;
 
   private:
     struct Seen {
@@ -49,13 +49,13 @@ class Unsettled {
     };
     static constexpr u64 kNobody = ~u64{0};
 
-    std::vector<std::string> facts_of(const PartState& part, u32 predicate, u32 catom) const;
-    u32 hash_of(const PartState& part, u32 predicate, u32 catom) const;
-    void note_changes(PartState& part, Followed& f, bool changed);
-    std::string changes_of(PartState& part, const Followed& f) const;
+    std::vector<std::string> facts_of(const Subdomain& part, u32 predicate, u32 catom) const;
+    u32 hash_of(const Subdomain& part, u32 predicate, u32 catom) const;
+    void note_changes(Subdomain& part, Followed& f, bool changed);
+    std::string changes_of(Subdomain& part, const Followed& f) const;
     std::string rules_of(u32 predicate) const;
-    std::string waiting(PartState& part) const;
-    std::string next_timer(PartState& part) const;
+    std::string waiting(Subdomain& part) const;
+    std::string next_timer(Subdomain& part) const;
 
     const ModuleInfo& module_;
     std::vector<Followed> followed_;

@@ -14,7 +14,7 @@ namespace meld::sim {
 
 LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
 
-Result<void> LatticeMotion::start(PartState& part) {
+Result<void> LatticeMotion::start(Subdomain& part) {
     const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
     // One of the same name that is the program's own is of another kind or type.
     const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
@@ -47,28 +47,28 @@ Result<void> LatticeMotion::start(PartState& part) {
     return {};
 }
 
-void LatticeMotion::account(const PartState& part, Catom catom, int sign) {
+void LatticeMotion::account(const Subdomain& part, Catom catom, int sign) {
     if (!part.owned(catom)) return;
     units_ += sign * held_[catom];
     if (world_.target && !part.ensemble.target(part.ensemble.cell(catom))) outside_ += sign;
 }
 
 // Tells the catom what it holds.
-void LatticeMotion::hold(PartState& part, Catom catom, std::int32_t units) {
+void LatticeMotion::hold(Subdomain& part, Catom catom, std::int32_t units) {
     if (!known_.holds || !part.owned(catom)) return;
     Value value{};
     value.integer = units;
     part.give(*known_.holds, catom, &value);
 }
 
-void LatticeMotion::refuse(PartState& part, Catom catom, Kind kind) {
+void LatticeMotion::refuse(Subdomain& part, Catom catom, Kind kind) {
     if (!known_.failed) return;
     Value value{};
     value.integer = static_cast<i64>(kind);
     part.give(*known_.failed, catom, &value);
 }
 
-Result<void> LatticeMotion::step(PartState& part) {
+Result<void> LatticeMotion::step(Subdomain& part) {
     if (part.totals.actions == 0) return {};
     part.refresh();
     const Proposals mine = collect(part);
@@ -82,13 +82,13 @@ Result<void> LatticeMotion::step(PartState& part) {
     }
     grant(part, granted);
     apply(part, exchange(part));
-    if (!granted.empty()) last_change_ = part.abi.now;
+    if (!granted.empty()) last_change_ = part.tick();
     part.refresh();
     return {};
 }
 
 // New catoms are numbered in the order of their cells, over all parts.
-std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::vector<Proposal>& granted) const {
+std::vector<CellKey> LatticeMotion::number_births(Subdomain& part, const std::vector<Proposal>& granted) const {
     std::vector<CellKey> births;
     for (const Proposal& p : granted)
         if (p.kind == Kind::Create) births.push_back(part.ensemble.key(p.to));
@@ -105,14 +105,14 @@ std::vector<CellKey> LatticeMotion::number_births(PartState& part, const std::ve
     return births;
 }
 
-void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted) {
+void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted) {
     const std::vector<CellKey> births = number_births(part, granted);
     for (const Proposal& p : granted) {
         const Catom mover = p.mover;
         switch (p.kind) {
             case Kind::Create: {
                 const std::uint64_t id =
-                    part.next_id +
+                    part.next_id() +
                     static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
                 tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
                 tell(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
@@ -139,12 +139,12 @@ void LatticeMotion::grant(PartState& part, const std::vector<Proposal>& granted)
                 break;
         }
     }
-    part.next_id += births.size();
+    part.take_ids(births.size());
 }
 
 // A catom goes to another cell: its new owner gets all of it, parts that see it get what it exports, its old part and
 // those that saw it forget it. Within one part it keeps its index.
-void LatticeMotion::relocate(PartState& part, const Proposal& p) {
+void LatticeMotion::relocate(Subdomain& part, const Proposal& p) {
     const Cell from = p.from, to = p.to;
     const Catom mover = p.mover;
     const int me = part.comm.part(), owner = part.halo->owner(to);
@@ -169,7 +169,7 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
         if (other == owner)
             part.pack_catom(mover, state);
         else
-            part.columns.pack(mover, tuple::Columns::Which::Exported, state);
+            part.pack_exports(mover, state);
         change.state = state.take();
         if (other == me) {
             mine_.push_back(std::move(change));
@@ -186,7 +186,7 @@ void LatticeMotion::relocate(PartState& part, const Proposal& p) {
 }
 
 // Queues a change without state for every part that knows its cell.
-void LatticeMotion::tell(PartState& part, const Change& change) {
+void LatticeMotion::tell(Subdomain& part, const Change& change) {
     const auto send = [&](int other) {
         if (other == part.comm.part()) {
             mine_.push_back(change);
@@ -208,7 +208,7 @@ void LatticeMotion::tell(PartState& part, const Change& change) {
     for (const int other : part.halo->listeners(change.cell)) send(other);
 }
 
-std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
+std::vector<LatticeMotion::Change> LatticeMotion::exchange(Subdomain& part) {
     std::vector<Change> changes = std::move(mine_);
     mine_.clear();
     if (part.alone()) return changes;
@@ -233,7 +233,7 @@ std::vector<LatticeMotion::Change> LatticeMotion::exchange(PartState& part) {
     return changes;
 }
 
-void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
+void LatticeMotion::apply(Subdomain& part, std::vector<Change> changes) {
     std::stable_sort(changes.begin(), changes.end(),
                      [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
     for (const Change& c : changes) {
@@ -259,7 +259,7 @@ void LatticeMotion::apply(PartState& part, std::vector<Change> changes) {
     }
 }
 
-void LatticeMotion::apply_add(PartState& part, const Change& c) {
+void LatticeMotion::apply_add(Subdomain& part, const Change& c) {
     const Cell cell = c.cell;
     const bool ours = part.halo->owner(cell) == part.comm.part();
     const Catom catom = part.add_catom(c.id, cell, ours ? kCatomOwned : kCatomGhost);
@@ -277,11 +277,11 @@ void LatticeMotion::apply_add(PartState& part, const Change& c) {
         part.unpack_catom(catom, in);
         part.mark(catom, kDirtyLinks | kDirtyPlace);
     } else {
-        part.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
+        part.unpack_exports(catom, in);
     }
 }
 
-void LatticeMotion::finish(PartState& part) {
+void LatticeMotion::finish(Subdomain& part) {
     std::int64_t counts[4] = {outside_, units_, 0, last_change_};
     for (world::Slot slot = 1; slot <= part.ensemble.brick_count(); ++slot) {
         const Cell brick = part.ensemble.brick(slot);

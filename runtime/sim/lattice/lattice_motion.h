@@ -9,16 +9,16 @@
 #include <vector>
 
 #include "runtime/sim/core/extension.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
 class LatticeMotion : public SimModule {
   public:
     explicit LatticeMotion(const world::World& world);
-    Result<void> start(PartState& part) override;
-    Result<void> step(PartState& part) override;
-    void finish(PartState& part) override;
+    Result<void> start(Subdomain& part) override;
+    Result<void> step(Subdomain& part) override;
+    void finish(Subdomain& part) override;
     std::string status() const override;
     std::string outcome() const override;
 
@@ -56,29 +56,29 @@ class LatticeMotion : public SimModule {
     };
 
     // proposals.cpp
-    Proposals collect(PartState& part);
-    bool propose(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_move(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_around(PartState& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool full(const PartState& part, Cell cell) const { return part.ensemble.at(cell).has_value(); }
-    bool stays_connected(const PartState& part, Cell without, Cell with) const;
-    Proposals share(PartState& part, const Proposals& mine) const;
+    Proposals collect(Subdomain& part);
+    bool propose(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_move(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_around(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool full(const Subdomain& part, Cell cell) const { return part.ensemble.at(cell).has_value(); }
+    bool stays_connected(const Subdomain& part, Cell without, Cell with) const;
+    Proposals share(Subdomain& part, const Proposals& mine) const;
     static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
 
-    void veto_teleports(PartState& part, std::vector<Proposal>& all) const;
+    void veto_teleports(Subdomain& part, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
-    void refuse(PartState& part, Catom catom, Kind kind);
-    void grant(PartState& part, const std::vector<Proposal>& granted);
-    std::vector<CellKey> number_births(PartState& part, const std::vector<Proposal>& granted) const;
-    void relocate(PartState& part, const Proposal& p);
-    void tell(PartState& part, const Change& change);
-    std::vector<Change> exchange(PartState& part);
-    void apply(PartState& part, std::vector<Change> changes);
-    void apply_add(PartState& part, const Change& change);
-    void hold(PartState& part, Catom catom, std::int32_t units);
+    void refuse(Subdomain& part, Catom catom, Kind kind);
+    void grant(Subdomain& part, const std::vector<Proposal>& granted);
+    std::vector<CellKey> number_births(Subdomain& part, const std::vector<Proposal>& granted) const;
+    void relocate(Subdomain& part, const Proposal& p);
+    void tell(Subdomain& part, const Change& change);
+    std::vector<Change> exchange(Subdomain& part);
+    void apply(Subdomain& part, std::vector<Change> changes);
+    void apply_add(Subdomain& part, const Change& change);
+    void hold(Subdomain& part, Catom catom, std::int32_t units);
     // Adds a catom of ours to the counts below, or takes it out.
-    void account(const PartState& part, Catom catom, int sign);
+    void account(const Subdomain& part, Catom catom, int sign);
 
     const world::World& world_;
     Known known_;

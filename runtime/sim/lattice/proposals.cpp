@@ -56,7 +56,7 @@ void read_proposal(ByteReader& in, Proposals& to) {
 }  // namespace
 
 // The actions of this part's catoms as proposals; those whose conditions do not hold are refused at once.
-Proposals LatticeMotion::collect(PartState& part) {
+Proposals LatticeMotion::collect(Subdomain& part) {
     Proposals out;
     for (const eval::Action& action : part.actions()) {
         Proposal p;
@@ -95,7 +95,7 @@ Proposals LatticeMotion::collect(PartState& part) {
     return out;
 }
 
-bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const Cell cell = part.ensemble.cell(action.catom);
     const std::int32_t units = held_[action.catom];
     if (p.kind == Kind::Create) {
@@ -127,7 +127,7 @@ bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposa
     const std::int32_t amount = p.kind == Kind::Give ? 1 : 1 + units;
     if (p.kind == Kind::Give && units < 1) return false;
     for (int port = 0; port < part.lattice.ports(); ++port) {
-        const std::int32_t other = catom_towards(part.abi.geometry, part.abi.geometry.catom_site[action.catom], port);
+        const std::int32_t other = catom_towards(part.geometry(), part.geometry().catom_site[action.catom], port);
         if (other < 0 || part.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
         if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return false;
         const Cell to = part.lattice.neighbour(cell, port);
@@ -141,7 +141,7 @@ bool LatticeMotion::propose(PartState& part, const eval::Action& action, Proposa
 }
 
 // The sliding cube: along a face of its pivots, or round an edge of one.
-bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+bool LatticeMotion::propose_move(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const world::LatticeKind lattice = part.lattice.kind();
     if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
     const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
@@ -176,7 +176,7 @@ bool LatticeMotion::propose_move(PartState& part, const eval::Action& action, Pr
 }
 
 // Around one neighbour to a place beside another catom.
-bool LatticeMotion::propose_around(PartState& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+bool LatticeMotion::propose_around(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const std::uint64_t around = action.arguments[0].catom, beside = action.arguments[1].catom;
     const std::optional<Catom> last = part.ensemble.find(beside);
     if (around == beside || beside == p.id || !last) return false;
@@ -196,7 +196,7 @@ bool LatticeMotion::propose_around(PartState& part, const eval::Action& action, 
 
 // Whether the neighbours a mover leaves stay connected among themselves within two cells of it. Where they are joined
 // only further away the move is refused too: a catom cannot know more without asking around.
-bool LatticeMotion::stays_connected(const PartState& part, Cell without, Cell with) const {
+bool LatticeMotion::stays_connected(const Subdomain& part, Cell without, Cell with) const {
     std::vector<Cell> found;
     std::map<Cell, bool> reached;
     const auto solid = [&](Cell c) { return c != without && (c == with || full(part, c)); };
@@ -226,7 +226,7 @@ bool LatticeMotion::stays_connected(const PartState& part, Cell without, Cell wi
 
 // Everything that may compete with a proposal of ours is known here afterwards: competitors stand within six cells of
 // our mover, so in its brick or one next to it. Where anyone teleports, all are told all.
-Proposals LatticeMotion::share(PartState& part, const Proposals& mine) const {
+Proposals LatticeMotion::share(Subdomain& part, const Proposals& mine) const {
     if (part.alone()) return mine;
     Proposals all;
     if (part.totals.teleports > 0) {
@@ -251,7 +251,7 @@ Proposals LatticeMotion::share(PartState& part, const Proposals& mine) const {
 }
 
 // Only the owner of a far cell knows whether it is empty.
-void LatticeMotion::veto_teleports(PartState& part, std::vector<Proposal>& all) const {
+void LatticeMotion::veto_teleports(Subdomain& part, std::vector<Proposal>& all) const {
     ByteWriter bytes;
     for (const Proposal& p : all) {
         if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) bytes.write(p.id);

@@ -11,7 +11,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -36,13 +36,13 @@ void unpack(std::span<const std::byte> bytes, std::vector<Line>& lines) {
 
 }  // namespace
 
-Result<void> Printer::start(PartState& part) {
+Result<void> Printer::start(Subdomain& part) {
     print_ = tuple::find_action(part.module, "print", 1);
     write_ = tuple::find_action(part.module, "write-string", 1);
     return {};
 }
 
-Result<void> Printer::after(PartState& part) {
+Result<void> Printer::after(Subdomain& part) {
     // Alike on all parts, so that all exchange or none does.
     if ((!print_ && !write_) || part.totals.actions == 0) return {};
     ByteWriter mine;

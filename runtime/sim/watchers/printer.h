@@ -13,9 +13,9 @@ class Printer : public SimModule {
   public:
     // Part 0 writes there; the others send it what their catoms say.
     explicit Printer(std::FILE* to) : to_(to) {}
-    Result<void> start(PartState& part) override;
+    Result<void> start(Subdomain& part) override;
     // After each tick, ordered by the numbers of the catoms and for each by what it says.
-    Result<void> after(PartState& part) override;
+    Result<void> after(Subdomain& part) override;
 
   private:
     std::FILE* to_;

@@ -42,7 +42,7 @@ class DriftingThermometer : public CodeModule {
 class Weather : public Component {
   public:
     explicit Weather(std::uint64_t seed) : seed_(seed) {}
-    Result<void> step(PartState& part) override;
+    Result<void> step(Subdomain& part) override;
     void run(CatomView& catom) override { catom.sense("temperature", {today_ - 0.5 * catom.position()[2]}); }
     std::string status() const override;
 

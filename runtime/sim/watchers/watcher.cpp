@@ -9,7 +9,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/progress.h"
-#include "runtime/sim/core/part_state.h"
+#include "runtime/sim/core/subdomain.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -20,14 +20,14 @@ bool stored(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16
 
 }  // namespace
 
-Result<void> Watcher::start(PartState& part) {
+Result<void> Watcher::start(Subdomain& part) {
     watch_ = tuple::find_action(part.module, "watch", 1);
     watch_all_ = tuple::find_action(part.module, "watch", 0);
     return {};
 }
 
 // What catoms of all parts want watched from now on.
-Result<void> Watcher::begin(PartState& part) {
+Result<void> Watcher::begin(Subdomain& part) {
     const auto repeats = [&](const std::optional<u32>& action) { return action && part.module.predicates[*action].repeats; };
     if (repeats(watch_)) named_.clear();
     if (repeats(watch_all_)) everything_.clear();
@@ -62,7 +62,7 @@ Result<void> Watcher::begin(PartState& part) {
     return {};
 }
 
-Result<void> Watcher::add(PartState& part, u64 id, const std::string& name) {
+Result<void> Watcher::add(Subdomain& part, u64 id, const std::string& name) {
     std::vector<std::string_view> known;
     bool found = false;
     for (u32 i = 0; i < part.module.predicate_count; ++i) {
@@ -78,11 +78,11 @@ Result<void> Watcher::add(PartState& part, u64 id, const std::string& name) {
 }
 
 // Sorted, each as often as it is there.
-Watcher::Facts Watcher::facts_of(PartState& part, const Watch& watch) const {
+Watcher::Facts Watcher::facts_of(Subdomain& part, const Watch& watch) const {
     Facts facts;
     const auto catom = part.ensemble.find(watch.first);
     const PredicateInfo& p = part.module.predicates[watch.second];
-    tuple::each_fact(part.module, part.columns, part.abi.geometry, watch.second, *catom,
+    tuple::each_fact(part.module, part.columns, part.geometry(), watch.second, *catom,
                      [&](const Value* v) { facts.push_back(tuple::print_fact(part.module, p, watch.first, v)); });
     std::sort(facts.begin(), facts.end());
     return facts;
@@ -90,7 +90,7 @@ Watcher::Facts Watcher::facts_of(PartState& part, const Watch& watch) const {
 
 // What part 0 has not been told yet of this part's catoms. Of one that has left nothing is said: its new part says what it
 // holds, and if there is none it is gone.
-std::vector<std::byte> Watcher::changes(PartState& part) {
+std::vector<std::byte> Watcher::changes(Subdomain& part) {
     ByteWriter out;
     const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
         out.write(watch.first);
@@ -133,7 +133,7 @@ void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts
     }
 }
 
-Result<void> Watcher::tell(PartState& part, const std::map<Watch, Facts>& now) {
+Result<void> Watcher::tell(Subdomain& part, const std::map<Watch, Facts>& now) {
     std::string text;
     for (const auto& [watch, facts] : now) {
         Facts& before = known_[watch];
@@ -142,8 +142,8 @@ Result<void> Watcher::tell(PartState& part, const std::map<Watch, Facts>& now) {
         std::set_difference(facts.begin(), facts.end(), before.begin(), before.end(), std::back_inserter(come));
         // Where a watch has ended nothing has changed.
         if (watched_.contains(watch)) {
-            for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", part.abi.now, fact);
-            for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", part.abi.now, fact);
+            for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", part.tick(), fact);
+            for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", part.tick(), fact);
         }
         before = facts;
     }
@@ -154,7 +154,7 @@ Result<void> Watcher::tell(PartState& part, const std::map<Watch, Facts>& now) {
     return {};
 }
 
-Result<void> Watcher::after(PartState& part) {
+Result<void> Watcher::after(Subdomain& part) {
     if (!watch_ && !watch_all_) return {};
     if (auto done = begin(part); !done) return done;
     // Alike on all parts, so that all exchange or none does; once more after the last watch has ended.

@@ -18,21 +18,21 @@ class Watcher : public SimModule {
   public:
     // Part 0 writes there; the others tell it what their catoms hold.
     explicit Watcher(std::FILE* to) : to_(to) {}
-    Result<void> start(PartState& part) override;
+    Result<void> start(Subdomain& part) override;
     // After each tick: what has changed since the one before, by catom and predicate. All facts are new where a watch begins.
     // Errors: a watch names no predicate. Cost: the facts that are watched are looked at in every tick.
-    Result<void> after(PartState& part) override;
+    Result<void> after(Subdomain& part) override;
 
   private:
     // The number of a catom and a predicate of the program.
     using Watch = std::pair<u64, u32>;
     using Facts = std::vector<std::string>;
-    Result<void> begin(PartState& part);
-    Result<void> add(PartState& part, u64 id, const std::string& name);
-    Facts facts_of(PartState& part, const Watch& watch) const;
-    std::vector<std::byte> changes(PartState& part);
+    Result<void> begin(Subdomain& part);
+    Result<void> add(Subdomain& part, u64 id, const std::string& name);
+    Facts facts_of(Subdomain& part, const Watch& watch) const;
+    std::vector<std::byte> changes(Subdomain& part);
     void receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const;
-    Result<void> tell(PartState& part, const std::map<Watch, Facts>& now);
+    Result<void> tell(Subdomain& part, const std::map<Watch, Facts>& now);
 
     std::FILE* to_;
     std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.

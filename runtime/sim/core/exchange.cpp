@@ -1,0 +1,165 @@
+#include "runtime/sim/core/exchange.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/base/assert.h"
+#include "runtime/comm/packets.h"
+
+namespace meld::sim {
+
+Exchange::Exchange(Subdomain& subdomain)
+    : subdomain_(subdomain),
+      exports_(static_cast<std::size_t>(subdomain.workers.threads()),
+               std::vector<std::vector<Export>>(static_cast<std::size_t>(subdomain.comm.parts()))),
+      packets_(static_cast<std::size_t>(subdomain.comm.parts())) {}
+
+void Exchange::note_export(int worker, Catom catom, u16 column) {
+    if (subdomain_.alone()) return;
+    MELD_EXPECT(subdomain_.owned(catom) && subdomain_.module.columns[column].exported, "catom {}, column {}", catom, column);
+    auto& by_destination = exports_[static_cast<std::size_t>(worker)];
+    subdomain_.members_.subscribers(catom, subdomain_.geometry().catom_site[catom],
+                                    [&](int other) { by_destination[static_cast<std::size_t>(other)].push_back({catom, column}); });
+}
+
+void Exchange::run() {
+    sent_bytes_ = 0;
+    arrivals_.clear();
+    if (subdomain_.alone()) {
+        for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) arrivals_.push_back({m.to, m.predicate, m.arguments});
+        return deliver();
+    }
+    pack();
+    std::vector<comm::Packet> packets = comm::take_packets(packets_);
+    for (const comm::Packet& packet : packets) sent_bytes_ += packet.bytes.size();
+    const std::vector<comm::Packet> received = subdomain_.comm.exchange(std::move(packets));
+    std::deque<std::vector<Value>> arguments;
+    tuple::Arena lists;
+    for (const comm::Packet& packet : received) unpack(packet, arguments, lists);
+    deliver();
+}
+
+void Exchange::pack() {
+    for (auto& by_destination : exports_)
+        for (std::size_t other = 0; other < by_destination.size(); ++other) {
+            for (const Export& changed : by_destination[other]) pack_export(packets_[other], changed);
+            by_destination[other].clear();
+        }
+    for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) {
+        if (subdomain_.owned(m.to))
+            arrivals_.push_back({m.to, m.predicate, m.arguments});
+        else
+            pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(m.to))], m);
+    }
+}
+
+// The other side has the column as it was before this tick, so where rows are followed they are sent alone.
+void Exchange::pack_export(ByteWriter& out, const Export& changed) const {
+    const tuple::Columns& columns = subdomain_.columns;
+    const bool rows = columns.changes().follows(changed.column);
+    out.write(rows ? Record::Rows : Record::Export);
+    pack_name(out, changed.catom);
+    out.write(changed.column);
+    if (!rows) return columns.pack_column(changed.column, changed.catom, out);
+    const RowChanges& changes = *columns.changes().of(changed.column, changed.catom);
+    out.write(changes.removed);
+    out.write(changes.added);
+    const std::size_t row_bytes = subdomain_.module.columns[changed.column].row_bytes;
+    out.write_bytes(&changes + 1, row_bytes * (std::size_t{changes.removed} + changes.added));
+}
+
+void Exchange::pack_message(ByteWriter& out, const eval::Message& message) const {
+    const ModuleInfo& module = subdomain_.module;
+    out.write(Record::Message);
+    pack_name(out, message.to);
+    out.write(message.predicate);
+    const PredicateInfo& p = module.predicates[message.predicate];
+    for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), message.arguments[i], out);
+}
+
+void Exchange::pack_name(ByteWriter& out, Catom catom) const {
+    if (subdomain_.ensemble.is_free())
+        out.write(subdomain_.ensemble.id(catom));
+    else
+        out.write(subdomain_.ensemble.cell(catom));
+}
+
+Catom Exchange::unpack_name(ByteReader& in, int sender) const {
+    if (subdomain_.ensemble.is_free()) {
+        const auto id = in.read<u64>();
+        const std::optional<Catom> catom = subdomain_.ensemble.find(id);
+        MELD_CHECK(catom.has_value(), "process {} sent a change of catom @{}, which this one does not know", sender, id);
+        return *catom;
+    }
+    const auto cell = in.read<Cell>();
+    const std::optional<Catom> catom = subdomain_.ensemble.at(cell);
+    MELD_CHECK(catom.has_value(), "process {} sent a change of cell ({}, {}, {}), where this one knows no catom", sender, cell.x, cell.y,
+               cell.z);
+    return *catom;
+}
+
+void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists) {
+    const ModuleInfo& module = subdomain_.module;
+    ByteReader in(packet.bytes, "a packet of exports and messages");
+    while (!in.done()) {
+        const auto record = in.read<Record>();
+        const Catom catom = unpack_name(in, packet.part);
+        const auto number = in.read<u16>();
+        if (record == Record::Message) {
+            MELD_ASSERT(subdomain_.owned(catom) && number < module.predicate_count, "catom {}, predicate {}", catom, number);
+            const PredicateInfo& p = module.predicates[number];
+            std::vector<Value>& values = arguments.emplace_back(p.arity);
+            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), in, lists);
+            arrivals_.push_back({catom, number, values.data()});
+            continue;
+        }
+        MELD_ASSERT(!subdomain_.owned(catom) && number < module.column_count, "catom {}, column {}", catom, number);
+        if (record == Record::Rows)
+            unpack_rows(number, catom, in);
+        else
+            subdomain_.facts_.columns.unpack_column(number, catom, in, 0);
+        subdomain_.mark_neighbours(catom, module.columns[number].reader_dirty);
+    }
+}
+
+void Exchange::unpack_rows(u16 column, Catom catom, ByteReader& in) {
+    tuple::Columns& columns = subdomain_.facts_.columns;
+    const auto removed = in.read<u32>(), added = in.read<u32>();
+    const std::span<const std::byte> rows =
+        in.read_bytes(std::size_t{subdomain_.module.columns[column].row_bytes} * (std::size_t{removed} + added));
+    RowChanges* changes = columns.changes().make(column, removed, added, 0);
+    std::memcpy(changes + 1, rows.data(), rows.size());
+    columns.change_rows(column, catom, changes, 0);
+}
+
+// By receiver, as what this process has sent comes; what is equal stays in order.
+void Exchange::sort_arrivals() {
+    const auto by_receiver = [](const Arrival& a, const Arrival& b) { return a.to < b.to; };
+    if (std::is_sorted(arrivals_.begin(), arrivals_.end(), by_receiver)) return;
+    order_.clear();
+    for (std::size_t i = 0; i < arrivals_.size(); ++i) order_.push_back({arrivals_[i].to, static_cast<u32>(i)});
+    sort_by_key(order_, spare_);
+    sorted_.clear();
+    for (const Keyed& k : order_) sorted_.push_back(arrivals_[k.place]);
+    arrivals_.swap(sorted_);
+}
+
+void Exchange::deliver() {
+    sort_arrivals();
+    const auto by_predicate = [](const Arrival& a, const Arrival& b) { return a.predicate < b.predicate; };
+    for (auto from = arrivals_.begin(); from != arrivals_.end();) {
+        const auto to = std::find_if(from, arrivals_.end(), [&](const Arrival& a) { return a.to != from->to; });
+        if (!std::is_sorted(from, to, by_predicate)) std::stable_sort(from, to, by_predicate);
+        while (from != to) {
+            const Arrival& first = *from;
+            together_.clear();
+            for (; from != to && from->predicate == first.predicate; ++from) together_.push_back(from->arguments);
+            if (together_.size() > 1)
+                subdomain_.facts_.give_all(first.predicate, first.to, together_);
+            else
+                subdomain_.facts_.give(first.predicate, first.to, together_[0]);
+        }
+    }
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,92 @@
+#include "runtime/sim/core/fact_store.h"
+
+#include <utility>
+
+#include "runtime/base/assert.h"
+
+namespace meld::sim {
+
+FactStore::FactStore(const ModuleInfo& module, Workers& workers, eval::Positions positions)
+    : columns(module, workers.threads()), evaluator(module, columns, workers, std::move(positions)), module_(module), workers_(workers) {}
+
+FactStore::~FactStore() {
+    for (u32 i = 0; i < parameters_.size(); ++i) columns.lists().release({module_.types, module_.parameters[i].deep}, parameters_[i], 0);
+}
+
+void FactStore::resize(std::size_t catoms) {
+    columns.resize(catoms);
+    evaluator.agenda().resize(catoms);
+}
+
+void FactStore::forget(u32 catom, i64 now) {
+    MELD_EXPECT(catom < columns.count(), "catom {} of {}", catom, columns.count());
+    columns.clear(catom, 0);
+    evaluator.agenda().forget(catom);
+    evaluator.tombstones().forget(catom);
+    evaluator.timers().forget(now, catom);
+}
+
+void FactStore::wake_moved(u32 catom, i64 now) {
+    evaluator.timers().forget(now, catom);
+    mark(catom, kDirtyWake | kDirtyLinks | kDirtyPlace);
+}
+
+void FactStore::check_given(u32 predicate) const {
+    MELD_EXPECT(predicate < module_.predicate_count, "predicate {}", predicate);
+    const u16 column = module_.predicates[predicate].column;
+    MELD_CHECK(column != kNone16 && !module_.columns[column].exported, "{} is no given predicate", module_.predicates[predicate].name);
+}
+
+bool FactStore::give(u32 predicate, u32 catom, const Value* arguments) {
+    check_given(predicate);
+    if (!tuple::give_fact(module_, columns, predicate, catom, arguments, 0)) return false;
+    mark(catom, own_dirty(predicate));
+    return true;
+}
+
+void FactStore::give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts) {
+    check_given(predicate);
+    if (module_.predicates[predicate].storage != Storage::Rows) {
+        for (const Value* arguments : facts) give(predicate, catom, arguments);
+    } else if (tuple::give_facts(module_, columns, predicate, catom, facts, rows_, 0)) {
+        mark(catom, own_dirty(predicate));
+    }
+}
+
+bool FactStore::take(u32 predicate, u32 catom, const Value* arguments) {
+    check_given(predicate);
+    if (!tuple::take_fact(module_, columns, predicate, catom, arguments, 0)) return false;
+    mark(catom, own_dirty(predicate));
+    return true;
+}
+
+bool FactStore::give_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    return tuple::give_fact(module_, columns, predicate, catom, arguments, worker);
+}
+
+bool FactStore::take_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    return tuple::take_fact(module_, columns, predicate, catom, arguments, worker);
+}
+
+void FactStore::pack(u32 catom, ByteWriter& out) const {
+    columns.pack(catom, tuple::Columns::Which::All, out);
+    out.write(evaluator.agenda().dirty(catom));
+    const auto* losses = evaluator.tombstones().of(catom);
+    out.write_count(losses == nullptr ? 0 : losses->size());
+    if (losses != nullptr)
+        for (const auto& loss : *losses) out.write(loss);
+}
+
+void FactStore::unpack(u32 catom, ByteReader& in) {
+    columns.unpack(catom, tuple::Columns::Which::All, in, 0);
+    mark(catom, in.read<u64>() | kDirtyWake | kDirtyLinks);
+    std::vector<eval::Tombstones::Entry> losses(in.read_count(sizeof(eval::Tombstones::Entry)));
+    for (auto& loss : losses) loss = in.read<eval::Tombstones::Entry>();
+    evaluator.tombstones().restore(catom, std::move(losses));
+}
+
+void FactStore::add_parameter(tuple::Type type, Value value) { parameters_.push_back(columns.lists().keep(type, value, 0)); }
+
+}  // namespace meld::sim

@@ -1,0 +1,71 @@
+// What a process's catoms hold: facts in columns, what is to be evaluated next, what retraction remembers, what waits for its time.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/parallel_for.h"
+#include "runtime/eval/evaluator.h"
+#include "runtime/tuple/columns.h"
+#include "runtime/tuple/facts.h"
+
+namespace meld::sim {
+
+class FactStore {
+  public:
+    FactStore(const ModuleInfo& module, Workers& workers, eval::Positions positions);
+    ~FactStore();
+
+    // Room for this many catoms; what is new holds nothing.
+    void resize(std::size_t catoms);
+    // The catom is gone from here, and so is all that was kept for it.
+    void forget(u32 catom, i64 now);
+    // What it waits for is forgotten and set again, as where a catom moves to another process: how often it is looked at must not
+    // depend on where it came from.
+    void wake_moved(u32 catom, i64 now);
+
+    // Facts given from outside: whether they change anything; the catom is marked if they do.
+    bool give(u32 predicate, u32 catom, const Value* arguments);
+    void give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts);
+    bool take(u32 predicate, u32 catom, const Value* arguments);
+    // The same from all workers at once, for different catoms; the caller marks them.
+    bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
+    bool take_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
+
+    void mark(u32 catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
+    // The same from all workers at once.
+    void mark_shared(u32 catom, u64 bits) {
+        if (workers_.threads() > 1)
+            evaluator.agenda().mark_shared(catom, bits);
+        else
+            mark(catom, bits);
+    }
+
+    // All that is kept for a catom, to follow it to another process. What it waits for stays behind, and so does which rows have
+    // changed: the catom is looked at as a whole when it arrives, and sets them again.
+    void pack(u32 catom, ByteWriter& out) const;
+    void unpack(u32 catom, ByteReader& in);
+
+    // The program's constants, which live as long as the facts that may share their lists.
+    void add_parameter(tuple::Type type, Value value);
+    const std::vector<Value>& parameters() const { return parameters_; }
+
+    std::size_t bytes() const { return columns.bytes() + evaluator.agenda().bytes(); }
+
+    tuple::Columns columns;
+    eval::Evaluator evaluator;
+
+  private:
+    u64 own_dirty(u32 predicate) const { return module_.columns[module_.predicates[predicate].column].own_dirty; }
+    // What is given is private to its catom; the planner derives from it what neighbours may read.
+    void check_given(u32 predicate) const;
+
+    const ModuleInfo& module_;
+    Workers& workers_;
+    std::vector<Value> parameters_;
+    std::vector<u8> rows_;  // Room for give_all.
+};
+
+}  // namespace meld::sim

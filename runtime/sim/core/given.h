@@ -1,0 +1,33 @@
+// The facts that the world gives to its catoms, at the start and while they run.
+#pragma once
+
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::sim {
+
+class GivenFacts {
+  public:
+    explicit GivenFacts(Subdomain& subdomain) : subdomain_(subdomain) {}
+
+    // Those of the start; those of events are checked. Every process calls it. Errors: the world gives what the program cannot take.
+    Result<void> start();
+    // Those of the events of this tick.
+    void change();
+
+  private:
+    enum class Change { Check, Give, Take };
+    // Gives the fact to the catoms of its region, or takes it from them; Check only says what is wrong with it.
+    // `matched` counts the catoms on this process; under Check it says whether there are any.
+    Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr);
+    // For regions: where catoms move freely, the cell in which it starts, later that whose centre would be nearest.
+    Cell cell_in_regions(Catom catom) const;
+    void warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched);
+    void warn_of_missing_catoms();
+
+    Subdomain& subdomain_;
+};
+
+}  // namespace meld::sim

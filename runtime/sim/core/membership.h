@@ -1,0 +1,89 @@
+// Which catoms a process knows: its own and ghosts of those next to them, where they stand, and whose they are.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/partition/partition.h"
+#include "runtime/world/ensemble.h"
+#include "runtime/world/target.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::sim {
+
+using world::Catom;
+using world::Cell;
+using world::CellKey;
+
+// The cell whose centre is nearest to a place that is given in diameters.
+Cell nearest_cell(const world::Vec3& position);
+
+class Membership {
+  public:
+    Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm);
+
+    bool owned(Catom catom) const { return ensemble.state(catom) == kCatomOwned; }
+    // The process whose catom this is.
+    int owner_of(Catom catom) const;
+    // Calls visit(process) once for each other process that reads what this catom exports.
+    template <class Visit>
+    void subscribers(Catom catom, std::uint32_t site, const Visit& visit) const;
+
+    // Catoms that stand anywhere. A ghost has an owner.
+    Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
+    // Other owners of catoms that this process knows.
+    void set_owner(Catom catom, int owner);
+
+    // What programs sense of a place that has no cell: it follows the catom in steps, as the world says.
+    bool senses_positions() const { return senses_positions_; }
+    world::Vec3 sensed_position(Catom catom) const {
+        return sensed_positions_.empty() ? ensemble.position(catom) : sensed_positions_[catom];
+    }
+    void sense_position(Catom catom, const world::Vec3& position);
+    // The cell in which a catom that moves freely starts; until motion has started.
+    bool has_start_cell(Catom catom) const { return catom < start_cells_.size(); }
+    Cell start_cell(Catom catom) const;
+    void forget_start_cells();
+
+    // Room for catoms that stand anywhere, and one of them at its start.
+    void reserve_freely(std::size_t start, std::size_t room);
+    void start_freely(std::uint64_t id, Cell cell, const world::Vec3& position);
+
+    std::size_t bytes() const;
+
+    world::Ensemble ensemble;
+    // Who owns which bricks, and which cells of others matter here; from the set-up on.
+    std::optional<partition::Partition> partition;
+    std::optional<partition::Halo> halo;
+    std::uint64_t next_id = 0;  // Of the whole ensemble.
+
+  private:
+    const int rank_, ranks_;
+    const bool senses_positions_;
+    std::vector<world::Vec3> sensed_positions_;  // By catom; empty where no rule reads positions.
+    std::vector<std::int32_t> owners_;           // By catom that stands anywhere; empty on one process.
+    std::vector<Cell> start_cells_;              // By catom.
+};
+
+template <class Visit>
+void Membership::subscribers(Catom catom, std::uint32_t site, const Visit& visit) const {
+    if (!ensemble.is_free()) return halo->subscribers(site, visit);
+    // The owners of its neighbours, each once; there are few.
+    int visited[kMaxPorts];
+    int count = 0;
+    for (int port = 0; port < kMaxPorts; ++port) {
+        const std::optional<Catom> other = ensemble.linked(catom, port);
+        if (!other || owned(*other)) continue;
+        const int owner = owners_[*other];
+        bool again = false;
+        for (int i = 0; i < count; ++i) again = again || visited[i] == owner;
+        if (again) continue;
+        visited[count++] = owner;
+        visit(owner);
+    }
+}
+
+}  // namespace meld::sim

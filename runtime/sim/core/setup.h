@@ -1,0 +1,33 @@
+// The set-up of a subdomain: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::sim {
+
+class Setup {
+  public:
+    explicit Setup(Subdomain& subdomain) : subdomain_(subdomain) {}
+    Result<void> run();
+
+  private:
+    // Catoms by brick, sorted; the same on every process.
+    using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
+    void populate_cells(const Counts& counts);
+    void populate_freely(const Counts& counts);
+    void set_limits();
+    Result<void> set_parameters();
+
+    Subdomain& subdomain_;
+};
+
+// An error if a list was refused since it was last asked: none is longer than the world allows. `what` had it.
+Result<void> check_length(tuple::ListStore& lists, const Part& limits, const std::string& what);
+
+}  // namespace meld::sim

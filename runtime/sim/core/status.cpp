@@ -1,0 +1,36 @@
+#include "runtime/sim/core/status.h"
+
+#include <algorithm>
+
+#include "runtime/base/assert.h"
+
+namespace meld::sim {
+
+void Totals::add(const Totals& other) {
+    tick.awake += other.tick.awake;
+    tick.derivations += other.tick.derivations;
+    tick.changes += other.tick.changes;
+    tick.messages += other.tick.messages;
+    tick.dropped += other.tick.dropped;
+    catoms += other.catoms;
+    bytes += other.bytes;
+    actions += other.actions;
+    births_wanted += other.births_wanted;
+    teleports += other.teleports;
+    sent_bytes += other.sent_bytes;
+    awake = awake || other.awake;
+    waiting = waiting || other.waiting;
+    stop = stop || other.stop;
+    finished = finished || other.finished;
+    greatest_rank = std::max(greatest_rank, other.greatest_rank);
+    const bool earlier = other.failure.trap != Trap::None && (failure.trap == Trap::None || other.failure.catom < failure.catom);
+    if (earlier) failure = other.failure;
+}
+
+void Status::end_tick(std::int64_t tick, bool well) {
+    MELD_EXPECT(tick > last_tick_, "tick {} after tick {}", tick, last_tick_);
+    half_way_ = !well;
+    if (well) last_tick_ = tick;
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,101 @@
+#include "runtime/sim/core/subdomain.h"
+
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/core/setup.h"
+
+namespace meld::sim {
+
+Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target,
+                     comm::Communicator& communicator, int threads)
+    : module(module_info),
+      world(the_world),
+      comm(communicator),
+      workers(threads),
+      members_(module_info, the_world, target, communicator),
+      facts_(module_info, workers, [this](u32 catom, double out[3]) {
+          const world::Vec3 at = members_.sensed_position(catom);
+          for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
+      }) {}
+
+Result<void> Subdomain::populate() { return Setup(*this).run(); }
+
+void Subdomain::refresh() {
+    abi_.geometry = members_.ensemble.geometry();
+    abi_.columns = facts_.columns.pointers();
+    abi_.changes = facts_.columns.changes().pointers();
+    if (members_.halo) members_.halo->prepare();
+    MELD_ENSURE(facts_.columns.count() >= ensemble.index_count(), "columns of {} catoms, and there are {}", facts_.columns.count(),
+                ensemble.index_count());
+}
+
+void Subdomain::mark_around(Cell cell, u64 bits) {
+    for (int port = 0; port < lattice.ports(); ++port)
+        if (const std::optional<Catom> other = ensemble.at(lattice.neighbour(cell, port))) mark(*other, bits);
+}
+
+void Subdomain::mark_neighbours(Catom catom, u64 bits) {
+    if (ensemble.is_free()) {
+        for (int port = 0; port < kMaxPorts; ++port)
+            if (const std::optional<Catom> other = ensemble.linked(catom, port)) mark(*other, bits);
+    } else {
+        mark_around(ensemble.cell(catom), bits);
+    }
+}
+
+Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {
+    MELD_EXPECT(!ensemble.is_free() && !ensemble.at(cell), "catom @{} in a cell that is full", id);
+    const Catom catom = members_.ensemble.add(id, cell, state);
+    facts_.resize(ensemble.index_count());
+    if (state == kCatomOwned) members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(cell)));
+    mark_around(cell, kDirtyLinks);
+    return catom;
+}
+
+void Subdomain::remove_catom(Catom catom) {
+    MELD_EXPECT(!ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
+    const Cell cell = ensemble.cell(catom);
+    facts_.forget(catom, abi_.now);
+    members_.ensemble.remove(catom);
+    mark_around(cell, kDirtyLinks);
+}
+
+void Subdomain::move_catom(Catom catom, Cell to) {
+    MELD_EXPECT(owned(catom) && !ensemble.at(to), "catom {}", catom);
+    mark_around(ensemble.cell(catom), kDirtyLinks);
+    members_.ensemble.move(catom, to);
+    members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(to)));
+    mark_around(to, kDirtyLinks);
+    facts_.wake_moved(catom, abi_.now);
+}
+
+std::uint64_t Subdomain::take_ids(std::uint64_t count) { return std::exchange(members_.next_id, members_.next_id + count); }
+
+Catom Subdomain::add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner) {
+    const Catom catom = members_.add_freely(id, position, state, owner);
+    facts_.resize(ensemble.index_count());
+    return catom;
+}
+
+void Subdomain::remove_freely(Catom catom) {
+    MELD_EXPECT(ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
+    facts_.forget(catom, abi_.now);
+    members_.ensemble.remove(catom);
+}
+
+void Subdomain::link(Catom a, int port_of_a, Catom b, int port_of_b) {
+    members_.ensemble.link(a, port_of_a, b, port_of_b);
+    note_change();
+    for (const Catom catom : {a, b}) mark(catom, kDirtyLinks);
+}
+
+void Subdomain::unlink(Catom a, Catom b) {
+    const std::optional<int> port = ensemble.port_towards(a, b);
+    MELD_CHECK(port.has_value(), "catoms @{} and @{} are not linked", ensemble.id(a), ensemble.id(b));
+    members_.ensemble.unlink(a, *port);
+    note_change();
+    for (const Catom catom : {a, b}) mark(catom, kDirtyLinks);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,150 @@
+// What one process of a run owns, as modules see it: they read all of it and change it only by the operations here.
+//
+// Its state has three homes, and a module's own state a fourth: which catoms there are (Membership), what they hold (FactStore), and
+// how the run stands (Status). What exists only within a tick belongs to Tick (tick.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/error.h"
+#include "runtime/base/parallel_for.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/sim/core/fact_store.h"
+#include "runtime/sim/core/membership.h"
+#include "runtime/sim/core/status.h"
+#include "runtime/world/target.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::sim {
+
+class Subdomain {
+  public:
+    Subdomain(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
+    Subdomain(const Subdomain&) = delete;
+    Subdomain& operator=(const Subdomain&) = delete;
+
+    // Places the catoms of this process and its ghosts, gives them their ids and the world's facts. Every process calls it.
+    Result<void> populate();
+
+    // ---- what the run is made of, and does not change
+    const ModuleInfo& module;
+    const world::World& world;
+    comm::Communicator& comm;
+    Workers workers;
+    bool alone() const { return comm.parts() == 1; }
+
+    // ---- what is there, to be read
+  private:
+    Membership members_;
+    FactStore facts_;
+    Status status_;
+
+  public:
+    const world::Ensemble& ensemble = members_.ensemble;
+    const world::Lattice& lattice = members_.ensemble.lattice();
+    const tuple::Columns& columns = facts_.columns;
+    const Totals& totals = status_.totals;
+    const std::optional<partition::Halo>& halo = members_.halo;
+
+    std::int64_t tick() const { return abi_.now; }
+    // The arrays of the ensemble as modules of the compiler read them; after refresh().
+    const Geometry& geometry() const { return abi_.geometry; }
+    bool owned(Catom catom) const { return members_.owned(catom); }
+    // The process whose catom this is.
+    int owner_of(Catom catom) const { return members_.owner_of(catom); }
+    // How many catoms the ensemble has had.
+    std::uint64_t next_id() const { return members_.next_id; }
+    // The actions of the last tick, by the ids of their catoms.
+    const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
+    const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }
+    const eval::Timers& timers() const { return facts_.evaluator.timers(); }
+    const eval::Tombstones& tombstones() const { return facts_.evaluator.tombstones(); }
+    const Status& status() const { return status_; }
+    // A catom's diameter in those of the world.
+    bool has_diameters() const { return diameter_of_ != nullptr; }
+    double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
+    std::size_t bytes() const { return members_.bytes() + facts_.bytes() + motion_bytes_; }
+    // Brings the arrays that the compiled module reads up to date after catoms or bricks have come or gone.
+    void refresh();
+
+    // ---- facts from outside
+    // The catom is marked if they change anything; neighbours see what its rules derive from them.
+    bool give(u32 predicate, Catom catom, const Value* arguments) { return facts_.give(predicate, catom, arguments); }
+    bool take(u32 predicate, Catom catom, const Value* arguments) { return facts_.take(predicate, catom, arguments); }
+    // The same from all workers at once, for different catoms; the caller marks them. The last replaces a fact of numbers.
+    bool give_shared(u32 predicate, Catom catom, const Value* arguments, int worker) {
+        return facts_.give_shared(predicate, catom, arguments, worker);
+    }
+    bool take_shared(u32 predicate, Catom catom, const Value* arguments, int worker) {
+        return facts_.take_shared(predicate, catom, arguments, worker);
+    }
+    void give_numbers(u32 predicate, Catom catom, const tuple::Numbers& numbers, int worker) {
+        tuple::give_numbers(module, facts_.columns, predicate, catom, numbers, worker);
+    }
+    void mark(Catom catom, u64 bits) { facts_.mark(catom, bits); }
+    // The same from all workers at once.
+    void mark_shared(Catom catom, u64 bits) { facts_.mark_shared(catom, bits); }
+    // Marks the catoms next to a cell, or to a catom.
+    void mark_around(Cell cell, u64 bits);
+    void mark_neighbours(Catom catom, u64 bits);
+
+    // ---- catoms on a lattice. They come and go; links around the cell are marked. Arrays may move.
+    Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
+    void remove_catom(Catom catom);
+    // Within this process; the catom keeps its index.
+    void move_catom(Catom catom, Cell to);
+    // Ids for catoms that are made, so many on all processes together; the first of them.
+    std::uint64_t take_ids(std::uint64_t count);
+
+    // ---- catoms that stand anywhere. A ghost has an owner, and goes when nothing of this process touches it any more.
+    Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
+    void remove_freely(Catom catom);
+    void set_owner(Catom catom, int owner) { members_.set_owner(catom, owner); }
+    // Whether it has entered or left the target. From all workers at once, for different catoms.
+    bool place(Catom catom, const world::Vec3& position) { return members_.ensemble.place(catom, position); }
+    // Two catoms begin or cease to be neighbours over their ports; they are marked.
+    void link(Catom a, int port_of_a, Catom b, int port_of_b);
+    void unlink(Catom a, Catom b);
+    // A link that a catom brings from the process it came from.
+    void restore_link(Catom a, int port_of_a, Catom b, int port_of_b) { members_.ensemble.link(a, port_of_a, b, port_of_b); }
+    // What programs have sensed of their positions.
+    bool senses_positions() const { return members_.senses_positions(); }
+    world::Vec3 sensed_position(Catom catom) const { return members_.sensed_position(catom); }
+    void sense_position(Catom catom, const world::Vec3& position) { members_.sense_position(catom, position); }
+    // The cell in which a catom starts; until motion has started, which then forgets them.
+    Cell start_cell(Catom catom) const { return members_.start_cell(catom); }
+    void forget_start_cells() { members_.forget_start_cells(); }
+
+    // ---- catoms that change processes
+    // All of a catom, for its new owner, or what it exports, for those that see it.
+    void pack_catom(Catom catom, ByteWriter& out) const { facts_.pack(catom, out); }
+    void unpack_catom(Catom catom, ByteReader& in) { facts_.unpack(catom, in); }
+    void pack_exports(Catom catom, ByteWriter& out) const { columns.pack(catom, tuple::Columns::Which::Exported, out); }
+    void unpack_exports(Catom catom, ByteReader& in) { facts_.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0); }
+
+    // ---- what a module says of the run
+    // Facts or links have changed in a tick that may still fail: then they are no longer those of the last tick.
+    void note_change() { status_.note_change(); }
+    // Something moves by itself, so the run goes on though no program has anything to do.
+    void set_moving(bool moving) { status_.moving = moving; }
+    void request_stop() { status_.stop_requested = true; }
+    void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }
+    void set_motion_bytes(std::size_t bytes) { motion_bytes_ = bytes; }
+
+  private:
+    friend class Setup;
+    friend class GivenFacts;
+    friend class Exchange;
+    friend class Tick;
+
+    Part abi_;                                  // As the compiled module sees it.
+    std::function<double(Catom)> diameter_of_;  // None where all have the world's.
+    std::size_t motion_bytes_ = 0;              // Held by what moves it.
+};
+
+}  // namespace meld::sim
