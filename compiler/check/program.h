@@ -161,6 +161,8 @@ struct Predicate {
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it ride along.
     FunctionId fold;               // Aggregate::Custom
+    // Min or Max: the rows of a group are the front of the argument `aggregate_at` (fronts.h). Made by the planner.
+    Aggregate front = Aggregate::None;
     // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
     Id<Predicate> complete_link;
     bool complete_outgoing = false;  // `[-> edge]`: the catoms the link points to, not those it comes from.

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/check/check.h"
+#include "compiler/check/fronts.h"
 #include "compiler/check/replaced.h"
 #include "compiler/check/rounds.h"
 #include "compiler/check/values_read.h"
@@ -304,10 +305,12 @@ class Strata {
             if (a == Aggregate::Min || a == Aggregate::Max) best = best == Aggregate::None || best == a ? a : Aggregate::First;
         }
         if (best != Aggregate::Min && best != Aggregate::Max) return false;
+        // With fronts, what improves up to a limit comes to rest there.
+        const Improves how = fronts_of(program_, c) == Fronts::Needed ? Improves::Ever : Improves::ToALimit;
         std::vector<Way> ways;
         for (const RuleId id : c.rules)
             each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) {
-                if (!negated && inside(a.predicate)) add_ways(program_.rules[id], a, best, ways);
+                if (!negated && inside(a.predicate)) add_ways(program_.rules[id], a, best, how, ways);
             });
         for (const Way& w : ways) {
             const std::vector<const Way*> back = w.improves ? way_back(ways, w) : std::vector<const Way*>{};
@@ -339,7 +342,7 @@ class Strata {
                      ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
                      : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
     }
-    void add_ways(const Rule& rule, const Atom& a, Aggregate best, std::vector<Way>& ways) const {
+    void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
         const auto carries = [](const Predicate& p, std::size_t i) { return p.aggregate == Aggregate::None || i == p.aggregate_at; };
         for (std::size_t i = 1; i < a.arguments.size(); ++i) {
@@ -349,7 +352,7 @@ class Strata {
                 const Term& made = rule.heads[0].atom.arguments[k];
                 if (!carries(to, k) || !to.arguments[k].type.numeric()) continue;
                 if (computed_from(rule, made, value))
-                    ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best)});
+                    ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best, how)});
             }
         }
     }

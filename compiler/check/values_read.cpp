@@ -81,13 +81,17 @@ bool computed_from(const Rule& rule, const Term& e, VariableId value) {
     return e.is_variable() && any_definition(rule, e.variable, [&](const Term& is) { return mentions(is, value); });
 }
 
-bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggregate) {
+bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggregate, Improves how) {
     if (e.is_variable())
         return e.variable != value &&
-               any_definition(rule, e.variable, [&](const Term& is) { return improves(rule, is, value, aggregate); });
+               any_definition(rule, e.variable, [&](const Term& is) { return improves(rule, is, value, aggregate, how); });
     if (!mentions(e, value)) return false;
-    if (e.op == Op::Max || e.op == Op::Min || e.op == Op::ToFloat)
-        return std::any_of(e.operands.begin(), e.operands.end(), [&](const Term& o) { return improves(rule, o, value, aggregate); });
+    if (e.op == Op::Max || e.op == Op::Min || e.op == Op::ToFloat) {
+        const auto operand = [&](const Term& o) { return improves(rule, o, value, aggregate, how); };
+        const bool worst = e.op == (aggregate == Aggregate::Min ? Op::Max : Op::Min);
+        return how == Improves::Ever && worst ? std::all_of(e.operands.begin(), e.operands.end(), operand)
+                                              : std::any_of(e.operands.begin(), e.operands.end(), operand);
+    }
     if (e.op != Op::Add && e.op != Op::Subtract) return false;
     const bool left = mentions(e.operands[0], value);
     const Term& step = e.operands[left ? 1 : 0];

@@ -21,7 +21,9 @@ std::size_t uses(const Rule& rule, VariableId v);
 // Whether an expression, or what the body makes it equal to, mentions the value.
 bool computed_from(const Rule& rule, const Term& expression, VariableId value);
 // Whether an expression over this value may be better than the value itself: of a max X + 1, of a min X - 1. Where that depends on
-// something else, X + W say, it is taken not to be.
-bool improves(const Rule& rule, const Term& expression, VariableId value, Aggregate aggregate);
+// something else, X + W say, it is taken not to be. Ever: without a limit, as max(X - 1, 0) of a
+// min has one.
+enum class Improves { ToALimit, Ever };
+bool improves(const Rule& rule, const Term& expression, VariableId value, Aggregate aggregate, Improves how);
 
 }  // namespace meld::check

@@ -15,6 +15,7 @@ extern const char kKernelLibrary[];
 extern const char kKernelRows[];
 extern const char kKernelViews[];
 extern const char kKernelDeltas[];
+extern const char kKernelFronts[];
 extern const char kExtern[];
 
 // stdlib/*.meld without the prelude, for `use "name"`.

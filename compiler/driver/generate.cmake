@@ -1,6 +1,6 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kExtern)
+set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kKernelFronts kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
@@ -12,6 +12,7 @@ set(embedded_files
   ${CMAKE_SOURCE_DIR}/runtime/kernel/rows.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/views.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/deltas.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/fronts.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
 file(GLOB embedded_libraries CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/stdlib/*.meld)
 list(REMOVE_ITEM embedded_libraries ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld)

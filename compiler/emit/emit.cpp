@@ -9,6 +9,7 @@ std::string emit_module(const plan::Plan& plan) {
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
+    if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
     w.raw("");
     w.raw("using namespace meld;");
     emit_externs(plan, w);

@@ -127,7 +127,9 @@ void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w
     const auto each = [&](const char* format) {
         for (const PredicateId p : stratum.predicates) w.raw(fmt::format(fmt::runtime(format), predicate_name(plan.program, p)));
     };
-    each("Mutual<{0}_t> m_{0}(s.{0});");
+    for (const PredicateId p : stratum.predicates)
+        w.line("{0}<{1}_t> m_{1}(s.{1});", plan.program.predicates[p].front != Aggregate::None ? "Front" : "Mutual",
+               predicate_name(plan.program, p));
     w.raw("u64 rounds = 0;");
     w.open("for (bool again = true; again && s.e->trap == Trap::None;) {");
     w.raw("again = false;");

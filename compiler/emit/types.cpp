@@ -90,7 +90,7 @@ std::string chained_compare(const Predicate& p, const std::vector<std::size_t>& 
 }
 
 std::string better(const Predicate& p, std::size_t field) {
-    const char* sign = p.aggregate == Aggregate::Min ? "<" : ">";
+    const char* sign = p.aggregate == Aggregate::Min || p.front == Aggregate::Min ? "<" : ">";
     const std::string a = "a." + field_name(field), b = "b." + field_name(field);
     if (!p.arguments[field].type.compound()) return fmt::format("{} {} {}", a, sign, b);
     return fmt::format("{} {} 0", compared(p.arguments[field].type, a, b), sign);
@@ -194,9 +194,10 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
         return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b";
     };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
-    const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
-    w.line("static bool better({}) {{ return {}; }}", signature(ordered ? fields.value : std::vector<std::size_t>{}),
-           !ordered ? "false" : better(p, fields.value[0]));
+    const bool front = p.front != Aggregate::None;
+    const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max || front;
+    w.line("static bool better({}) {{ return {}; }}", signature(ordered ? std::vector{p.aggregate_at} : std::vector<std::size_t>{}),
+           !ordered ? "false" : better(p, p.aggregate_at));
     std::vector<std::size_t> rest = fields.value;
     rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
     // Since when a group holds is no part of what it says: the row that is there stays.
@@ -207,9 +208,15 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     w.line("static bool same({}) {{ return {}; }}", signature(rest), same);
     w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(p, rest));
     w.line("static bool before(const Row& a, const Row& b) {{ return rest(a, b) < 0; }}");
+    // The rows of a front are told apart by their values too; the group is the same.
+    std::vector<std::size_t> group = fields.key;
+    if (front) {
+        group.resize(p.aggregate_at - 1);
+        w.line("static int group({}) {{ {} }}", signature(group), chained_compare(p, group));
+    }
     std::string hash = "0x9e37ull";
-    for (const std::size_t f : fields.key) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
-    w.line("static u64 hash(const Row&{}) {{ return {}; }}", fields.key.empty() ? "" : " row", hash);
+    for (const std::size_t f : group) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
+    w.line("static u64 hash(const Row&{}) {{ return {}; }}", group.empty() ? "" : " row", hash);
     emit_fold(p, w);
     return w.text();
 }

@@ -1,5 +1,6 @@
 #include "compiler/emit/writer.h"
 
+#include <algorithm>
 #include <cctype>
 
 namespace meld::emit {
@@ -81,6 +82,11 @@ std::string Scope::value(plan::VariableId v) const {
 bool has_deltas(const plan::Plan& plan) {
     return std::any_of(plan.strata.begin(), plan.strata.end(),
                        [](const plan::Stratum& s) { return !s.deltas.affected.empty() || !s.semi_naive.empty(); });
+}
+
+bool keeps_fronts(const plan::Plan& plan) {
+    return std::any_of(plan.program.predicates.begin(), plan.program.predicates.end(),
+                       [](const Predicate& p) { return p.front != Aggregate::None; });
 }
 
 bool has_view(const plan::Plan& plan, PredicateId id) {

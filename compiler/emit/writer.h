@@ -128,6 +128,8 @@ void emit_schema(const plan::Plan& plan, Writer& w);
 
 // Whether some stratum has delta rules or is evaluated semi-naively.
 bool has_deltas(const plan::Plan& plan);
+// Whether some component keeps fronts.
+bool keeps_fronts(const plan::Plan& plan);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "compiler/check/values_read.h"
 #include "compiler/plan/plan.h"
@@ -17,6 +18,8 @@ namespace meld::plan {
 using namespace check;
 
 namespace {
+
+constexpr std::size_t kMaxRules = 64;
 
 class Existence {
   public:
@@ -84,6 +87,8 @@ class Existence {
     bool answer(RuleId first) {
         std::vector<RuleId> todo{first};
         for (std::size_t at = 0; at < todo.size(); ++at) {
+            // Different bounds combine to many views: then fronts (fronts.cpp) are cheaper.
+            if (todo.size() > kMaxRules) return false;
             for (std::size_t i = 0; i < program_.rules[todo[at]].body.size(); ++i) {
                 const ValueRead read = read_by(program_.rules[todo[at]], program_.rules[todo[at]].body[i]);
                 if (read.kind == ValueRead::Kind::Used && at > 0) return false;
@@ -105,14 +110,17 @@ class Existence {
         const PredicateId m = program_.rules[asking].body[clause].atom.predicate;
         std::vector<Clause> tests;
         std::string written;
+        std::set<std::string> distinct;
         for (const std::size_t t : read.tests) {
             tests.push_back(program_.rules[asking].body[t]);
             Rule named;
             named.variables.add({"Value", {}, {}});
             Term test = tests.back().test;
             rewrite_variables(test, [&](VariableId& v) { v = v.valid() ? VariableId(0) : v; });
-            written += print(program_, named, test) + ";";
+            // A rule that asks what the rule it hands on to asks too would otherwise ask once more at every turn.
+            if (!distinct.insert(print(program_, named, test)).second) tests.pop_back();
         }
+        for (const std::string& test : distinct) written += test + ";";
         const auto [known, fresh] = made_.try_emplace({m, written});
         if (!fresh) return known->second;
         const Predicate of = program_.predicates[m];

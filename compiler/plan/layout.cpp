@@ -82,8 +82,10 @@ class Layout {
     void study_components() {
         for (std::size_t i = 0; i < program_.components.size(); ++i) {
             const Component& c = program_.components[i];
-            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(),
-                                                [&](PredicateId p) { return program_.predicates[p].aggregate != Aggregate::None; });
+            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(), [&](PredicateId p) {
+                const Predicate& member = program_.predicates[p];
+                return member.aggregate != Aggregate::None || member.front != Aggregate::None;
+            });
             for (const PredicateId p : c.predicates) {
                 of(p).component = i;
                 of(p).recursive = c.recursive;

@@ -76,11 +76,16 @@ std::vector<PredicateId> ranked_of(const Plan& plan, const std::vector<Predicate
     return is_ranked(plan, predicates) ? predicates : std::vector<PredicateId>{};
 }
 
+bool keeps_front(const Plan& plan, const Component& c) {
+    return std::any_of(c.predicates.begin(), c.predicates.end(),
+                       [&](PredicateId p) { return plan.program.predicates[p].front != Aggregate::None; });
+}
+
 Recursion recursion_of(const Plan& plan, const Component& c) {
     if (!c.recursive) return Recursion::None;
     if (c.tree && !c.local) return Recursion::Tree;
     if (!is_ranked(plan, c.predicates)) return Recursion::LocalSets;
-    return c.local || c.predicates.size() > 1 ? Recursion::Mutual : Recursion::Ranked;
+    return c.local || c.predicates.size() > 1 || keeps_front(plan, c) ? Recursion::Mutual : Recursion::Ranked;
 }
 
 Stratum plan_stratum(const Plan& plan, const Component& c) {

@@ -32,6 +32,7 @@ constexpr Pass kPasses[] = {
     {.name = "wait", .kind = kNeeded, .on_program = wait_for_neighbours, .program_promise = verify_waits},
     {.name = "given", .kind = kNeeded, .on_program = separate_base, .program_promise = verify_given},
     {.name = "exists", .kind = kNeeded, .on_program = ask_for_existence},
+    {.name = "fronts", .kind = kNeeded, .on_program = keep_fronts},
     {.name = "localize", .kind = kNeeded, .on_program = localize, .program_promise = verify_localized},
     {.name = "push", .kind = kOptional, .on_program = push_aggregates},
     {.name = "merge", .kind = kOptional, .on_program = merge_auxiliaries},

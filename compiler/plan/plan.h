@@ -161,6 +161,8 @@ void wait_for_neighbours(check::Program& program);
 void separate_base(check::Program& program);
 // Lets recursive rules that ask whether a min or max has a value ask a view of the groups instead.
 void ask_for_existence(check::Program& program);
+// Keeps, where values of a min or max may follow from what they replace, all derivations that no other beats.
+void keep_fronts(check::Program& program);
 // Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
 void localize(check::Program& program);
 // Takes the least or greatest of a neighbour's rows there, so that one value is sent instead of them.

@@ -25,6 +25,8 @@ Block rounds_block(Random& random, const std::vector<Known>& known, int names);
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // Recursive min and max, with groups and what rides along.
 Block best_recursion_block(Random& random, const std::vector<Known>& known, int names);
+// Recursive min and max whose values improve through what follows from them.
+Block improving_block(Random& random, const std::vector<Known>& known, int names);
 // A distance, parents by it, and sums towards the root or away from it.
 Block tree_block(Random& random, const std::vector<Known>& known, int names);
 // A view with an arithmetic error for one value of a given fact, which few worlds give.

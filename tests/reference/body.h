@@ -35,6 +35,8 @@ constexpr const char* kFunctions[] = {
     "fun chosen(int X, int Y) : int = if X > Y then folded(X, 1) % 6 else min(X, 2) end.",
     // The same in any order.
     "fun mixed(int X, int Y) : int = X * Y % 17.",
+    // Greater numbers give greater ones.
+    "fun stepped(int X, int Y) : int = if Y > 2 then X / 2 else X / 3 + 1 end.",
     "fun shortened(int X, list int L) : list int = ltake([X | L], 3).",
 };
 

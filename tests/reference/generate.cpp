@@ -82,7 +82,8 @@ class Generator {
         return way < 50   ? view_block
                : way < 54 ? rounds_block
                : way < 72 ? set_recursion_block
-               : way < 92 ? best_recursion_block
+               : way < 86 ? best_recursion_block
+               : way < 94 ? improving_block
                           : tree_block;
     }
 

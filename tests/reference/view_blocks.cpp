@@ -267,7 +267,7 @@ Block set_recursion_block(Random& random, const std::vector<Known>& known, int n
     return block;
 }
 
-// What improves must get worse with every step, or stay: then a value cannot hold itself up.
+// What improves gets worse with every step, or stays, but by way of a set.
 Block best_recursion_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
     const bool least = chance(random, 65), real = chance(random, 15);
@@ -275,7 +275,7 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
     const Kind group_kind = chance(random, 50) ? Kind::Node : Kind::Int;
     const bool group = chance(random, 35), ride = chance(random, 35);
     const int ways = chance(random, 25) ? 2 : 1;
-    bool guarded = false;
+    bool guarded = false, handed_on = false;
     std::vector<Known> own;
     for (int i = 0; i < ways; ++i) {
         std::vector<Kind> kinds;
@@ -315,6 +315,7 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
             const std::string value = chance(random, 25) ? fmt::format("{}(D, {})", least ? "max" : "min", other)
                                                          : fmt::format("D {} {}", least ? "+" : "-", step);
             const std::string rider = chance(random, 50) ? from : "R";
+            handed_on = handed_on || (ride && rider == "R");
             if (chance(random, 20)) body.negate();
             std::vector<std::string> read = arguments("K", "D", rider == "R" ? "R" : "_");
             if (key != "K" && group) read[0] = chance(random, 50) ? "_" : body.has(Kind::Int) ? body.variable(Kind::Int) : "_";
@@ -328,9 +329,9 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
     }
     if (!group && chance(random, 20)) {
         // A set within the same component. What it leads to is worse than what it comes from; or, where it asks only whether there
-        // is a value, and nothing that leads to one depends on values, better than all others.
+        // is a value, better than all others. Then values that were replaced must still lead on, which what rides along may not.
         const std::string name = fmt::format("m{}", names + ways);
-        const bool better = !guarded && chance(random, 50);
+        const bool better = !(guarded && handed_on) && chance(random, 50);
         block.declarations.push_back({name, signature(name, {})});
         DraftRule some{.heads = {atom(name, "A", {})}, .body = {atom(own[0].name, "A", arguments("", better ? "_" : "D", "_"))}};
         if (!better) some.body.push_back(fmt::format("D {}3{}", least ? "< " : "> -", real ? ".0" : ""));
@@ -341,6 +342,89 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
         block.known.push_back({.name = name});
     }
     block.known.insert(block.known.end(), own.begin(), own.end());
+    return block;
+}
+
+// Values that improve through what follows from them: sets ask whether there is one, or one within a bound, and better ones come
+// of that, or are computed, up to a limit. All rules are monotone, so the model is finite and one.
+Block improving_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const bool least = chance(random, 65), real = chance(random, 15), group = chance(random, 30), ride = chance(random, 15);
+    const Kind kind = real ? Kind::Float : Kind::Int;
+    const auto number = [&](std::int64_t n) { return fmt::format("{}{}", n, real ? ".0" : ""); };
+    std::vector<Known> values, sets;
+    for (std::int64_t i = 0, n = 1 + below(random, 2); i < n; ++i) {
+        std::vector<Kind> kinds;
+        if (group) kinds.push_back(Kind::Int);
+        kinds.push_back(kind);
+        if (ride) kinds.push_back(Kind::Node);
+        values.push_back({.name = fmt::format("i{}", names + static_cast<int>(i)), .arguments = kinds});
+        block.declarations.push_back({values.back().name, signature(values.back().name, kinds, "", least ? "min" : "max", group ? 1 : 0)});
+    }
+    for (std::int64_t i = 0, n = below(random, 3); i < n; ++i) {
+        sets.push_back({.name = fmt::format("i{}", names + static_cast<int>(values.size()) + static_cast<int>(i)),
+                        .arguments = group ? std::vector{Kind::Int} : std::vector<Kind>{}});
+        block.declarations.push_back({sets.back().name, signature(sets.back().name, sets.back().arguments)});
+    }
+    const auto value_atom = [&](const std::string& name, const std::string& at, const std::string& key, const std::string& value,
+                                const std::string& rider) {
+        std::vector<std::string> all;
+        if (group) all.push_back(key);
+        all.push_back(value);
+        if (ride) all.push_back(rider);
+        return atom(name, at, all);
+    };
+    const auto set_atom = [&](const std::string& name, const std::string& at, const std::string& key) {
+        return atom(name, at, group ? std::vector{key} : std::vector<std::string>{});
+    };
+    const auto rule = [&](const std::string& head, Body& body) { block.rules.push_back({.heads = {head}, .body = body.shuffled()}); };
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (i > 0 && chance(random, 60)) continue;
+        Body body(random, known);
+        fill(body, random, below(random, 2));
+        rule(value_atom(values[i].name, "A", fmt::format("{}", below(random, 2)), number(below(random, 13) - 3), "A"), body);
+    }
+    for (const Known& set : sets)
+        for (std::int64_t n = chance(random, 30) ? 2 : 1; n > 0; --n) {
+            Body body(random, known);
+            const std::string from = chance(random, 80) ? body.link() : "A";
+            if (chance(random, 30)) body.read_any(body.any_catom());
+            const bool bounded = chance(random, 45);
+            std::string bound = number(below(random, 12) - 3);
+            if (body.has(kind) && chance(random, 40)) bound = body.variable(kind);
+            body.clause(value_atom(pick(random, values).name, from, "K", bounded ? "D" : "_", "_"));
+            if (bounded) body.clause(fmt::format("D {} {}", least ? "<" : ">", bound));
+            if (chance(random, 15)) body.clause(set_atom(pick(random, sets).name, from, "K"));
+            rule(set_atom(set.name, "A", "K"), body);
+        }
+    for (const Known& set : sets) {
+        Body body(random, known);
+        const std::string from = chance(random, 80) ? body.link() : "A";
+        if (chance(random, 30)) body.read_any(body.any_catom());
+        body.clause(set_atom(set.name, from, "K"));
+        rule(value_atom(pick(random, values).name, "A", "K", number(below(random, 13) - 3), from), body);
+    }
+    for (const Known& value : values)
+        for (std::int64_t n = chance(random, 40) ? 2 : 1; n > 0; --n) {
+            Body body(random, known);
+            const std::string from = chance(random, 85) ? body.link() : "A";
+            if (chance(random, 30)) body.read_any(body.any_catom());
+            const std::string away = least ? "+" : "-", closer = least ? "-" : "+", worst = least ? "max" : "min",
+                              best = least ? "min" : "max";
+            const std::vector<std::string> steps = {fmt::format("D {} {}", away, number(1 + below(random, 2))),
+                                                    "D",
+                                                    fmt::format("{}(D {} {}, {})", worst, closer, number(1), number(below(random, 5) - 3)),
+                                                    fmt::format("{}(D, {})", best, number(below(random, 9) - 2)),
+                                                    fmt::format("{}(D, {})", worst, number(below(random, 9) - 2)),
+                                                    real ? "D" : "D / 2",
+                                                    real ? "0.0 + D" : fmt::format("stepped(D, {})", 1 + below(random, 3))};
+            body.clause(value_atom(pick(random, values).name, from, "K", "D", "_"));
+            if (chance(random, 30)) body.clause(fmt::format("D {} {}", least ? "<" : ">", number(least ? 9 : -9)));
+            if (!sets.empty() && chance(random, 25)) body.clause(set_atom(pick(random, sets).name, chance(random, 50) ? from : "A", "K"));
+            rule(value_atom(value.name, "A", "K", pick(random, steps), from), body);
+        }
+    block.known.insert(block.known.end(), values.begin(), values.end());
+    block.known.insert(block.known.end(), sets.begin(), sets.end());
     return block;
 }
 

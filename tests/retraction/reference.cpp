@@ -158,6 +158,24 @@ void mutual(const Scene& s, const Facts& f, const Derive& derive) {
     each_fact(f, "leave", [&](const Row& r) { derive("arrive", {r[0], r[1] - 3}); });
 }
 
+void fronts(const Scene& s, const Facts& f, const Derive& derive) {
+    each_fact(f, "source", [&](const Row& r) { derive("price", {r[0], 9}); });
+    each_link(s, [&](I a, I b) {
+        for (const Row& r : rows(f, "price", a)) {
+            derive("known", {b});
+            if (r[0] < 12) derive("price", {b, r[0] + 1});
+            if (holds(f, "cheap", b)) derive("price", {b, r[0] / 2});
+        }
+        for (const Row& w : rows(f, "offer", a)) {
+            if (holds(f, "known", b)) derive("price", {a, w[0] + 3});
+            if (holds(f, "cheap", b) && w[0] > 2) derive("price", {a, w[0]});
+        }
+    });
+    each_fact(f, "price", [&](const Row& r) {
+        if (r[1] < 6 && holds(f, "known", r[0])) derive("cheap", {r[0]});
+    });
+}
+
 void flood(const Scene& s, const Facts& f, const Derive& derive) {
     each_fact(f, "token", [&](const Row& r) { derive("flood", {r[0], r[1], 5}); });
     each_link(s, [&](I a, I b) {
@@ -327,6 +345,10 @@ std::vector<Program> make_programs() {
                    .given = {source, {.predicate = "cost", .arguments = {{3, 6}}, .per_mille = 850}},
                    .aggregates = {{"arrive", "min"}, {"leave", "min"}},
                    .strata = {mutual}});
+    all.push_back({.name = "fronts",
+                   .given = {source, {.predicate = "offer", .arguments = {{0, 8}}, .per_mille = 500}},
+                   .aggregates = {{"price", "min"}},
+                   .strata = {fronts}});
     all.push_back({.name = "flood",
                    .given = {{.predicate = "token", .arguments = {{1, 3}}, .per_mille = 80}, {.predicate = "wall", .per_mille = 150}},
                    .aggregates = {{"heard", "max"}},

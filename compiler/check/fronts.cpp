@@ -1,0 +1,96 @@
+#include "compiler/check/fronts.h"
+
+#include <algorithm>
+
+#include "compiler/check/improvement.h"
+#include "compiler/check/values_read.h"
+
+namespace meld::check {
+
+namespace {
+
+class Search {
+  public:
+    Search(const Program& program, const Component& component) : program_(program), component_(component) {}
+
+    Fronts run() {
+        bool any = false;
+        for (const PredicateId p : component_.predicates) {
+            const Predicate& predicate = program_.predicates[p];
+            any = any || best(predicate);
+            monotone_ = monotone_ && (best(predicate) || predicate.aggregate == Aggregate::None) && !predicate.needs_all();
+        }
+        if (!any) return Fronts::NotNeeded;
+        for (const RuleId id : component_.rules) {
+            const Rule& rule = program_.rules[id];
+            monotone_ = monotone_ && rule.heads[0].kind == Head::Kind::Fact && rule.heads[0].delay.op == Op::Anonymous;
+            for (const Clause& c : rule.body)
+                if (c.kind == Clause::Kind::Atom && inside(c.atom.predicate)) read(rule, c.atom);
+        }
+        // A value that is only shifted improves through itself without end, or never, unless something stops it on the way.
+        const bool risk = asks_ || improves_ || (shifts_ && stops_);
+        return !risk ? Fronts::NotNeeded : monotone_ ? Fronts::Needed : Fronts::Impossible;
+    }
+
+  private:
+    static bool best(const Predicate& p) { return p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max; }
+    bool inside(PredicateId p) const {
+        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
+    }
+
+    void read(const Rule& rule, const Atom& atom) {
+        const Predicate& p = program_.predicates[atom.predicate];
+        if (!best(p)) return;
+        for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
+            const Term& rides = atom.arguments[i];
+            // What rides along belongs to the best value alone.
+            if (rides.op != Op::Anonymous && (!rides.is_variable() || uses(rule, rides.variable) > 1)) monotone_ = false;
+        }
+        const Term& value = atom.arguments[p.aggregate_at];
+        if (value.op == Op::Anonymous) {
+            asks_ = true;
+            return;
+        }
+        if (!value.is_variable()) {
+            asks_ = true;
+            monotone_ = false;
+            return;
+        }
+        const Improvement improvement(program_, rule, atom, value.variable, p.aggregate);
+        monotone_ = monotone_ && improvement.keeps_body();
+        bool carried = false;
+        const Head& made = rule.heads[0];
+        const Predicate& head = program_.predicates[made.atom.predicate];
+        for (std::size_t i = 0; i < made.atom.arguments.size(); ++i) {
+            const Term& argument = made.atom.arguments[i];
+            const Course course = improvement.course(argument);
+            if (course == Course::Constant) continue;
+            if (!best(head) || i != head.aggregate_at) {
+                monotone_ = false;
+                continue;
+            }
+            carried = true;
+            monotone_ = monotone_ && course == (head.aggregate == p.aggregate ? Course::Same : Course::Opposite);
+            const bool worse = head.aggregate == p.aggregate && improvement.worse(argument);
+            const bool shifted = head.aggregate == p.aggregate && improvement.shifted(argument);
+            improves_ = improves_ || (!worse && !shifted);
+            shifts_ = shifts_ || (!worse && shifted);
+            stops_ = stops_ || !shifted;
+        }
+        asks_ = asks_ || !carried;
+    }
+
+    const Program& program_;
+    const Component& component_;
+    bool monotone_ = true;
+    bool asks_ = false;      // Some rule reads a value that its head does not follow from,
+    bool improves_ = false;  // or makes one of it that may be better,
+    bool shifts_ = false;    // which may be by an amount,
+    bool stops_ = false;     // and some rule keeps values from going on by amounts.
+};
+
+}  // namespace
+
+Fronts fronts_of(const Program& program, const Component& component) { return Search(program, component).run(); }
+
+}  // namespace meld::check

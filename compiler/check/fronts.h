@@ -1,0 +1,21 @@
+// Which recursive components have to keep more of a min or max than its best value.
+#pragma once
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+// A better value may follow from one that it replaces, by way of a rule that asks only whether there is a value, or whether it
+// is within a bound, or by an expression that improves on it. Where what a group had before is then forgotten, the better value
+// loses its support and the group begins again, for ever. The cure is to keep the front of each group: its derivations (value,
+// rank) that no other beats in both (runtime/kernel/fronts.h).
+enum class Fronts {
+    NotNeeded,   // No value of the component can follow from a worse one of its group, or only without end.
+    Needed,      // It may, and all rules of the component are monotone: better values derive at least what worse ones do.
+    Impossible,  // It may, but some rule is not monotone, so worse values would derive what the best one does not.
+};
+
+// Of a recursive component that is no tree.
+Fronts fronts_of(const Program& program, const Component& component);
+
+}  // namespace meld::check

@@ -1,0 +1,53 @@
+// What becomes of an expression, a condition or a head while the value of a min or max that a rule reads improves.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "compiler/check/program.h"
+
+namespace meld::check {
+
+// How an expression follows a value: it stays, moves the same way or stays, the opposite way or stays, or any way.
+enum class Course { Constant, Same, Opposite, Unknown };
+
+// One value of one atom in a rule's body.
+class Improvement {
+  public:
+    // `best` is Min or Max: which way the value improves.
+    Improvement(const Program& program, const Rule& rule, const Atom& atom, VariableId value, Aggregate best);
+
+    Course course(const Term& expression) const { return course(expression, courses_); }
+    // Whether all that the body asks of the value stays true while it improves.
+    bool keeps_body() const;
+    // Whether the body asks anything of the value.
+    bool bounded() const;
+    // Whether the expression is never better than the value.
+    bool worse(const Term& expression) const;
+    // Whether it is the value and something that does not depend on it.
+    bool shifted(const Term& expression) const;
+
+  private:
+    using Courses = std::map<VariableId, Course>;
+
+    void find_definitions();
+    bool bound_by_fact(VariableId v) const;
+    bool mentions(const Term& t) const;
+    Course course(const Term& t, const Courses& known) const;
+    Course call(const Term& t, const Courses& known) const;
+    Course multiplied(const Term& t, const Courses& known) const;
+    bool keeps(const Term& test) const;
+    bool at_least_zero(const Term& t, bool at_most) const;
+
+    const Program& program_;
+    const Rule& rule_;
+    const Atom& atom_;
+    VariableId value_;
+    bool least_;
+    Courses courses_;                            // Of variables that depend on the value.
+    std::map<VariableId, const Term*> defined_;  // What the body makes them equal to.
+    std::vector<const Clause*> definitions_;
+};
+
+}  // namespace meld::check
