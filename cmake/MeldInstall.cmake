@@ -1,6 +1,7 @@
 # What `cmake --install` puts under a prefix, which can be moved afterwards: the programs find each other and the compiler
 # backend from where they lie. `cpack -G DEB` in the build folder makes a Debian package of the same files.
 include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
 
 # Manual pages and completion, which the programs print from their own tables of options.
 set(printed ${CMAKE_BINARY_DIR}/printed)
@@ -33,6 +34,17 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/editors DESTINATION ${CMAKE_INSTALL_DATADI
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION share/doc/claymeld PATTERN __pycache__ EXCLUDE)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION share/doc/claymeld)
 
+# Headers and the CMake package for extensions in C++, which use what meldsim has and so ask it to export it.
+foreach(folder runtime physics)
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION include/claymeld FILES_MATCHING PATTERN "*.h")
+endforeach()
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/extensions DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake COMPATIBILITY ExactVersion)
+install(FILES cmake/claymeldConfig.cmake ${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake DESTINATION lib/cmake/claymeld)
+set(exported runtime_base runtime_comm runtime_partition runtime_sim_core runtime_tuple runtime_world)
+list(JOIN exported "," exported)
+set_target_properties(meldsim PROPERTIES ENABLE_EXPORTS ON LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${exported}")
+
 # The Debian package.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME claymeld)
@@ -42,9 +54,11 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Compiler and runtime for Meld programs on
 set(CPACK_PACKAGE_FILE_NAME claymeld_${PROJECT_VERSION})
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# mpirun starts more processes. Extern functions in C need the C library's headers, pictures of recordings Python's packages.
+# mpirun starts more processes. Extern functions in C need the C library's headers, pictures of recordings Python's packages,
+# and extensions a compiler and the libraries that our headers include.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS openmpi-bin)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 include(CPack)

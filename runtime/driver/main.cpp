@@ -53,6 +53,10 @@ int main(int argc, char** argv) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
+    r->add_option("--extension", run.extensions, "A shared object with components in C++, which the world can choose; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
     r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")
         ->check(CLI::Range(0, 3).description(""))
         ->type_name("N");

@@ -16,10 +16,11 @@ struct RunOptions {
     int parts = 1;
     int threads = 1;
     std::int64_t seed = -1;
-    std::vector<std::string> set = {};     // name=value
-    std::vector<std::string> link = {};    // C files with extern functions.
-    std::optional<int> optimisation = {};  // Of the module, 0 to 3; else meldc decides.
-    std::vector<std::string> given = {};   // Values of @arg1, @arg2, ...
+    std::vector<std::string> set = {};         // name=value
+    std::vector<std::string> link = {};        // C files with extern functions.
+    std::optional<int> optimisation = {};      // Of the module, 0 to 3; else meldc decides.
+    std::vector<std::string> given = {};       // Values of @arg1, @arg2, ...
+    std::vector<std::string> extensions = {};  // Shared objects that add implementations of components.
     std::string facts_out = {};
     std::string record = {};
     std::string digest = {};  // A file, or "-" for standard output.

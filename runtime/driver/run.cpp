@@ -14,6 +14,7 @@
 #include "runtime/base/progress.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
+#include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/report.h"
 #include "runtime/module/module.h"
@@ -166,7 +167,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     simulation.add(std::make_unique<sim::Printer>(results_there ? stderr : stdout));
     simulation.add(std::make_unique<sim::Watcher>(results_there ? stderr : stdout));
     if (!options.digest.empty()) simulation.add(std::make_unique<DigestWriter>(options.digest));
-    if (auto done = simulation.start(sim::Registry::standard()); !done) return tl::unexpected<Error>(done.error());
+    sim::Registry registry = sim::Registry::standard();
+    if (auto done = add_extensions(options.extensions, registry); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = simulation.start(registry); !done) return tl::unexpected<Error>(done.error());
 
     std::optional<Progress> progress;
     if (speaks && !options.quiet) progress.emplace();

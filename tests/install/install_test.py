@@ -3,6 +3,7 @@
     install_test.py --build FOLDER [unittest options]
 """
 import argparse
+import json
 import os
 import pathlib
 import shutil
@@ -22,7 +23,9 @@ class Installed(unittest.TestCase):
         first, cls.prefix = cls.folder / "first", cls.folder / "moved"
         subprocess.run(["cmake", "--install", BUILD, "--prefix", first], check=True, capture_output=True)
         first.rename(cls.prefix)
-        cls.environment = {"PATH": f"{cls.prefix / 'bin'}:/usr/bin:/bin", "HOME": str(cls.folder), "CLAYMELD_CACHE": str(cls.folder / "cache")}
+        cls.environment = {"PATH": f"{cls.prefix / 'bin'}:/usr/bin:/bin", "HOME": str(cls.folder),
+                           "CLAYMELD_CACHE": str(cls.folder / "cache"), "OMPI_ALLOW_RUN_AS_ROOT": "1",
+                           "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
 
     def call(self, *command):
         done = subprocess.run(command, env=self.environment, cwd=self.folder, capture_output=True, text=True, check=False)
@@ -69,6 +72,31 @@ class Installed(unittest.TestCase):
         for program in ("meldc", "meldsim"):
             for path in (f"zsh/vendor-completions/_{program}", f"fish/vendor_completions.d/{program}.fish"):
                 self.assertIn("--help" if "zsh" in path else "-l help", (self.prefix / "share" / path).read_text())
+
+    def test_extensions_are_built_against_what_is_installed(self):
+        source, build = self.prefix / "share/claymeld/extensions", self.folder / "extensions"
+        self.call("cmake", "-S", str(source), "-B", str(build), f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        self.call("cmake", "--build", str(build))
+        flood = ["run", str(source / "flood.meld"), "--ticks", "4", "--extension", str(build / "examples.so")]
+        world = str(source / "flood.toml")
+        facts = self.call("meldsim", *flood, "--world", world, "--quiet", "--facts-out", "-")
+        # 16 catoms in each of 8 layers, from z = -4 to 3; the level is 0.5 in tick 4.
+        self.assertEqual((facts.count("depth("), facts.count("odometer("), facts.count("wet(")), (128, 128, 80))
+        summary = json.loads(self.call("meldsim", *flood, "--world", world, "--json"))
+        self.assertIn("at most 128 catoms", summary["outcomes"])
+        self.call("meldsim", *flood, "--world", world, "--quiet", "-n", "2", "--facts-out", "two.facts")
+        self.assertEqual((self.folder / "two.facts").read_text(), facts)
+
+    def test_an_unknown_name_or_file_of_an_extension_is_an_error(self):
+        source = self.prefix / "share/claymeld/extensions"
+        program, world = str(source / "flood.meld"), str(source / "flood.toml")
+        for options, code, says in (([], 2, "there is no interface 'census'"),
+                                    (["--extension", "none.so"], 2, "cannot open the extension none.so"),
+                                    (["--extension", str(self.prefix / "lib/claymeld/libmeld_backend.so")], 5, "is not an extension")):
+            done = subprocess.run(["meldsim", "run", program, "--world", world, "--quiet", *options], env=self.environment,
+                                  cwd=self.folder, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(says, done.stderr)
 
     def test_what_is_to_be_read_is_there(self):
         for path in ("library/gradient.meld", "examples/shape_change.meld", "editors/vscode/package.json"):

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/version.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::sim {
@@ -104,3 +105,9 @@ class Registry {
 };
 
 }  // namespace meld::sim
+
+// Opens the function by which a shared object for `meldsim run --extension` adds its implementations; exactly one in each.
+//     CLAYMELD_EXTENSION(registry) { registry.add_code("odometer", "steps", ...); }
+#define CLAYMELD_EXTENSION(registry)                                                 \
+    extern "C" const char* claymeld_extension_version() { return ::meld::kVersion; } \
+    extern "C" void claymeld_extension(::meld::sim::Registry& registry)

@@ -1,0 +1,24 @@
+// A Component: the level of the water is decided for the whole ensemble, and each catom senses its depth in the same tick.
+#include "examples.h"
+
+namespace {
+
+class Tide : public meld::sim::Component {
+  public:
+    // The level depends on the number of steps alone, so all processes have the same.
+    meld::Result<void> step(meld::sim::Subdomain&) override {
+        ++ticks_;
+        return {};
+    }
+    void run(meld::sim::CatomView& catom) override {
+        const double level = ticks_ % 2 == 0 ? 0.5 : 1.5;
+        catom.sense("depth", {level - catom.position()[2]});
+    }
+
+  private:
+    int ticks_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<meld::sim::Component> make_tide() { return std::make_unique<Tide>(); }
