@@ -1,4 +1,4 @@
-// What ticks that make the candidate list anew take, in memory and CPU: k^3 balls on a plane, so close that the pile bursts.
+// Memory and CPU of ticks that make a new candidate list: k^3 balls on a plane, so close that the pile bursts.
 //
 //     bench_burst [--ticks N] [--threads N] [k ...]     k = 63 100
 //
@@ -44,7 +44,7 @@ double status_bytes(const std::string& name) {
     return 0;
 }
 
-// The largest resident size begins anew.
+// Resets the largest resident size.
 void forget_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 void burst(const std::string& name, const SolverSettings& solver, int substeps, int side, const Options& options) {

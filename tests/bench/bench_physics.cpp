@@ -101,7 +101,7 @@ Measured measure(Scene& scene, int ticks, int substeps, int threads) {
     result.tick_cpu_ms = median(cpu), result.tick_wall_ms = median(wall);
     result.rest = scene.stage_times();
     result.bytes = scene.bytes(), result.bodies = scene.body_count();
-    // A body that is put elsewhere makes all look for their neighbours anew.
+    // Moving one body forces a new neighbour search for all.
     BodyState state = scene.state(0);
     state.position_m.x += 1e-6;
     need(scene.set_state(0, state));
@@ -241,7 +241,7 @@ void compare_broadphases(int side) {
     }
 }
 
-// How fast each scheme converges: the residual after so many sweeps from nothing, in the first tick of the scene.
+// How fast each scheme converges: the residual after N sweeps from zero, in the first tick of the scene.
 void compare_convergence(int side) {
     fmt::print("\nresidual after sweeps from nothing, {} bodies\n  {:<26}", side * side * side, "sweeps");
     const int counts[] = {1, 2, 5, 10, 20, 40};

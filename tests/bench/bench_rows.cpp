@@ -34,7 +34,7 @@ struct Step {
 class Steps {
   public:
     explicit Steps(Run& run) : run_(run) {}
-    // Does `change` and settles, so many times.
+    // Applies `change` and runs to quiescence, N times.
     template <class Change>
     void add(const char* what, int times, const Change& change) {
         const sim::Summary before = run_.simulation->summary();

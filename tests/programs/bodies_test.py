@@ -214,7 +214,7 @@ def ends_with_the_last_good_tick(bodies, falling):
 
 
 def warns(bodies):
-    """Groups of catoms that nobody is in are told of once, on any number of processes."""
+    """An empty group of catoms triggers one warning, on any number of processes."""
     world = ONE + '[[motion.catoms]]\nwhere = "id == 7 && x < 2"\nmass = 2\n[[motion.catoms]]\nwhere = "id == 0"\nmass = 2\n'
     for processes in ("1", "3"):
         done = bodies.command(PLACE, world, 1, "-n", processes)

@@ -1,4 +1,4 @@
-"""What each program must derive, computed anew: a function a program from (outcome, cells and links of a world) to facts."""
+"""What each program must derive, computed independently: one function per program, from (outcome, cells and links of a world) to facts."""
 
 import collections
 import heapq
@@ -370,7 +370,7 @@ def localization(case):
     error = misfit(believed, case.places)
     if error > case.within:
         raise AssertionError(f"the places are wrong by {error} diameters, which may be {case.within}")
-    # The first guess goes outwards from the origin, and each catom is told by all neighbours that are nearer.
+    # The first guess goes outwards from the origin; each catom hears from all neighbours that are nearer.
     far = hops(case.links, case.sources)
     outwards = [(a, b) for a, others in case.links.items() for b in others if far[b] == far[a] + 1]
     return {**case.outcome.facts, "hops": list(far.items()), "outwards": outwards}

@@ -103,7 +103,7 @@ class Runner:
             for key in same:
                 if told[key] != summary[key]:
                     sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
-        # What the program derives does not change because its cells are told.
+        # Reporting the cells does not change what the program derives.
         plain, _, _ = self.run(self.program, world, 1, 1, options)
         added = tuple(name + "(" for name in self.told)
         untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(added))

@@ -22,7 +22,7 @@ using retraction::Mirror;
 
 namespace {
 
-// More than any trial needs to come to rest. With linear rules some never do.
+// More than any trial needs to quiesce. With linear rules some never do.
 constexpr int kPatience = 2000, kLinearPatience = 50;
 
 // The runtime's facts of predicates that users see.
@@ -62,7 +62,7 @@ Found collect(sim::Subdomain& part, const check::Program& program) {
     return found;
 }
 
-// At most this many of each kind are told.
+// At most this many of each kind are reported.
 constexpr int kTold = 12;
 
 template <class Container>
@@ -102,7 +102,7 @@ class Watcher {
         next_ = 0;
     }
 
-    // The changes that the runtime is told of before this tick, in the book.
+    // Records the changes that the runtime gets before this tick.
     void change(std::int64_t now) {
         const std::vector<Change>& burst = trial_.world.bursts[burst_];
         for (; next_ < burst.size() && start_ + burst[next_].tick < now; ++next_) {

@@ -25,7 +25,7 @@ struct Cost {
     std::uint64_t ticks = 0, evaluations = 0, changes = 0;
 };
 
-// A settled gradient from the first corner of a square, on one part.
+// A quiescent gradient from the first corner of a square, on one process.
 class Locality : public testing::Test {
   protected:
     void SetUp() override {

@@ -1,4 +1,4 @@
-// Exactness under change: random programs' worlds change while they run, and whenever they come to rest, what holds is what
+// Exactness under change: random programs' worlds change while they run, and whenever they quiesce, what holds is what
 // follows from the rules and the present base facts, no more and no less; on any number of parts and threads the state is
 // the same after every tick.
 //
@@ -91,7 +91,7 @@ TEST_P(Retraction, LeavesNoTrace) {
     EXPECT_EQ(sum.quarantines > count / 10, GetParam().waits);
 }
 
-// A change that the runtime is not told of shows in most cases; some changes change nothing that holds.
+// A change hidden from the runtime is detected in most cases; some changes have no effect on the facts.
 TEST_P(Retraction, NoticesALostChange) {
     int noticed = 0;
     for (std::uint64_t seed = 1; seed <= 20; ++seed)

@@ -21,7 +21,7 @@ struct Pair {
     void both(const F& f) {
         f(*ours), f(*odes);
     }
-    // The largest distance between a body here and there after so many ticks.
+    // The largest distance between a body in the two engines after N ticks.
     double apart(int ticks) {
         both([&](Scene& scene) { run(scene, ticks, 1, workers); });
         double most = 0;
@@ -91,7 +91,7 @@ TEST_P(AgainstOde, PyramidStandsAlike) {
     EXPECT_LT(pair.apart(240), 0.03);
 }
 
-// While a pile's first layers settle both lose the same height and energy, within a few percent of the fall.
+// While a pile's first layers compact, both lose the same height and energy, within a few percent of the fall.
 TEST_P(AgainstOde, FallingLayersLoseTheSameHeight) {
     Pair pair(solver());
     pair.both([](Scene& scene) {

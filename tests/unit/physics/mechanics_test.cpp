@@ -166,7 +166,7 @@ TEST_F(Mechanics, HeavyBallsPushLightOnes) {
     EXPECT_NEAR(scene->state(1).linear_velocity_m_s.x, 1.5, 1e-4);
 }
 
-// A touching cube of balls stands: the pile sags by a fraction of a percent and comes to rest.
+// A touching cube of balls stands: the pile sags by a fraction of a percent and stops moving.
 TEST_F(Mechanics, TouchingStackStands) {
     auto scene = scene_on_plane({.sleep_ticks = 0});
     const int side = 8;

@@ -23,7 +23,7 @@ double resident_bytes() {
     return 0;
 }
 
-// A body that is put elsewhere makes all look for their neighbours anew.
+// Moving one body forces a new neighbour search for all.
 void look_anew(Scene& scene, int times, Workers& workers) {
     for (int i = 0; i < times; ++i) {
         BodyState state = scene.state(0);

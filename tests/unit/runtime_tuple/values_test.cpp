@@ -181,7 +181,7 @@ TEST(Values, KeepingCountsOwnersAndCopiesWhatIsInside) {
     store.release(kept, 1);
     store.release(kept, 0);
     EXPECT_EQ(print_value(outer, {.list = nested}), "[[1, 2, 3], [], [1, 2, 3]]");
-    // A list inside a block is no block: it is copied when a fact keeps it alone.
+    // A list inside a block is not a block itself: it is copied when a fact stores it alone.
     const List* first = item(nested, 0).list;
     EXPECT_EQ(first->stored, 0u);
     const List* alone = store.keep(inner, first, 0);

@@ -219,7 +219,7 @@ def check_layout(writer, folder):
 
 
 def check_steps(path, at_least):
-    """All steps of an endless recording that a reader is told of are there and right."""
+    """All steps that an endless recording lists are complete and correct."""
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         count = root["Steps"].attrs["NSteps"]
