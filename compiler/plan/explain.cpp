@@ -83,10 +83,10 @@ class Explainer {
         out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, site_of(rule), how);
         order_of_reading(r.steps, rule);
         order_in_heads(r.heads, rule);
-        std::string reads;
+        std::vector<std::string> reads;
         remote_reads(r.steps, reads);
         heads_remote(r.heads, reads);
-        if (!reads.empty()) out_ += fmt::format("\n      a change of {} is sent over each link", reads);
+        if (!reads.empty()) out_ += fmt::format("\n      a change of {} is sent over each link", fmt::join(reads, ", "));
         std::string sends;
         sent(r.heads, rule, sends);
         if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
@@ -226,19 +226,19 @@ class Explainer {
         return known ? name + " by its group" : "all rows of " + name;
     }
 
-    void heads_remote(const std::vector<HeadPlan>& heads, std::string& out) const {
+    void heads_remote(const std::vector<HeadPlan>& heads, std::vector<std::string>& out) const {
         for (const HeadPlan& h : heads) {
             remote_reads(h.steps, out);
             heads_remote(h.heads, out);
             heads_remote(h.others, out);
         }
     }
-    void remote_reads(const std::vector<Step>& steps, std::string& out) const {
+    void remote_reads(const std::vector<Step>& steps, std::vector<std::string>& out) const {
         each_step(steps, [&](const Step& s) {
             const Match* m = as<Match>(s);
             if (m == nullptr || m->at_site) return;
             const std::string& name = program_.predicates[m->predicate].name;
-            if (out.find(name) == std::string::npos) out += (out.empty() ? "" : ", ") + name;
+            if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
         });
     }
     void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {

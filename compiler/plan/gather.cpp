@@ -7,7 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/made.h"
+#include "compiler/plan/plan.h"
 
 namespace meld::plan {
 
@@ -67,7 +68,7 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     });
     const PredicateId from = program.predicates.add(std::move(table));
 
-    MadeRule made(program, from, first.name);
+    desugar::MadeRule made(program, from, first.name);
     made.head(program, to, 0);
     made.rule.span = first.span;
     made.rule.file = first.file;

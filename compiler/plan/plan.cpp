@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "compiler/desugar/desugar.h"
 #include "compiler/plan/verify.h"
 
 namespace meld::plan {
@@ -25,11 +26,11 @@ constexpr auto kOptional = Pass::Kind::Optional;
 constexpr Pass kPasses[] = {
     {.name = "fold", .kind = kOptional, .on_program = fold_constants},
     {.name = "dead", .kind = kOptional, .on_program = drop_dead_rules},
-    {.name = "delay", .kind = kNeeded, .on_program = delay_heads, .program_promise = verify_no_delays},
-    {.name = "relay", .kind = kNeeded, .on_program = relay_heads, .program_promise = verify_relayed},
-    {.name = "undelivered", .kind = kNeeded, .on_program = return_undelivered},
-    {.name = "watch", .kind = kNeeded, .on_program = watch_changes},
-    {.name = "wait", .kind = kNeeded, .on_program = wait_for_neighbours, .program_promise = verify_waits},
+    {.name = "delay", .kind = kNeeded, .on_program = desugar::delay_heads, .program_promise = verify_no_delays},
+    {.name = "relay", .kind = kNeeded, .on_program = desugar::relay_heads, .program_promise = verify_relayed},
+    {.name = "undelivered", .kind = kNeeded, .on_program = desugar::return_undelivered},
+    {.name = "watch", .kind = kNeeded, .on_program = desugar::watch_changes},
+    {.name = "wait", .kind = kNeeded, .on_program = desugar::wait_for_neighbours, .program_promise = verify_waits},
     {.name = "given", .kind = kNeeded, .on_program = separate_base, .program_promise = verify_given},
     {.name = "exists", .kind = kNeeded, .on_program = ask_for_existence},
     {.name = "fronts", .kind = kNeeded, .on_program = keep_fronts},

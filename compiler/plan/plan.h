@@ -147,16 +147,8 @@ std::vector<std::string_view> passes(Passes which);
 void fold_constants(check::Program& program);
 // Leaves out rules that can never fire.
 void drop_dead_rules(check::Program& program);
-// Rewrites facts for later to auxiliaries in which they wait, and rules that end the wait.
-void delay_heads(check::Program& program);
-// Rewrites facts for catoms more than one link away to auxiliaries that are handed on.
-void relay_heads(check::Program& program);
-// Lets facts whose way is gone come back, where the program declares that they do.
-void return_undelivered(check::Program& program);
-// Gives facts whose change is looked at a view that can be compared with what it was.
-void watch_changes(check::Program& program);
-// Gives aggregates that wait for neighbours over links of the program's own a view of the neighbours they wait for.
-void wait_for_neighbours(check::Program& program);
+// Then those of compiler/desugar/desugar.h: `delay`, `relay`, `undelivered`, `watch`, `wait`.
+
 // Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
 void separate_base(check::Program& program);
 // Lets recursive rules that ask whether a min or max has a value ask a view of the groups instead.

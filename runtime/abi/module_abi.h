@@ -1,5 +1,36 @@
-// What a compiled module and the runtime know of each other. Any change of this file that a module can notice raises
-// kAbiVersion; a module of another version is refused before it is loaded. No standard library.
+// What a compiled module and the runtime agree on. Any change of this file that a module can notice raises kAbiVersion; a
+// module of another version is rejected before it is loaded. No standard library.
+//
+// The order of calls. A module exports one function, claymeld_module(), and the runtime calls what it returns; all other calls
+// go the other way, through Host.
+//
+// Load, once a process:
+//   1. The runtime reads the module's note (module_note.h) and rejects another abi_version or processor.
+//   2. It opens the module and calls claymeld_module() once. The ModuleInfo and all it points to live as long as the run.
+//   3. It makes the columns, gives the parameters their values, and marks every catom with kDirtyBirths.
+//
+// In every tick, after Part::now has been raised, timers have marked the catoms that asked to be woken, and the central modules,
+// events of the world and hand-written modules have had their turn:
+//   4. Threads take blocks of the catoms that are marked, ascending, and call evaluate(Eval*, catoms, dirty, count) for each
+//      block; several threads at a time, each with an Eval of its own. No catom is in two blocks. While any of these calls
+//      runs, exported columns, `changes` and the geometry are as they were at the end of the last tick.
+//   5. Within evaluate, for one catom after the other, with Eval::catom set and the arena empty:
+//        a. rules and functions: more_arena, random and position at any time; tombstone before a group is decided, lose when a
+//           fact has been retracted, wake and wake_group when a quarantine or a delay ends later;
+//        b. when a linear rule fires: send and act, in the order of its heads. The facts consumed and made change in the module
+//           only, then the views are evaluated again, until no rule fires;
+//        c. when all has reached its fixpoint: act for the actions that views derive, and wake for the next tick where a rule
+//           reads it;
+//        d. last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
+//           Private columns change with this call. So a catom whose rules trapped has stored nothing; a trap while it stores
+//           (a list that is too long) ends the run with some of its columns stored.
+//      After a trap evaluate returns; the rest of its block is not evaluated, other blocks are.
+//   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
+//      column's reader_dirty. Then losses are remembered, timers set, and messages put in order of receiver, sender and number.
+//   7. Messages are delivered as given facts, those for other parts and changed exports are exchanged, and receivers are marked.
+//      They see these facts in the next tick. Actions are carried out at the start of the next tick, in order of catom id.
+//
+// A run ends between two ticks; a module is never called to end it.
 #pragma once
 
 #include "runtime/abi/geometry_abi.h"
@@ -83,7 +114,7 @@ struct ColumnInfo {
     u32 list_count;
     const u32* list_offsets;
     const u16* list_types;
-    // Where rules can follow single rows: the order of two rows' groups. Null: changes of this column are not told by row.
+    // Where delta rules follow single rows: the order of two rows' groups. Null: changes of this column are not recorded by row.
     int (*compare_groups)(const void* a, const void* b);
 };
 
@@ -100,8 +131,8 @@ struct RowChanges {
     const RowChanges* next;  // Made earlier in the same tick.
     u32 removed;
     u32 added;
-    // Rows of groups whose quarantine has ended. They concern the catom itself: its neighbours pass them over, for those on
-    // another part are not told of them, and what is derived must not depend on that.
+    // Rows of groups whose quarantine has ended. They concern the catom itself: its neighbours skip them, for they are not sent
+    // to other parts, and what is derived must not depend on the parts.
     u32 woken;
     u32 unused;
     // Followed by the removed rows as they were, the added ones as they are, and the woken ones.
@@ -131,7 +162,7 @@ struct Part {
     Geometry geometry;
     u8* const* columns = nullptr;  // [column]: the first catom's entry.
     // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null where the column
-    // does not tell its changes by row.
+    // does not record its changes by row.
     const RowChanges* const* const* changes = nullptr;
     const Value* parameters = nullptr;
     i64 now = 0;  // The tick.
@@ -197,7 +228,8 @@ struct Eval {
     u32 rule = kNone32;                       // The one at work, for failures that only the runtime notices; kNone32: none.
 };
 
-// What the runtime does for a module. All calls concern the catom under evaluation.
+// What the runtime does for a module, within evaluate() alone. All calls concern the catom under evaluation; their order is
+// said at the top of this file.
 struct Host {
     // A new chunk of at least this many bytes becomes the arena; older chunks live until the block of catoms ends.
     void (*more_arena)(Eval*, u64 bytes);
@@ -207,7 +239,7 @@ struct Host {
     void (*export_record)(Eval*, u16 column, const void* record);
     // The catom's rows of a column become these: at once for a private column, at the end of the tick for an exported one.
     void (*assign_rows)(Eval*, u16 column, const void* rows, u32 count);
-    // The same for an exported column that tells its changes by row; applied at the end of the tick.
+    // The same for an exported column that records its changes by row; applied at the end of the tick.
     void (*change_rows)(Eval*, u16 column, const RowChanges* changes);
     // A fact for a predicate of another catom (an index), delivered in the next tick.
     void (*send)(Eval*, u32 to, u16 predicate, const Value* arguments);
@@ -215,11 +247,12 @@ struct Host {
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.
     void (*wake)(Eval*, i64 tick, u64 dirty);
-    // The same for one group of a predicate whose column tells its changes by row: the row is one of them then, and
+    // The same for one group of a predicate whose column records its changes by row: at that tick the row is among them, and
     // kDirtyGroups is set.
     void (*wake_group)(Eval*, i64 tick, u16 predicate, const void* row);
-    // What a group remembers of its losses; false: nothing, or nothing that still matters.
+    // What a group remembers of its losses, those of this evaluation too; false: nothing, or nothing that still matters.
     bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
+    // A fact of the group with this rank has been retracted; remembered from the end of the tick on.
     void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);
     // 64 random bits for (seed, catom, tick, draw); counts the draw.
     u64 (*random)(Eval*);

@@ -14,6 +14,7 @@ output names no path. Files in a folder named `parts` beside a test can be inclu
     file_test.py --meldc PATH --meldsim PATH FILE_OR_FOLDER...
     file_test.py --kinds compiler/diagnostics/kinds.def FOLDER       Every kind of diagnostic has a test that shows it.
     file_test.py --constructs constructs.toml ROOT                   Every construct has a test of its use and one of its misuse.
+    file_test.py --passes compiler/plan/plan.cpp FOLDER              Every pass of the planner has a test of what it leaves.
 """
 import argparse
 import difflib
@@ -156,6 +157,19 @@ def check_kinds(table, places):
     return 1 if missing or not codes else 0
 
 
+def check_passes(table, folder):
+    """A file pass_NAME.meld for each pass in the table; it stops after a pass, its own or the first whose result can be printed."""
+    names = re.findall(r'^    \{\.name = "(\w+)"', pathlib.Path(table).read_text(), re.M)
+    missing = [name for name in names if "--after=" not in read_or_empty(folder / f"pass_{name}.meld")]
+    for name in missing:
+        print(f"no file test {folder}/pass_{name}.meld with --after")
+    return 1 if missing or not names else 0
+
+
+def read_or_empty(path):
+    return path.read_text() if path.is_file() else ""
+
+
 def check_constructs(table, root):
     """The files that constructs.toml names hold the constructs; all words of the prelude are among them."""
     constructs = tomllib.loads(pathlib.Path(table).read_text())["construct"]
@@ -186,12 +200,15 @@ def main():
     parser.add_argument("--meldsim")
     parser.add_argument("--kinds")
     parser.add_argument("--constructs")
+    parser.add_argument("--passes")
     parser.add_argument("places", nargs="+")
     options = parser.parse_args()
     if options.kinds:
         return check_kinds(options.kinds, options.places)
     if options.constructs:
         return check_constructs(options.constructs, pathlib.Path(options.places[0]))
+    if options.passes:
+        return check_passes(options.passes, pathlib.Path(options.places[0]))
     tools = {"meldc": options.meldc, "meldsim": options.meldsim}
     rewrite = os.environ.get("MELD_AUTOUPDATE") == "1"
     files = list(programs(options.places))

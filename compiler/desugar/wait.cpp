@@ -5,9 +5,10 @@
 // Those over `neighbor` need none: the neighbours are what the catom touches.
 #include <map>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/desugar.h"
+#include "compiler/desugar/made.h"
 
-namespace meld::plan {
+namespace meld::desugar {
 
 using namespace check;
 
@@ -69,4 +70,4 @@ class Waits {
 
 void wait_for_neighbours(Program& program) { Waits(program).run(); }
 
-}  // namespace meld::plan
+}  // namespace meld::desugar

@@ -7,9 +7,10 @@
 #include <map>
 #include <set>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/desugar.h"
+#include "compiler/desugar/made.h"
 
-namespace meld::plan {
+namespace meld::desugar {
 
 using namespace check;
 
@@ -117,4 +118,4 @@ class Relays {
 
 void relay_heads(Program& program) { Relays(program).run(); }
 
-}  // namespace meld::plan
+}  // namespace meld::desugar

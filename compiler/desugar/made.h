@@ -3,9 +3,14 @@
 
 #include <string>
 
-#include "compiler/plan/plan.h"
+#include "compiler/check/program.h"
 
-namespace meld::plan {
+namespace meld::desugar {
+
+using check::PredicateId;
+using check::RuleId;
+using check::Term;
+using check::VariableId;
 
 inline Term variable_of(const check::Rule& rule, VariableId v) {
     Term t;
@@ -57,4 +62,4 @@ struct MadeRule {
     }
 };
 
-}  // namespace meld::plan
+}  // namespace meld::desugar

@@ -9,9 +9,10 @@
 // catom where it can go no further; one with a delay waits where it will be, so it is sent at once.
 #include <map>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/desugar.h"
+#include "compiler/desugar/made.h"
 
-namespace meld::plan {
+namespace meld::desugar {
 
 using namespace check;
 
@@ -109,4 +110,4 @@ class Undelivered {
 
 void return_undelivered(Program& program) { Undelivered(program).run(); }
 
-}  // namespace meld::plan
+}  // namespace meld::desugar

@@ -3,9 +3,10 @@
 //     q(A) :- delta(X; p(A, X)) > 1.    becomes    q(A) :- delta(X; p@now(A, X)) > 1.    p@now(A, X) :- p(A, X).
 #include <map>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/desugar.h"
+#include "compiler/desugar/made.h"
 
-namespace meld::plan {
+namespace meld::desugar {
 
 using namespace check;
 
@@ -70,4 +71,4 @@ class Changes {
 
 void watch_changes(Program& program) { Changes(program).run(); }
 
-}  // namespace meld::plan
+}  // namespace meld::desugar

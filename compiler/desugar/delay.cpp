@@ -8,9 +8,10 @@
 #include <map>
 #include <set>
 
-#include "compiler/plan/made.h"
+#include "compiler/desugar/desugar.h"
+#include "compiler/desugar/made.h"
 
-namespace meld::plan {
+namespace meld::desugar {
 
 using namespace check;
 
@@ -143,4 +144,4 @@ class Delays {
 
 void delay_heads(Program& program) { Delays(program).run(); }
 
-}  // namespace meld::plan
+}  // namespace meld::desugar
