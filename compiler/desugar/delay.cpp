@@ -1,4 +1,4 @@
-// Pass: delays. A fact that a linear rule makes for later waits as a linear fact of its own, at the catom where it will be:
+// Pass `delay`. A fact that a linear rule makes for later waits as a linear fact of its own, at the catom where it will be:
 //     a(A, X) -o p(A, X)@+3.
 // becomes
 //     a(A, X) -o p@later(A, X, now + 3).      p@later(A, X, T), due(T) -o p(A, X).
@@ -59,6 +59,7 @@ class Delays {
     PredicateId waiting(PredicateId p) {
         const auto found = waiting_.find(p);
         if (found != waiting_.end()) return found->second;
+        MELD_EXPECT(program_.predicates[p].kind != PredicateKind::Sensed, "nothing makes {}", program_.predicates[p].name);
         Predicate made = auxiliary(program_.predicates[p], program_.predicates[p].name + "@later");
         made.kind = PredicateKind::Linear;
         made.arguments.push_back({Type::Int, "Due"});
@@ -81,6 +82,7 @@ class Delays {
 
     void since(RuleId id) {
         Rule rule = program_.rules[id];
+        MELD_EXPECT(!rule.linear && rule.heads.size() == 1, "rule {}", rule.name);
         Head& head = rule.heads[0];
         const PredicateId p = head.atom.predicate;
         Predicate made = auxiliary(program_.predicates[p], rule.name + ".since");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "compiler/check/program.h"
+#include "runtime/base/assert.h"
 
 namespace meld::desugar {
 
@@ -36,6 +37,7 @@ struct MadeRule {
 
     MadeRule(const check::Program& program, PredicateId predicate, std::string name) {
         const check::Predicate& p = program.predicates[predicate];
+        MELD_EXPECT(!p.arguments.empty() && p.arguments[0].type == check::Type::Node, "{} has no catom", p.name);
         rule.name = std::move(name);
         rule.span = p.span;
         body.atom.predicate = predicate;
@@ -49,6 +51,8 @@ struct MadeRule {
     }
     // Makes `predicate` of the arguments from `first` on, as many as it has.
     void head(const check::Program& program, PredicateId predicate, std::size_t first) {
+        MELD_EXPECT(first + program.predicates[predicate].arguments.size() <= body.atom.arguments.size(), "rule {} has no arguments for {}",
+                    rule.name, program.predicates[predicate].name);
         check::Head h{.kind = check::Head::Kind::Fact, .span = rule.span};
         h.atom.predicate = predicate;
         h.atom.span = rule.span;
@@ -57,6 +61,7 @@ struct MadeRule {
         rule.heads.push_back(std::move(h));
     }
     void add_to(check::Program& program) {
+        MELD_EXPECT(!rule.heads.empty() && rule.home.valid(), "rule {} is not finished", rule.name);
         rule.text = print(program, rule);
         program.rules.add(std::move(rule));
     }

@@ -1,4 +1,4 @@
-// Pass: relays. A linear rule may make a fact at a catom that is more than one link away; it goes from hand to hand:
+// Pass `relay`. A linear rule may make a fact at a catom that is more than one link away; it goes from hand to hand:
 //     a(A, X), neighbor(A, B), neighbor(B, C) -o p(C, X).
 // becomes
 //     a(A, X), neighbor(A, B), neighbor(B, C) -o p@far1(B, C, X).      p@far1(B, C, X) -o p(C, X).
@@ -57,18 +57,19 @@ class Relays {
         }
     }
 
-    // The catoms from behind the home to the goal, by a shortest way; of equals the first in the rule.
-    static std::vector<VariableId> way(const Graph& graph, VariableId home, VariableId goal) {
+    // The catoms after the execution site up to the goal, along a shortest path; of equals the first in the rule.
+    static std::vector<VariableId> way(const Graph& graph, VariableId site, VariableId goal) {
         std::map<VariableId, VariableId> came;
-        std::vector<VariableId> todo{home};
+        std::vector<VariableId> todo{site};
         for (std::size_t i = 0; i < todo.size(); ++i) {
             const auto next = graph.find(todo[i]);
             if (next == graph.end()) continue;
             for (const VariableId v : next->second)
-                if (v != home && came.emplace(v, todo[i]).second) todo.push_back(v);
+                if (v != site && came.emplace(v, todo[i]).second) todo.push_back(v);
         }
+        MELD_CHECK(came.contains(goal), "no link leads to the catom of a head");
         std::vector<VariableId> out;
-        for (VariableId at = goal; at != home; at = came.at(at)) out.push_back(at);
+        for (VariableId at = goal; at != site; at = came.at(at)) out.push_back(at);
         std::reverse(out.begin(), out.end());
         return out;
     }
@@ -90,6 +91,7 @@ class Relays {
     PredicateId relay(PredicateId p, std::size_t left) {
         const auto found = relays_.find({p, left});
         if (found != relays_.end()) return found->second;
+        MELD_EXPECT(left > 0 && program_.predicates[p].linear(), "{} cannot be handed on", program_.predicates[p].name);
         const PredicateId next = left == 1 ? p : relay(p, left - 1);
         Predicate made;
         made.name = fmt::format("{}@far{}", program_.predicates[p].name, left);

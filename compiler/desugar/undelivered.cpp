@@ -1,4 +1,4 @@
-// Pass: what cannot be delivered. A linear fact for a catom that is no longer a neighbour when it is sent is dropped and counted,
+// Pass `undelivered`. A linear fact for a catom that is no longer a neighbour when it is sent is dropped and counted,
 // unless the program declares where it goes instead: with `type linear undelivered-token(node, node To, int).`
 //     a(A, X), friend(A, B) -o token(B, X).
 // becomes
@@ -55,6 +55,7 @@ class Undelivered {
         const auto found = out_.find(p);
         if (found != out_.end()) return found->second;
         const Predicate sent = program_.predicates[p];
+        MELD_EXPECT(sent.linear() && neighbor_.valid(), "{} is not sent", sent.name);
         Predicate made;
         made.name = sent.name + "@out";
         made.span = sent.span;
@@ -97,6 +98,8 @@ class Undelivered {
         h.atom.arguments.push_back(all[0]);
         // After our own place, the catoms that it was to pass; then its goal and what it says.
         for (std::size_t i = 1 + sent.passes; i + sent.behind < all.size(); ++i) h.atom.arguments.push_back(all[i]);
+        MELD_ENSURE(h.atom.arguments.size() == program_.predicates[h.atom.predicate].arguments.size(), "{} comes back as {}", sent.name,
+                    program_.predicates[h.atom.predicate].signature());
         return h;
     }
 

@@ -1,8 +1,8 @@
-// Pass: waiting. An aggregate that waits for its neighbours over a route of the program's own,
+// Pass `wait`. An aggregate that waits for its neighbours over a route of the program's own,
 //     type total(node, sum int [<- edge]).
 // asks which of them are there in a view that says so by catom, and lies beside it:
 //     edge@in(A, B) :- edge(B, A), neighbor(A, B).              edge@out(A, B) :- edge(A, B), neighbor(A, B).
-// Those over `neighbor` need none: the neighbours are what the catom touches.
+// Those over `neighbor` need none: the neighbours are the catoms it touches.
 #include <map>
 
 #include "compiler/desugar/desugar.h"
@@ -45,10 +45,10 @@ class Waits {
         Term here = rule.body.atom.arguments[0], there = rule.body.atom.arguments[1];
         if (along == Along::In) std::swap(here, there);
         rule.rule.home = here.variable;
-        Clause touches{.kind = Clause::Kind::Atom, .span = made.span};
-        touches.atom.predicate = neighbor();
-        touches.atom.arguments = {here, there};
-        rule.rule.body.push_back(std::move(touches));
+        Clause linked{.kind = Clause::Kind::Atom, .span = made.span};
+        linked.atom.predicate = neighbor();
+        linked.atom.arguments = {here, there};
+        rule.rule.body.push_back(std::move(linked));
         Head head{.kind = Head::Kind::Fact, .span = made.span};
         head.atom.predicate = id;
         head.atom.arguments = {here, there};
@@ -59,7 +59,7 @@ class Waits {
     PredicateId neighbor() const {
         for (const PredicateId id : program_.predicates.ids())
             if (program_.predicates[id].world == WorldSource::Neighbor) return id;
-        return {};
+        MELD_CHECK(false, "the prelude declares no neighbor/2");
     }
 
     Program& program_;

@@ -1,4 +1,4 @@
-// Pass: changes. delta(X; p(A, X)) compares what a rule derives with what it derived in the tick before. What is given or
+// Pass `watch`. delta(X; p(A, X)) compares what a rule derives with what it derived in the tick before. What is given or
 // read from the world is there in place of what was, so it is looked at through a view of its own:
 //     q(A) :- delta(X; p(A, X)) > 1.    becomes    q(A) :- delta(X; p@now(A, X)) > 1.    p@now(A, X) :- p(A, X).
 #include <map>

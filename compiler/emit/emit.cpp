@@ -6,6 +6,7 @@
 namespace meld::emit {
 
 std::string emit_module(const plan::Plan& plan) {
+    MELD_EXPECT(plan.stored.size() == plan.program.predicates.count(), "a plan without a layout reached emission");
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");

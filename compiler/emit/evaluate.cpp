@@ -15,6 +15,7 @@ std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predica
 
 // The rule to blame for a recursion that does not end: one that reads what it helps to derive.
 RuleId culprit(const plan::Plan& plan, const Stratum& stratum) {
+    MELD_EXPECT(!stratum.rules.empty(), "a stratum that nothing derives");
     const auto recursive = [&](const RulePlan& r) {
         bool reads = false;
         each_atom(plan.program.rules[r.rule].body, [&](const Atom& a, bool) {
@@ -82,12 +83,15 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
 
 // Not recursive, or sums along a tree: proposals are all there is.
 void evaluate_plainly(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates are evaluated one by one", stratum.predicates.size());
     const PredicateId p = stratum.predicates[0];
     run_all_rules(plan, stratum, w);
     w.line("if (settle_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
 void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    for (const PredicateId p : stratum.predicates)
+        MELD_EXPECT(!plan.of(p).ranked, "{} is derived from scratch and has ranks", plan.program.predicates[p].name);
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
         w.line("const auto* before_{0} = s.{0}.rows;", name);
@@ -124,6 +128,8 @@ void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer&
 }
 
 void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    for (const PredicateId p : stratum.predicates)
+        MELD_EXPECT(plan.of(p).ranked, "{} recurs and has no ranks", plan.program.predicates[p].name);
     const auto each = [&](const char* format) {
         for (const PredicateId p : stratum.predicates) w.raw(fmt::format(fmt::runtime(format), predicate_name(plan.program, p)));
     };
@@ -166,6 +172,9 @@ void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w
 // Where only rows have changed: the groups that they affect, derived again. A failure there is no failure of the program, for
 // rows are read in an order of their own: then the whole stratum is evaluated, which reports it.
 void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
+    MELD_EXPECT(stratum.predicates.size() == 1 && !stratum.deltas.affected.empty(), "a stratum without delta rules");
+    MELD_EXPECT(stratum.deltas.regroup.size() == stratum.rules.size(), "{} of {} rules derive one group", stratum.deltas.regroup.size(),
+                stratum.rules.size());
     const std::string name = predicate_name(plan.program, stratum.predicates[0]);
     w.raw("");
     w.open(fmt::format("MELD_STEP static bool evaluate_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
@@ -223,6 +232,7 @@ void emit_stratum(const plan::Plan& plan, const Stratum& stratum, std::size_t nu
             evaluate_local_sets(plan, stratum, w);
             break;
         case Recursion::Ranked:
+            MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates support themselves alone", stratum.predicates.size());
             run_all_rules(plan, stratum, w);
             w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, stratum.predicates[0]), own_bit(plan, stratum.predicates[0]));
             break;

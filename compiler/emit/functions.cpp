@@ -17,7 +17,7 @@ std::string function_name(const Program& program, FunctionId id) {
 
 namespace {
 
-// Whether an extern makes values of more than one word: then it is told where.
+// Whether an extern makes values of more than one word: then it gets the place for them.
 bool makes_lists(const Function& f) { return f.result.compound(); }
 
 void emit_extern(const plan::Plan& plan, FunctionId id, Writer& w) {

@@ -6,6 +6,8 @@
 namespace meld::emit {
 
 RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
+    MELD_EXPECT(aggregate != Aggregate::None && (aggregate == Aggregate::Custom) == function.valid(), "rule {}", scope_.rule.name);
+    MELD_EXPECT(aggregate != Aggregate::Collect || type.parts.size() == 1, "rule {}: a list without elements", scope_.rule.name);
     Folding f{aggregate, fresh("folded"), fresh("seen"), type, function, initial.op != Op::Anonymous};
     if (aggregate == Aggregate::Collect)
         w_.line("RowList<u64> {}{{}};", f.result);
@@ -81,6 +83,8 @@ std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const 
 
 void RuleEmitter::make_row(const HeadPlan& h) {
     const Stored& stored = plan_.of(h.predicate);
+    MELD_EXPECT(h.arguments.size() == stored.fields.size(), "rule {}: {} arguments for {} fields", scope_.rule.name, h.arguments.size(),
+                stored.fields.size());
     w_.line("{} row{{}};", row_type(h.predicate));
     for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
         if (i == 1 && stored.storage == Storage::PerLink)
@@ -91,6 +95,7 @@ void RuleEmitter::make_row(const HeadPlan& h) {
 }
 
 void RuleEmitter::propose(const HeadPlan& h) {
+    MELD_EXPECT(h.kind == Head::Kind::Fact && h.place == scope_.rule.home, "view {} derives a fact elsewhere", scope_.rule.name);
     const std::string name = predicate_name(plan_.program, h.predicate);
     make_row(h);
     if (plan_.of(h.predicate).ranked) {
@@ -170,6 +175,7 @@ void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
 }
 
 void RuleEmitter::aggregate(const HeadPlan& h) {
+    MELD_EXPECT(!h.folds.empty(), "rule {}: a head aggregates nothing", scope_.rule.name);
     std::vector<Folding> folds;
     std::string condition;
     for (const Fold& f : h.folds) {
@@ -229,6 +235,7 @@ void RuleEmitter::values(const HeadPlan& h) {
 }
 
 void RuleEmitter::send(const HeadPlan& h) {
+    MELD_EXPECT(h.place != scope_.rule.home && scope_.rule.linear, "rule {} sends to itself, or is a view", scope_.rule.name);
     values(h);
     w_.raw("++s.e->derivations;");
     if (scope_.places.contains(h.place)) {

@@ -25,6 +25,7 @@ bool RuleEmitter::whole_key(const Match& s) const {
 }
 
 std::string RuleEmitter::group_row(const Match& s) {
+    MELD_EXPECT(whole_key(s), "rule {}: the group of {} is not known", scope_.rule.name, plan_.program.predicates[s.predicate].name);
     const Predicate& p = plan_.program.predicates[s.predicate];
     const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
     const std::string group = fresh("group");
@@ -66,14 +67,15 @@ void RuleEmitter::match_here(const Match& s) {
 }
 
 void RuleEmitter::match_link(const Match& s, const std::string& f) {
+    MELD_EXPECT(plan_.of(s.predicate).storage == Storage::PerLink && !s.arguments.empty());
     const Term& other = s.arguments[0];
     Match rest = s;
     rest.uses[0] = ArgumentUse::Skip;
     w_.line("if (s.neighbour[{}.a1] < 0) continue;", f);
     if (s.uses[0] == ArgumentUse::Bind) {
         w_.line("[[maybe_unused]] const i32 {} = static_cast<i32>({}.a1);", scope_.port(other.variable), f);
-        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}.a1]);", scope_.at(other.variable), f);
         scope_.places.insert(other.variable);
+        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}.a1]);", scope_.at(other.variable), f);
     } else if (s.uses[0] == ArgumentUse::Compare) {
         w_.line("if (s.g->catom_id[s.neighbour[{}.a1]] != {}) continue;", f, term(scope_, other));
     }
@@ -112,6 +114,7 @@ void RuleEmitter::match_changed(const Match& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string changes = fresh("changes"), i = fresh("k"), f = fresh("f");
+    MELD_EXPECT(stored.storage == Storage::Rows, "rule {}: {} has no rows", scope_.rule.name, name);
     const bool derived = s.at_site && stored.base != s.predicate;
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
@@ -134,6 +137,8 @@ void RuleEmitter::step(const plan::ChangeSince& s) {
         else
             others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
     }
+    MELD_EXPECT(!value.empty(), "rule {}: no argument of {} changes", scope_.rule.name, name);
+    MELD_EXPECT(!last_fact_.empty(), "rule {}: no fact has been matched", scope_.rule.name);
     const std::string change = fresh("change");
     w_.line(
         "const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; "

@@ -6,6 +6,9 @@
 namespace meld::emit {
 
 void RuleEmitter::view() {
+    MELD_EXPECT(!scope_.rule.linear, "rule {} is linear", scope_.rule.name);
+    MELD_EXPECT(rule_plan_.branches.empty() ? rule_plan_.heads.size() == 1 : rule_plan_.heads.empty(), "view {} has {} heads",
+                scope_.rule.name, rule_plan_.heads.size());
     if (rule_plan_.branches.empty()) comment(scope_.rule);
     for (const RulePlan& b : rule_plan_.branches) comment(plan_.program.rules[b.rule]);
     w_.open(fmt::format("static void {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
@@ -36,6 +39,7 @@ void RuleEmitter::branches() {
 }
 
 void RuleEmitter::affected(std::size_t number) {
+    MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
     w_.open(fmt::format("static void {}_affected{}(Self& s, Touched<{}_t>& affected) {{", rule_function(plan_.program, rule_plan_.rule),
@@ -51,6 +55,7 @@ void RuleEmitter::affected(std::size_t number) {
 }
 
 void RuleEmitter::semi_naive(std::size_t number) {
+    MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.given.empty(), "rule {} is not semi-naive", scope_.rule.name);
     w_.raw("");
     w_.open(fmt::format("static void {}_semi_naive{}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
@@ -62,6 +67,8 @@ void RuleEmitter::semi_naive(std::size_t number) {
 
 void RuleEmitter::group() {
     const HeadPlan& head = rule_plan_.heads[0];
+    MELD_EXPECT(rule_plan_.given.size() == plan::group_arguments(plan_.program.predicates[head.predicate]),
+                "rule {} is given {} of a group", scope_.rule.name, rule_plan_.given.size());
     w_.raw("");
     w_.open(fmt::format("static void {}_group(Self& s, const {}& group) {{", rule_function(plan_.program, rule_plan_.rule),
                         row_type(head.predicate)));
@@ -74,6 +81,7 @@ void RuleEmitter::group() {
 }
 
 void RuleEmitter::linear() {
+    MELD_EXPECT(scope_.rule.linear && rule_plan_.branches.empty(), "view {} among linear rules", scope_.rule.name);
     comment(scope_.rule);
     w_.open(fmt::format("static bool {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
@@ -96,6 +104,7 @@ void RuleEmitter::linear() {
 }
 
 void RuleEmitter::choose() {
+    MELD_EXPECT(scope_.rule.selected.valid() || scope_.rule.select == Select::Random, "rule {} chooses by nothing", scope_.rule.name);
     const Scope before = scope_;
     const bool random = scope_.rule.select == Select::Random;
     const Type type = scope_.rule.variables[scope_.rule.selected].type;
@@ -169,6 +178,7 @@ void RuleEmitter::freeze() {
 }
 
 void RuleEmitter::close_to(std::size_t depth) {
+    MELD_EXPECT(w_.depth() >= depth, "rule {}: a block of the caller is closed", scope_.rule.name);
     while (w_.depth() > depth) w_.close();
 }
 
@@ -185,18 +195,21 @@ void RuleEmitter::step(const plan::Set& s) {
 }
 
 void RuleEmitter::bind(VariableId v, const std::string& value) {
+    MELD_EXPECT(!scope_.values.contains(v), "rule {}: {} would be declared twice", scope_.rule.name, scope_.rule.variables[v].name);
     w_.line("const {} {} = {};", cpp_type(scope_.rule.variables[v].type), scope_.local(v), value);
     scope_.values.insert(v);
 }
 
 void RuleEmitter::step(const plan::EachNeighbour& s) {
     const bool named = s.place.valid();
+    MELD_EXPECT(!named || !scope_.places.contains(s.place), "rule {}: {} is known", scope_.rule.name, scope_.rule.variables[s.place].name);
+    MELD_EXPECT(!named || s.only.op == Op::Anonymous, "rule {}: a neighbour is named twice", scope_.rule.name);
     const std::string port = named ? scope_.port(s.place) : fresh("port");
     w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
     w_.line("if (s.neighbour[{}] < 0) continue;", port);
     if (named) {
-        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
         scope_.places.insert(s.place);
+        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
     } else if (s.only.op != Op::Anonymous) {
         w_.line("if (s.g->catom_id[s.neighbour[{}]] != {}) continue;", port, term(scope_, s.only));
     }
@@ -208,8 +221,8 @@ void RuleEmitter::step(const plan::FindNeighbour& s) {
     if (!scope_.places.contains(s.place)) {
         w_.line("const i32 {} = port_of(s, {});", port, scope_.value(s.place));
         w_.open(fmt::format("if ({} >= 0) {{", port));
-        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
         scope_.places.insert(s.place);
+        w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
     }
     port_use(s.port, port);
 }

@@ -257,7 +257,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
     }
-    w.raw("bool again;                 // Views have been settled in this evaluation already: what changed since is not known by row.");
+    w.raw("bool again;                 // Views have been evaluated before in this evaluation: what changed since is not recorded by row.");
     w.line("bool loaded[{}];", std::max<std::size_t>(1, plan.program.predicates.count()));
     w.line("bool active[{}];", std::max<std::size_t>(1, plan.linear_rules.size()));
     w.close("};");

@@ -45,7 +45,10 @@ std::string cpp_type(const Type& type) {
     MELD_CHECK(false, "a value of type {} reached emission", type_name(type));
 }
 
-std::string field_name(std::size_t argument) { return fmt::format("a{}", argument); }
+std::string field_name(std::size_t argument) {
+    MELD_EXPECT(argument > 0, "the catom is no field");
+    return fmt::format("a{}", argument);
+}
 
 std::string hex(std::uint64_t bits) { return fmt::format("{:#x}ull", bits); }
 
@@ -69,9 +72,15 @@ std::string Scope::local(plan::VariableId v) const { return fmt::format("{}_{}",
 
 std::string Scope::site() const { return caller.empty() ? std::to_string(rule_index) : caller; }
 
-std::string Scope::at(plan::VariableId v) const { return v == rule.home ? "s.catom" : local(v) + "_at"; }
+std::string Scope::at(plan::VariableId v) const {
+    MELD_EXPECT(v == rule.home || places.contains(v), "rule {}: {} is no place that is known", rule.name, rule.variables[v].name);
+    return v == rule.home ? "s.catom" : local(v) + "_at";
+}
 
-std::string Scope::port(plan::VariableId v) const { return local(v) + "_port"; }
+std::string Scope::port(plan::VariableId v) const {
+    MELD_EXPECT(v != rule.home, "rule {}: no port leads to the execution site", rule.name);
+    return local(v) + "_port";
+}
 
 std::string Scope::value(plan::VariableId v) const {
     if (values.contains(v)) return local(v);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "compiler/plan/plan.h"
+#include "runtime/base/assert.h"
 
 namespace meld::emit {
 
@@ -42,11 +43,16 @@ class Writer {
         ++depth_;
     }
     void close(const std::string& text = "}") {
+        MELD_EXPECT(depth_ > 0, "no block is open at `{}`", text);
         --depth_;
         raw(text);
     }
     std::size_t depth() const { return depth_; }
-    const std::string& text() const { return out_; }
+    // All of it, once every block is closed.
+    const std::string& text() const {
+        MELD_EXPECT(depth_ == 0, "{} blocks are open", depth_);
+        return out_;
+    }
 
   private:
     std::string out_;
@@ -102,7 +108,7 @@ std::string term_as(const Scope& scope, const check::Term& t, const check::Type&
 // The same for what goes into a list or a fact: no NaN may.
 std::string element(const Scope& scope, const check::Term& t, const check::Type& type);
 
-// Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` tells them apart.
+// Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` makes their names different.
 std::string static_list(const check::Term& t, int& number, Writer& w);
 
 // A call of a function of the program.

@@ -117,6 +117,7 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
         if (!points_here) return std::nullopt;
         out.cost = kEachNeighbourThatPointsHere;
     }
+    MELD_ENSURE(out.cost > 0 && out.known < atom.arguments.size());
     return out;
 }
 

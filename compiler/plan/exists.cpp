@@ -1,6 +1,6 @@
 // Pass: existence. A rule of a recursion may ask whether a group of min or max has a value at all, or one beyond a bound:
 //     p(A) :- m(A, _).     m(B, 4.0) :- neighbor(A, B), p(A).     m(A, 3.75).
-// What it asks stays true while the value improves, but a better value may hang on p itself; then p would lose its support by
+// What it asks stays true while the value improves, but a better value may depend on p itself; then p would lose its support by
 // what it led to, and never come to rest. So it asks a view of the groups alone, which the rules of m derive beside the values:
 //     p(A) :- m@some(A).   m@some(B) :- neighbor(A, B), p(A).         m@some(A).
 // To compute max(X, Y) of a value X of a max is to ask in the same way, so it becomes two rules, for X and for Y.
@@ -30,7 +30,7 @@ class Existence {
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) split(RuleId(i));
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             if (!asks(program_.rules[RuleId(i)])) continue;
-            // All or nothing: views of groups that hang on values would come and go like these.
+            // All or nothing: views of groups that depend on values would come and go like these.
             Program as_it_was = program_;
             const auto component = component_;
             const auto made = made_;
@@ -83,7 +83,7 @@ class Existence {
         program_.rules.add(std::move(sides[1]));
     }
 
-    // Lets the rule ask views of the groups, and makes these. False: they would hang on values.
+    // Lets the rule ask views of the groups, and makes these. False: they would depend on values.
     bool answer(RuleId first) {
         std::vector<RuleId> todo{first};
         for (std::size_t at = 0; at < todo.size(); ++at) {
@@ -124,6 +124,7 @@ class Existence {
         const auto [known, fresh] = made_.try_emplace({m, written});
         if (!fresh) return known->second;
         const Predicate of = program_.predicates[m];
+        MELD_EXPECT(of.aggregate == Aggregate::Min || of.aggregate == Aggregate::Max, "{} has no value that improves", of.name);
         Predicate groups;
         groups.name = fmt::format("{}@some{}", of.name, written.empty() ? "" : std::to_string(made_.size()));
         groups.span = of.span;

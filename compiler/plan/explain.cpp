@@ -172,7 +172,7 @@ class Explainer {
         }
         return true;
     }
-    // Each once; a second atom of the predicate that is read is told from the first.
+    // Each once; a second atom of the predicate that is read is "the other".
     std::string names(const std::vector<PredicateId>& predicates, const Step& read) const {
         std::vector<std::string> texts;
         for (const PredicateId p : predicates) {

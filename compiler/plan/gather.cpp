@@ -52,6 +52,7 @@ bool alike(const Rule& a, const Rule& b) { return a.heads[0].atom.predicate == b
 
 // One rule for the facts that `rules` say, which are alike.
 Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
+    MELD_EXPECT(rules.size() >= kMany, "{} facts are too few for a table", rules.size());
     const Rule& first = *rules[0];
     const PredicateId to = first.heads[0].atom.predicate;
     Predicate table;

@@ -25,7 +25,7 @@ void redirect(std::vector<Head>& heads, PredicateId from, PredicateId to) {
     }
 }
 
-// Predicates that some rule reads at another catom than its home.
+// Predicates that some rule reads at another catom than its execution site.
 std::vector<bool> read_elsewhere(const Program& program) {
     std::vector<bool> out(program.predicates.count(), false);
     for (const Rule& rule : program.rules) {

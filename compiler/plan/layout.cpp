@@ -1,5 +1,5 @@
 // Pass: layout. Chooses for every predicate the tightest storage its declaration and rules allow, puts what one delta
-// touches together into one record, and gives every column its dirty bits. Assumes localized rules and components.
+// touches together into one record, and gives every column its dirty bits. Assumes localized rules and strata.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -33,6 +33,7 @@ class Layout {
     explicit Layout(Plan& plan) : plan_(plan), program_(plan.program), facts_(program_.predicates.count()) {}
 
     void run() {
+        MELD_EXPECT(plan_.columns.empty() && plan_.stored.empty(), "laid out twice");
         study_rules();
         study_components();
         plan_.stored.resize(program_.predicates.count());
@@ -63,7 +64,7 @@ class Layout {
             of(head.predicate).per_link = of(head.predicate).per_link && names_neighbour(rule, head);
         }
     }
-    // The second argument is a variable that some positive link joins to the home.
+    // The second argument is a variable that some positive link joins to the execution site.
     bool names_neighbour(const Rule& rule, const Atom& head) const {
         if (head.arguments.size() < 2 || !head.arguments[1].is_variable()) return false;
         const VariableId v = head.arguments[1].variable;
@@ -72,7 +73,7 @@ class Layout {
                 !c.atom.arguments[1].is_variable())
                 continue;
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
-            // A stored route at the home may point to a catom that has left; a neighbour fact, or one told by the other, may not.
+            // A stored route at the execution site may point to a catom that has left; a fact of `neighbor`, or one that the other catom exports, may not.
             const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.home;
             if (surely && ((a == rule.home && b == v) || (b == rule.home && a == v))) return true;
         }
@@ -175,6 +176,7 @@ class Layout {
         std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.bytes > b.bytes; });
         std::uint32_t at = 0, align = 1;
         for (Item& item : items) {
+            MELD_EXPECT(std::has_single_bit(item.bytes) && item.count > 0, "a field of {} bytes", item.bytes);
             *item.offset = at;
             at += item.bytes * item.count;
             align = std::max(align, item.bytes);

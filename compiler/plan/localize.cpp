@@ -1,4 +1,4 @@
-// Pass: localization. After it every atom of a rule is at the rule's home or at a direct neighbour of it, and what is
+// Pass: localization. After it every atom of a rule is at its execution site or at a direct neighbour of it, and what is
 // read at a neighbour is stored there. What lies further out moves into an auxiliary at the neighbour in between:
 //     p(A, X) :- neighbor(A, B), neighbor(B, C), q(C, X).
 // becomes
@@ -34,7 +34,7 @@ class Localizer {
 
     void run() {
         Rule rule = program_.rules[id_];
-        // A sum and a count know every derivation, so what tells two of them apart must reach the head's catom.
+        // A sum and a count know every derivation, so what makes two of them different must reach the head's catom.
         const bool counted = !rule.linear && folds(program_.predicates[rule.heads[0].atom.predicate].aggregate);
         const std::vector<Clause> links = links_of(rule.body);
         localize_body(rule, rule.body, {}, {}, {}, counted ? Matches::Counted : Matches::Any);
@@ -53,7 +53,7 @@ class Localizer {
         return links;
     }
 
-    // Direct neighbours of the home by the links of these clauses.
+    // Direct neighbours of the execution site by the links of these clauses.
     void direct(const Rule& rule, const std::vector<Clause>& body, Variables& out) const {
         each_atom(body, [&](const Atom& a, bool) {
             if (!is_link(program_, a)) return;
@@ -63,7 +63,7 @@ class Localizer {
         out.erase(rule.home);
     }
 
-    // Whether the atom must move to an auxiliary: not at the home, and either further away or nothing that is stored.
+    // Whether the atom must move to an auxiliary: not at the execution site, and either further away or nothing that is stored.
     bool is_far(const Rule& rule, const Atom& a, const Variables& near) const {
         const VariableId at = a.arguments[0].variable;
         if (at == rule.home) return false;
@@ -117,7 +117,7 @@ class Localizer {
         }
     }
 
-    // The catoms beyond `via`, without passing the home or another neighbour.
+    // The catoms beyond `via`, without passing the execution site or another neighbour.
     Variables beyond(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& links, VariableId via,
                      const Variables& near) const {
         Variables seen{via};
@@ -147,6 +147,8 @@ class Localizer {
             if (!via.valid() && beyond(rule, body, links, n, near).contains(at)) via = n;
         MELD_CHECK(via.valid(), "rule {}: no neighbour leads to {}", rule.name, rule.variables[at].name);
         const Variables region = beyond(rule, body, links, via, near);
+        MELD_ASSERT(region.contains(at) && !region.contains(rule.home), "rule {}: {} is beyond no neighbour", rule.name,
+                    rule.variables[at].name);
 
         std::vector<Clause> moved, kept;
         for (Clause& c : body) {
@@ -163,6 +165,7 @@ class Localizer {
         move_tests(rule, moved, kept);
         move_inner(rule, moved, kept, around, region, near);
 
+        MELD_ASSERT(!moved.empty(), "rule {}: nothing moves to {}", rule.name, rule.variables[via].name);
         // What the rest of the rule still needs to know of the moved part.
         const Variables inside = bound_by(moved);
         Variables outside = counted;

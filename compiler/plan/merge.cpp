@@ -1,6 +1,6 @@
 // Pass: message merging. Localization makes an auxiliary for the far part of each rule, `push` one for the best of a
 // neighbour's rows; where two of them are derived by the same clauses, names of variables aside, one serves both, and neighbours
-// are told once instead of twice.
+// get it once instead of twice.
 //     p(A) :- neighbor(A, B), neighbor(B, C), mark(C, V), V > 1.
 //     q(A) :- neighbor(A, B), neighbor(B, C), mark(C, W), W > 1, calm(A).
 // Assumes localized rules.
@@ -28,6 +28,7 @@ void rename(Clause& c, const std::map<VariableId, VariableId>& names) {
 
 // The rule as text with its variables numbered as they appear, the head first and without its name.
 std::string shape(const Program& program, const Rule& rule) {
+    MELD_EXPECT(!rule.linear && rule.heads.size() == 1, "rule {}", rule.name);
     Rule copy;
     std::map<VariableId, VariableId> names;
     const auto number = [&](VariableId v) {

@@ -151,6 +151,7 @@ class Narrower {
             for (std::size_t i = 1; i < of(p).size(); ++i) {
                 Argument& argument = program_.predicates[p].arguments[i];
                 if (argument.type != Type::Int || of(p)[i].is_empty()) continue;
+                MELD_ENSURE(of(p)[i].least <= of(p)[i].greatest);
                 argument.least = of(p)[i].least;
                 argument.greatest = of(p)[i].greatest;
             }
@@ -174,6 +175,7 @@ class Narrower {
             return;
         }
         constexpr Range port{0, kMaxPorts - 1};
+        MELD_EXPECT(p.world != WorldSource::NeighborPort || ranges.size() == 3, "{} has {} arguments", p.name, ranges.size());
         switch (p.world) {
             case WorldSource::NeighborPort:
                 ranges[2] = port;

@@ -77,16 +77,16 @@ class Pusher {
             each_atom(rule.body, read);
             each_head(rule.heads, [&](const Head& h) { each_atom(h.body, read); });
         }
-        std::set<RuleId> touched;
+        std::set<RuleId> rewritten;
         for (const auto& [predicate, all] : pushes) {
             if (read_by_row.contains(predicate)) continue;
             // A rule changes once: the numbers of its clauses do not hold after that.
             std::set<RuleId> rules;
             for (const Push& p : all) rules.insert(p.rule);
-            const bool again = std::any_of(rules.begin(), rules.end(), [&](RuleId r) { return touched.contains(r); });
+            const bool again = std::any_of(rules.begin(), rules.end(), [&](RuleId r) { return rewritten.contains(r); });
             if (again || rules.size() < all.size()) continue;
             for (const Push& p : all) apply(p);
-            touched.merge(rules);
+            rewritten.merge(rules);
         }
     }
 
@@ -181,6 +181,8 @@ class Pusher {
 
     void apply(const Push& push) {
         Rule rule = program_.rules[push.rule];
+        MELD_EXPECT(push.value.valid() && push.clause < rule.body.size(), "rule {}", rule.name);
+        MELD_EXPECT(std::is_sorted(push.tests.begin(), push.tests.end()), "rule {}: tests are taken out from the last on", rule.name);
         const Atom from = rule.body[push.clause].atom;
         const VariableId at = from.arguments[0].variable;
         Predicate p;

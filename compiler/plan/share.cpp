@@ -131,6 +131,7 @@ class Sharer {
 
     RulePlan join(std::size_t first, const std::vector<std::size_t>& others, std::size_t length) {
         const RulePlan& a = rules_[first];
+        MELD_EXPECT(length > 0 && length <= a.steps.size() && !others.empty(), "{} steps of {} are shared", length, a.steps.size());
         const auto rest = [&](const RulePlan& r) {
             RulePlan branch;
             branch.rule = r.rule;
@@ -163,6 +164,7 @@ class Sharer {
             out.inputs |= b.inputs;
             out.branches.push_back(std::move(branch));
         }
+        MELD_ENSURE(out.branches.size() == others.size() + 1 && out.heads.empty());
         return out;
     }
 

@@ -1,7 +1,7 @@
-// Trees: a component that recurs over links through a sum is no recursion at one catom, or only of sets. So its predicates
-// are taken apart into components of their own, in an order in which what is read at the same catom has been settled:
+// Trees: a strongly connected component that recurs over links through a sum is no recursion at one catom, or only of sets. So its
+// predicates are taken apart into components of their own, in an order in which what is read at the same catom comes first:
 //     up(A, sum) :- tree(B, A), ready(B, S).      ready(A, S) :- up(A, S).
-// settles up and then ready; what neighbours say is as of the last tick in any case.
+// evaluates up and then ready; what is read at neighbours is as of the last tick in any case.
 #include <algorithm>
 
 #include "compiler/plan/plan.h"
@@ -28,9 +28,12 @@ class Tree {
         std::vector<Component> out;
         std::vector<bool> done(reads_.size(), false);
         while (out.empty() || std::find(done.begin(), done.end(), false) != done.end()) {
+            const std::size_t before = out.size();
             for (std::size_t p = 0; p < reads_.size(); ++p)
                 if (!done[p] && ready(p, done)) out.push_back(part(p, done));
+            MELD_CHECK(out.size() > before, "no part of a tree can be evaluated next");
         }
+        MELD_ENSURE(out.size() <= whole_.predicates.size());
         return out;
     }
 
