@@ -91,7 +91,8 @@ class Relays {
     PredicateId relay(PredicateId p, std::size_t left) {
         const auto found = relays_.find({p, left});
         if (found != relays_.end()) return found->second;
-        MELD_EXPECT(left > 0 && program_.predicates[p].linear(), "{} cannot be handed on", program_.predicates[p].name);
+        MELD_EXPECT(left > 0 && program_.predicates[p].kind != PredicateKind::Sensed, "{} cannot be handed on",
+                    program_.predicates[p].name);
         const PredicateId next = left == 1 ? p : relay(p, left - 1);
         Predicate made;
         made.name = fmt::format("{}@far{}", program_.predicates[p].name, left);

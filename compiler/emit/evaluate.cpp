@@ -173,7 +173,7 @@ void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w
 // rows are read in an order of their own: then the whole stratum is evaluated, which reports it.
 void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
     MELD_EXPECT(stratum.predicates.size() == 1 && !stratum.deltas.affected.empty(), "a stratum without delta rules");
-    MELD_EXPECT(stratum.deltas.regroup.size() == stratum.rules.size(), "{} of {} rules derive one group", stratum.deltas.regroup.size(),
+    MELD_EXPECT(stratum.deltas.regroup.size() >= stratum.rules.size(), "{} of {} rules derive one group", stratum.deltas.regroup.size(),
                 stratum.rules.size());
     const std::string name = predicate_name(plan.program, stratum.predicates[0]);
     w.raw("");
