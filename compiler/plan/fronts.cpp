@@ -1,4 +1,4 @@
-// Pass: fronts. In a component where a better value of a min or max may follow from the one that it replaces, the rules work on
+// Pass: fronts. In a strongly connected component where a better value of a min or max may follow from the one that it replaces, the rules work on
 // all derivations that no other beats, and the predicate itself is the best of them:
 //     p(A, 5) :- b(A).      q(B) :- neighbor(A, B), p(A, _).      p(B, V + 1) :- neighbor(A, B), p(A, V), V < 9, q(B).
 // becomes
@@ -8,9 +8,9 @@
 // on the front of its head or beaten there. Assumes that existence is asked for where that is enough (exists.cpp).
 #include <algorithm>
 
-#include "compiler/check/check.h"
 #include "compiler/check/fronts.h"
-#include "compiler/plan/made.h"
+#include "compiler/desugar/made.h"
+#include "compiler/plan/plan.h"
 
 namespace meld::plan {
 
@@ -37,7 +37,7 @@ void keep_front(Program& program, PredicateId p, const std::vector<RuleId>& rule
         for (Clause& c : rule.body)
             if (c.kind == Clause::Kind::Atom && c.atom.predicate == p) c.atom.predicate = front;
     }
-    MadeRule best(program, front, program.predicates[p].name + "@best");
+    desugar::MadeRule best(program, front, program.predicates[p].name + "@best");
     best.head(program, p, 0);
     best.add_to(program);
 }
@@ -45,9 +45,7 @@ void keep_front(Program& program, PredicateId p, const std::vector<RuleId>& rule
 }  // namespace
 
 void keep_fronts(Program& program) {
-    program.components.clear();
-    diagnostics::Reporter already_reported;
-    stratify(program, already_reported);
+    find_components(program);
     const std::vector<Component> components = program.components;
     for (const Component& c : components) {
         if (!c.recursive || c.tree || fronts_of(program, c) != Fronts::Needed) continue;
