@@ -13,6 +13,14 @@ class Problem(NamedTuple):
         return f"{self.path}:{self.line}: {self.rule}"
 
 
+def check_table_of_folders(page, layers) -> Iterator[Problem]:
+    """The design names every layer in its table of folders: the first cell of a row, whole or by its last word."""
+    cells = " ".join(line.split("|")[1] for line in page.split("\n") if line.startswith("| `"))
+    for folder in layers.depends:
+        if f"`{folder}`" not in cells and f"`{folder.rsplit('/', 1)[-1]}`" not in cells:
+            yield Problem("docs/design.md", 1, f"the table of folders has no {folder}, which CMakeLists.txt names")
+
+
 class Layers:
     """Which folder may include which, read from the meld_layer and meld_plugin calls of the top-level CMakeLists.txt."""
 

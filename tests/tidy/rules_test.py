@@ -3,7 +3,7 @@
 import unittest
 
 from references import References
-from rules import Layers, check_file
+from rules import Layers, check_file, check_table_of_folders
 
 CMAKE = """
 meld_layer(runtime/base DEPENDS fmt::fmt)
@@ -60,6 +60,15 @@ class HeaderRules(unittest.TestCase):
     def test_headers_open_with_a_sentence_and_pragma_once(self):
         self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "// What it is.\n")), 1)
         self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "#pragma once\n")), 1)
+
+
+class TableOfFolders(unittest.TestCase):
+    def test_each_layer_has_a_row(self):
+        whole = "| `runtime/base`, `abi`, `comm` | low |\n| `compiler/build`, `backend` | high |\n| `physics` | |\n"
+        self.assertEqual(list(check_table_of_folders(whole, Layers(CMAKE))), [])
+        missing = [p.rule for p in check_table_of_folders(whole.replace("`abi`", "abi") + "| other | `abi` |\n", Layers(CMAKE))]
+        self.assertEqual(len(missing), 1)
+        self.assertIn("runtime/abi", missing[0])
 
 
 class TextRules(unittest.TestCase):

@@ -4,7 +4,7 @@ import pathlib
 import sys
 
 from references import References
-from rules import Layers, Problem, check_file
+from rules import Layers, Problem, check_file, check_table_of_folders
 
 FOLDERS = ("cmake", "compiler", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
@@ -24,6 +24,7 @@ def files_of(root: pathlib.Path):
 def check_repository(root: pathlib.Path):
     layers = Layers((root / "CMakeLists.txt").read_text())
     yield from layers.problems_of_order("CMakeLists.txt")
+    yield from check_table_of_folders((root / "docs/design.md").read_text(), layers)
     references = References.of(root)
     for path in sorted(references.texts):
         if path.endswith(".md") and path.startswith(PAGES):
