@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <map>
+#include <set>
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
@@ -80,10 +81,15 @@ Proposals LatticeMotion::collect(Subdomain& part) {
         const bool fits = kind == Kind::Slide || kind == Kind::Turn ? propose_move(part, action, p, out.claims)
                           : kind == Kind::MoveAround                ? propose_around(part, action, p, out.claims)
                                                                     : propose(part, action, p, out.claims);
-        // The same wish twice is granted once: a catom's wishes stand together.
+        // The same request twice is granted once: a catom's requests stand together. Whether a far cell is empty is for its owner to
+        // say, so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
-        for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other)
-            again = again || other->order() == p.order();
+        for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) {
+            if (kind == Kind::MoveTo && other->kind == kind && !part.alone())
+                p.direction = std::max(p.direction, other->direction + 1);
+            else
+                again = again || other->order() == p.order();
+        }
         if (fits && !again) {
             p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
             out.list.push_back(p);
@@ -250,19 +256,32 @@ Proposals LatticeMotion::share(Subdomain& part, const Proposals& mine) const {
     return all;
 }
 
-// Only the owner of a far cell knows whether it is empty.
+// Only the owner of a far cell knows whether it is empty. Of each catom the first moveTo to an empty cell is kept, as one process
+// alone keeps it.
 void LatticeMotion::veto_teleports(Subdomain& part, std::vector<Proposal>& all) const {
-    ByteWriter bytes;
-    for (const Proposal& p : all) {
-        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) bytes.write(p.id);
-    }
-    for (const auto& from : part.comm.allgather_any(bytes.view())) {
-        ByteReader in(from, "proposals");
-        while (!in.done()) {
-            const auto id = in.read<std::uint64_t>();
-            std::erase_if(all, [&](const Proposal& p) { return p.kind == Kind::MoveTo && p.id == id; });
+    using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the how-manieth moveTo of it.
+    ByteWriter mine;
+    for (const Proposal& p : all)
+        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) {
+            mine.write(p.id);
+            mine.write(p.direction);
         }
+    std::set<Request> vetoed;
+    for (const auto& from : part.comm.allgather_any(mine.view()))
+        for (ByteReader in(from, "vetoed moves"); !in.done();) {
+            const auto id = in.read<std::uint64_t>();
+            vetoed.emplace(id, in.read<std::int32_t>());
+        }
+    std::map<std::uint64_t, std::int32_t> first;
+    for (const Proposal& p : all) {
+        if (p.kind != Kind::MoveTo || vetoed.contains({p.id, p.direction})) continue;
+        const auto [kept, added] = first.emplace(p.id, p.direction);
+        if (!added) kept->second = std::min(kept->second, p.direction);
     }
+    std::erase_if(all, [&](const Proposal& p) {
+        const auto kept = first.find(p.id);
+        return p.kind == Kind::MoveTo && (kept == first.end() || kept->second != p.direction);
+    });
 }
 
 // A proposal is granted if it is the smallest on each of its claims.

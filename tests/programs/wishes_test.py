@@ -1,0 +1,98 @@
+"""Random requests to move, several of one catom in one tick: the outcome does not depend on the number of processes.
+
+Usage: wishes_test.py MELDSIM [FIRST_SEED [SEEDS]]
+"""
+
+import random
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ACTIONS = {
+    "moveTo": "int, int, int",
+    "slide": "int, int",
+    "turn": "int, int",
+    "moveAround": "node, node",
+    "create": "int",
+    "destroy": "node",
+    "give": "node",
+}
+
+PROGRAM = "".join(f"type linear wants-{name}(node, int, {types}).\n" for name, types in ACTIONS.items())
+for name, types in ACTIONS.items():
+    arguments = ", ".join("XYZ"[: len(types.split(","))])
+    PROGRAM += f"wants-{name}(A, T, {arguments}), tick(A, T) -o {name}(A, {arguments}).\n"
+PROGRAM += """type linear lost(node, int).
+type stands(node, int, int, int).
+failed(A, K) -o lost(A, K).
+stands(A, X, Y, Z) :- cell(A, X, Y, Z).
+"""
+
+PORTS = {"square": 4, "hex": 6, "cubic": 6, "fcc": 12}
+
+
+def world(seed):
+    """A few catoms in two or three clusters far apart, with requests in two ticks."""
+    rng = random.Random(seed)
+    lattice = rng.choice(sorted(PORTS))
+    flat = lattice in ("square", "hex")
+    cells = set()
+    while len(cells) < rng.randint(2, 9):
+        cells.add((rng.choice([0, 1, 2, 7, 8, 20, 21, 40]), rng.choice([0, 1, 2, 20]), 0 if flat else rng.choice([0, 0, 1])))
+    cells = sorted(cells)
+    places = cells + [(rng.choice([0, 3, 39, 60]), rng.choice([2, 21]), 0) for _ in range(3)]
+
+    def arguments(name):
+        if name == "moveTo":
+            return rng.choice(places)
+        kinds = ACTIONS[name].split(", ")
+        return [f'"@{rng.randrange(len(cells) + 1)}"' if kind == "node" else rng.randrange(PORTS[lattice]) for kind in kinds]
+
+    facts = {name: [] for name in ACTIONS}
+    for catom in range(len(cells)):
+        for tick in (2, 3):
+            for _ in range(rng.randint(0, 4)):
+                name = rng.choice([*ACTIONS, "moveAround", *["moveTo"] * 9])
+                listed = ", ".join(str(x) for x in arguments(name))
+                facts[name].append(f'{{ where = "id == {catom}", args = [{tick}, {listed}] }}')
+    shown = [f"[{x}, {y}]" if flat else f"[{x}, {y}, {z}]" for x, y, z in cells]
+    lines = [f'lattice = "{lattice}"', "held = 1", "[[body]]", f"cells = [{', '.join(shown)}]"]
+    lines += ["[motion]", 'kind = "lattice"', "capacity = 3", "[facts]"]
+    lines += [f"wants-{name} = [{', '.join(given)}]" for name, given in facts.items() if given]
+    return "\n".join(lines) + "\n"
+
+
+def outcome(meldsim, folder, processes):
+    command = [meldsim, "run", folder / "wishes.meld", "--world", folder / "wishes.toml", "-n", str(processes), "--ticks", "8"]
+    done = subprocess.run([*command, "--quiet", "--facts-out", "-"], capture_output=True, text=True, timeout=120)
+    return done.returncode, done.stdout, "" if done.returncode == 0 else done.stderr
+
+
+def main():
+    meldsim = Path(sys.argv[1])
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 24
+    failures = moved = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "wishes.meld").write_text(PROGRAM)
+        for seed in range(first, first + seeds):
+            text = world(seed)
+            (folder / "wishes.toml").write_text(text)
+            outcomes = [outcome(meldsim, folder, n) for n in (1, 2, 3)]
+            moved += outcomes[0][1].count("lost")
+            if outcomes[0][0] == 0 and outcomes.count(outcomes[0]) == len(outcomes):
+                continue
+            failures += 1
+            print(f"seed {seed}:\n{text}")
+            for n, (code, facts, errors) in enumerate(outcomes, 1):
+                print(f"-- on {n} processes, exit code {code}\n{facts}{errors}")
+    if moved == 0:
+        print("no request of any seed failed: the worlds test nothing")
+    print(f"{failures} of {seeds} seeds differ")
+    return 1 if failures or moved == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
