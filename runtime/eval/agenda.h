@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/assert.h"
 
 namespace meld::eval {
 
 class Agenda {
   public:
     void resize(std::size_t catoms) {
+        MELD_EXPECT(catoms >= dirty_.size(), "{} catoms after {}", catoms, dirty_.size());
         dirty_.resize(catoms, 0);
         words_.resize((catoms + 63) / 64, 0);
         summary_.resize((words_.size() + 63) / 64, 0);
@@ -22,6 +24,7 @@ class Agenda {
 
     // Adds bits to a catom's dirty word. Not while others mark.
     void mark(u32 catom, u64 bits) {
+        MELD_EXPECT(catom < dirty_.size() && bits != 0 && bits >> 32 == 0, "catom {}, bits {:x}", catom, bits);
         const u32 before = dirty_[catom];
         dirty_[catom] = before | static_cast<u32>(bits);
         if (before != 0) return;
@@ -30,6 +33,7 @@ class Agenda {
     }
     // The same from several threads at once; the result does not depend on their order.
     void mark_shared(u32 catom, u64 bits) {
+        MELD_EXPECT(catom < dirty_.size() && bits != 0 && bits >> 32 == 0, "catom {}, bits {:x}", catom, bits);
         const std::atomic_ref<u32> word(dirty_[catom]);
         if ((word.load(std::memory_order_relaxed) & bits) == bits) return;
         if (word.fetch_or(static_cast<u32>(bits), std::memory_order_relaxed) != 0) return;
@@ -41,7 +45,10 @@ class Agenda {
     }
     u64 dirty(u32 catom) const { return dirty_[catom]; }
     // Forgets a catom that is gone or has moved to another part.
-    void forget(u32 catom) { dirty_[catom] = 0; }
+    void forget(u32 catom) {
+        MELD_EXPECT(catom < dirty_.size(), "catom {}", catom);
+        dirty_[catom] = 0;
+    }
     bool empty() const {
         for (const u64 s : summary_)
             if (s != 0) return false;
@@ -77,6 +84,7 @@ class Agenda {
             }
             summary_[s] = 0;
         }
+        MELD_ENSURE(empty() && catoms.size() == dirty.size(), "{} catoms, {} dirty words", catoms.size(), dirty.size());
     }
 
   private:

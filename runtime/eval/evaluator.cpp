@@ -180,6 +180,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     };
     host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
+        MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
         t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++,
@@ -187,9 +188,13 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
+        MELD_EXPECT(t.owner->module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
         t.actions.push_back({e->catom, predicate, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
-    host_.wake = [](Eval* e, i64 tick, u64 dirty) { of(e).wakes.push_back({tick, e->catom, dirty}); };
+    host_.wake = [](Eval* e, i64 tick, u64 dirty) {
+        MELD_EXPECT(tick > e->part->now, "catom {} in tick {}", e->catom, tick);
+        of(e).wakes.push_back({tick, e->catom, dirty});
+    };
     host_.wake_group = [](Eval* e, i64 tick, u16 predicate, const void* row) {
         Thread& t = of(e);
         const u16 column = t.owner->module_.predicates[predicate].column;
@@ -239,6 +244,8 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->release_owned();
         t->values.clear();
     }
+    MELD_EXPECT(part.geometry.catom_state != nullptr && part.columns == columns_.pointers(), "the arrays of the part are not up to date");
+    MELD_ASSERT(std::is_sorted(awake_.begin(), awake_.end()), "the agenda is not in the order of memory");
     columns_.changes().begin_evaluation();
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
@@ -271,6 +278,7 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
     const Geometry& g = part.geometry;
     const bool shared = threads_.size() > 1;
     const auto changed = [&](u32 catom, u16 column) {
+        MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
         const u64 bits = module_.columns[column].reader_dirty;
         const u32 site = g.catom_site[catom];
         for (i32 port = 0; port < g.ports; ++port) {
@@ -353,6 +361,7 @@ void Evaluator::order_messages() {
             messages_[at] = messages_[at - 1];
         messages_[at] = m;
     }
+    MELD_ENSURE(messages_.size() == unsorted_.size(), "{} messages of {}", messages_.size(), unsorted_.size());
 }
 
 }  // namespace meld::eval

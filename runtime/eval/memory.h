@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/assert.h"
 
 namespace meld::eval {
 
@@ -35,6 +36,7 @@ class Tombstones {
     }
     // A group lost a fact of this rank now. A memory that had expired is replaced, not extended.
     void lose(u32 catom, u16 predicate, u64 key, u32 rank, i64 now, u32 greatest_rank, u32 latency) {
+        MELD_EXPECT(predicate != kNone16 && now > 0, "predicate {} in tick {}", predicate, now);
         std::vector<Entry>& list = by_catom_[catom];
         for (Entry& e : list)
             if (e.predicate == predicate && e.key == key) {
@@ -61,6 +63,7 @@ class Tombstones {
         return found == by_catom_.end() ? nullptr : &found->second;
     }
     void restore(u32 catom, std::vector<Entry> entries) {
+        MELD_EXPECT(!by_catom_.contains(catom), "catom {} remembers losses already", catom);
         if (!entries.empty()) by_catom_[catom] = std::move(entries);
     }
 
@@ -71,29 +74,36 @@ class Tombstones {
 // Catoms to mark at a later tick, and groups of them to look at then.
 class Timers {
   public:
-    void add(i64 now, i64 tick, u32 catom, u64 bits) { at_[tick].catoms.push_back({{catom, now}, static_cast<u32>(bits)}); }
+    void add(i64 now, i64 tick, u32 catom, u64 bits) {
+        MELD_EXPECT(tick > now, "catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
+        at_[tick].catoms.push_back({{catom, now}, static_cast<u32>(bits)});
+    }
     // The row is one of the group; so many bytes.
     void add_group(i64 now, i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
+        MELD_EXPECT(tick > now && bytes > 0, "a group of catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
         Due& due = at_[tick];
         due.groups.push_back({{catom, now}, column, due.rows.size()});
         due.rows.insert(due.rows.end(), row, row + bytes);
     }
     bool empty() const { return at_.empty(); }
-    i64 next() const { return at_.begin()->first; }
+    i64 next() const {
+        MELD_EXPECT(!empty());
+        return at_.begin()->first;
+    }
     // What was added before this tick for a catom that is gone or has moved is not for whoever has its index now.
     void forget(i64 now, u32 catom) {
         if (!at_.empty()) forgotten_[catom] = now;
     }
 
-    // mark(catom, bits) and tell(catom, column, row).
-    template <class Mark, class Tell>
-    void fire(i64 now, const Mark& mark, const Tell& tell) {
+    // mark(catom, bits) and wake_group(catom, column, row).
+    template <class Mark, class WakeGroup>
+    void fire(i64 now, const Mark& mark, const WakeGroup& wake_group) {
         while (!at_.empty() && at_.begin()->first <= now) {
             const Due& due = at_.begin()->second;
             for (const Catom& c : due.catoms)
                 if (holds(c.who)) mark(c.who.catom, c.bits);
             for (const Group& g : due.groups)
-                if (holds(g.who)) tell(g.who.catom, g.column, due.rows.data() + g.offset);
+                if (holds(g.who)) wake_group(g.who.catom, g.column, due.rows.data() + g.offset);
             at_.erase(at_.begin());
         }
         if (at_.empty()) forgotten_.clear();

@@ -8,6 +8,7 @@ namespace meld::partition {
 
 Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int parts) {
     MELD_EXPECT(parts > 0);
+    MELD_EXPECT(std::is_sorted(counts.begin(), counts.end()), "bricks along the curve");
     std::uint64_t total = 0;
     for (const auto& [key, count] : counts) total += count;
     starts_.assign(1, 0);
@@ -20,6 +21,7 @@ Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& coun
         before += count;
     }
     while (starts_.size() < static_cast<std::size_t>(parts)) starts_.push_back(~BrickKey{0});
+    MELD_ENSURE(std::is_sorted(starts_.begin(), starts_.end()) && starts_.size() == static_cast<std::size_t>(parts));
 }
 
 int Partition::owner(BrickKey key) const {
@@ -28,7 +30,9 @@ int Partition::owner(BrickKey key) const {
 }
 
 Halo::Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach)
-    : ensemble_(ensemble), partition_(partition), part_(part), reach_(reach) {}
+    : ensemble_(ensemble), partition_(partition), part_(part), reach_(reach) {
+    MELD_EXPECT(part >= 0 && part < partition.parts() && reach > 0, "process {} of {}, reach {}", part, partition.parts(), reach);
+}
 
 std::vector<Halo::Side> Halo::sides(Cell brick) const {
     std::vector<Side> out;
@@ -50,6 +54,7 @@ std::vector<Halo::Side> Halo::sides(Cell brick) const {
 
 bool Halo::near(const Side& side, std::uint32_t cell) const {
     const auto& bits = lattice().brick_bits();
+    MELD_EXPECT(cell < kBrickCells, "cell {} of a brick", cell);
     const auto reach = static_cast<std::uint32_t>(reach_);
     const auto close = [&](int step, std::size_t axis, std::uint32_t at) {
         const std::uint32_t size = 1u << bits[axis];
@@ -106,6 +111,7 @@ std::vector<int> Halo::listeners(Cell cell) const {
 }
 
 bool Halo::borders(int part, Cell brick) const {
+    MELD_EXPECT(part >= 0 && part < partition_.parts(), "process {}", part);
     bool any = false;
     each_side(brick, [&](const Side& side) { any = any || side.part == part; });
     return any;

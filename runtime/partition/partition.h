@@ -76,13 +76,13 @@ class Halo {
 
     template <class Visit>
     void visit_border(std::size_t border, std::uint32_t cell, const Visit& visit) const {
-        std::uint64_t told = 0;  // Parts beyond 64 are told by a search: rare, and sides are few.
+        std::uint64_t visited = 0;  // Processes beyond 64 are found by a search: rare, and sides are few.
         std::vector<int> more;
         for (const Side& side : sides_[border]) {
             if (side.part == part_ || !near(side, cell)) continue;
             if (side.part < 64) {
-                if (told >> side.part & 1) continue;
-                told |= std::uint64_t{1} << side.part;
+                if (visited >> side.part & 1) continue;
+                visited |= std::uint64_t{1} << side.part;
             } else {
                 bool again = false;
                 for (const int p : more) again = again || p == side.part;

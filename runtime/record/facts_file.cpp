@@ -140,8 +140,8 @@ Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
     }
     ByteWriter outcome;
     outcome.write(writer ? file->finish() : 0);
-    const std::vector<std::byte> told = part.comm.allgather(outcome.view());
-    ByteReader in(told, "how writing facts ended");
+    const std::vector<std::byte> outcomes = part.comm.allgather(outcome.view());
+    ByteReader in(outcomes, "how writing facts ended");
     const int error = in.read<int>();
     if (error != 0) return tl::unexpected<Error>(cannot_write(path, error));
     return {};

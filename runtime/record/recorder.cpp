@@ -242,8 +242,8 @@ Result<void> Recorder::write(sim::Subdomain& part) {
     }
     ByteWriter outcome;
     outcome.write(fine);
-    const std::vector<std::byte> told = part.comm.allgather(outcome.view());
-    ByteReader in(told, "how writing the recording ended");
+    const std::vector<std::byte> outcomes = part.comm.allgather(outcome.view());
+    ByteReader in(outcomes, "how writing the recording ended");
     if (!in.read<bool>()) return tl::unexpected<Error>(file_ ? error : Error{"cannot write " + path_, "", ExitCode::LimitHit});
     return {};
 }

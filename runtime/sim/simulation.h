@@ -71,7 +71,7 @@ class Simulation {
     Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     CodeModules codes_;
-    std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to settle.
+    std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to become quiescent.
     Summary summary_;
     double modules_s_ = 0;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/base/assert.h"
+
 namespace meld::tuple {
 
 namespace {
@@ -42,6 +44,7 @@ void ChangeLog::resize(std::size_t catoms) {
 }
 
 RowChanges* ChangeLog::make(u32 column, u32 removed, u32 added, int pool) {
+    MELD_EXPECT(pool >= 0 && static_cast<std::size_t>(pool) < pools_.size(), "pool {}", pool);
     const std::size_t bytes = sizeof(RowChanges) + std::size_t{module_.columns[column].row_bytes} * (std::size_t{removed} + added);
     auto* out = reinterpret_cast<RowChanges*>(pools_[static_cast<std::size_t>(pool)].arenas[filling_].take((bytes + 7) / 8));
     *out = {nullptr, removed, added, 0, 0};
@@ -49,6 +52,7 @@ RowChanges* ChangeLog::make(u32 column, u32 removed, u32 added, int pool) {
 }
 
 void ChangeLog::note(u32 column, u32 catom, RowChanges* changes, int pool) {
+    MELD_EXPECT(follows(column) && catom < noted_[column].size(), "column {} of catom {}", column, catom);
     const RowChanges*& first = noted_[column][catom];
     if (first == nullptr) pools_[static_cast<std::size_t>(pool)].noted.push_back({column, catom});
     changes->next = first;

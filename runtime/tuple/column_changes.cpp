@@ -61,6 +61,7 @@ void Columns::replace_rows(u32 column, u32 catom, const void* with, u32 count, i
 }
 
 void Columns::change_rows(u32 column, u32 catom, RowChanges* changes, int pool) {
+    MELD_EXPECT(changes_.follows(column), "column {}", column);
     // A few rows are found and changed in place; many are cheaper merged in one go.
     const bool few = changes->removed + changes->added <= 8;
     few ? change_in_place(column, catom, *changes, pool) : merge_changes(column, catom, *changes, pool);
@@ -116,6 +117,7 @@ void Columns::merge_changes(u32 column, u32 catom, const RowChanges& changes, in
 void Columns::erase_row(u32 column, u32 catom, u32 at) {
     const std::size_t size = module_.columns[column].row_bytes;
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    MELD_EXPECT(at < head.count, "row {} of {}", at, head.count);
     --head.count;
     std::memmove(head.data + at * size, head.data + (at + 1) * size, (head.count - at) * size);
 }
@@ -128,6 +130,7 @@ void Columns::note_added(u32 column, u32 catom, const void* row, int pool) {
 }
 
 void Columns::note_woken(u32 column, u32 catom, const void* row, int pool) {
+    MELD_EXPECT(changes_.follows(column), "column {}", column);
     RowChanges* changes = changes_.make(column, 0, 1, pool);
     changes->added = 0;
     changes->woken = 1;

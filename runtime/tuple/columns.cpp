@@ -104,6 +104,7 @@ void Columns::initialise(u32 column, std::size_t from, std::size_t to) {
 }
 
 void Columns::set_record(u32 column, u32 catom, const void* record, int pool, Lists lists) {
+    MELD_EXPECT(!module_.columns[column].rows && record != nullptr, "column {}", column);
     u8* to = entry(column, catom);
     drop_lists(column, to, 1, pool);
     std::memcpy(to, record, module_.columns[column].stride);
@@ -111,6 +112,7 @@ void Columns::set_record(u32 column, u32 catom, const void* record, int pool, Li
 }
 
 void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists) {
+    MELD_EXPECT(module_.columns[column].rows && (rows != nullptr || count == 0), "column {}", column);
     const ColumnInfo& info = module_.columns[column];
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
     drop_lists(column, head.data, head.count, pool);
@@ -131,12 +133,14 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
         head.capacity = count > 0 ? block_capacity(bytes, info.row_bytes) : 0;
     }
     head.count = count;
+    MELD_ENSURE(head.count <= head.capacity && (head.data != nullptr || count == 0), "{} rows, room for {}", count, head.capacity);
     if (lists == Lists::Keep) keep_lists(column, head.data, count, pool);
 }
 
 void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int pool) {
     const std::size_t size = module_.columns[column].row_bytes;
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    MELD_EXPECT(at <= head.count && head.count <= head.capacity, "row {} of {}, room for {}", at, head.count, head.capacity);
     const std::size_t before = at * size, behind = (head.count - at) * size;
     if (head.count == head.capacity) {
         RowPool& mine = pools_[static_cast<std::size_t>(pool)];

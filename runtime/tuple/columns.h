@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/tuple/change_log.h"
 #include "runtime/tuple/row_pool.h"
@@ -27,8 +28,15 @@ class Columns {
     std::size_t count() const { return count_; }
     // As Part::columns.
     u8* const* pointers() const { return pointers_.data(); }
-    u8* entry(u32 column, u32 catom) const { return pointers_[column] + std::size_t{catom} * module_.columns[column].stride; }
-    const RowsHead& rows(u32 column, u32 catom) const { return *reinterpret_cast<const RowsHead*>(entry(column, catom)); }
+    u8* entry(u32 column, u32 catom) const {
+        MELD_EXPECT(column < module_.column_count && catom < count_, "column {} of catom {}, of {} and {}", column, catom,
+                    module_.column_count, count_);
+        return pointers_[column] + std::size_t{catom} * module_.columns[column].stride;
+    }
+    const RowsHead& rows(u32 column, u32 catom) const {
+        MELD_EXPECT(module_.columns[column].rows, "column {} holds records", column);
+        return *reinterpret_cast<const RowsHead*>(entry(column, catom));
+    }
 
     // A column owns the lists that its records and rows point to. What is written to it is kept (copied or counted), unless
     // the caller has done so and hands it over. What it held before stays alive until release_dropped(), so that rows made
@@ -53,7 +61,7 @@ class Columns {
     void note_added(u32 column, u32 catom, const void* row, int pool);
     // Tells the catom itself of a group to be looked at again.
     void note_woken(u32 column, u32 catom, const void* row, int pool);
-    // Applies changes of rows and tells the readers. Rows that are gone already or there already change nothing.
+    // Applies changes of rows and notes them for the readers. Rows that are gone already or there already change nothing.
     void change_rows(u32 column, u32 catom, RowChanges* changes, int pool);
     ChangeLog& changes() { return changes_; }
     const ChangeLog& changes() const { return changes_; }

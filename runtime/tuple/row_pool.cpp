@@ -1,8 +1,11 @@
 #include "runtime/tuple/row_pool.h"
 
+#include "runtime/base/assert.h"
+
 namespace meld::tuple {
 
 std::uint8_t* RowPool::take(std::size_t bytes) {
+    MELD_EXPECT(bytes > 0);
     const std::size_t cls = size_class(bytes), size = std::size_t{1} << cls;
     if (!free_[cls].empty()) {
         std::uint8_t* block = free_[cls].back();
@@ -26,6 +29,9 @@ std::uint8_t* RowPool::take(std::size_t bytes) {
     return block;
 }
 
-void RowPool::give(std::uint8_t* block, std::size_t bytes) { free_[size_class(bytes)].push_back(block); }
+void RowPool::give(std::uint8_t* block, std::size_t bytes) {
+    MELD_EXPECT(block != nullptr && bytes > 0);
+    free_[size_class(bytes)].push_back(block);
+}
 
 }  // namespace meld::tuple

@@ -16,7 +16,7 @@ class CodeModules {
     // The catoms' side of a component, which stays with its owner.
     void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
     // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
-    // tick; the price of code that is not told what changed.
+    // tick; the price of code that does not know what changed.
     void run(Subdomain& part);
     bool empty() const { return modules_.empty(); }
 

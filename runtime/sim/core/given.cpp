@@ -114,7 +114,7 @@ Result<void> GivenFacts::start() {
         facts.push_back(&fact);
         if (auto done = change_one(fact, Change::Give, &matched.emplace_back(0)); !done) return done;
     }
-    // A mistake in what happens late is told now.
+    // A mistake in an event is reported now, however late it happens.
     for (const world::Event& event : subdomain_.world.events)
         for (const auto* changes : {&event.take, &event.give})
             for (const world::GivenFact& fact : *changes) {

@@ -15,7 +15,7 @@ void Totals::add(const Totals& other) {
     catoms += other.catoms;
     bytes += other.bytes;
     actions += other.actions;
-    births_wanted += other.births_wanted;
+    creations_requested += other.creations_requested;
     teleports += other.teleports;
     sent_bytes += other.sent_bytes;
     awake = awake || other.awake;

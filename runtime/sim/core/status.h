@@ -7,19 +7,19 @@
 
 namespace meld::sim {
 
-// What all processes tell each other at the end of a tick, summed up.
+// What all processes report to each other at the end of a tick, summed up.
 struct Totals {
     eval::Statistics tick;  // Of this tick.
     std::uint64_t catoms = 0;
     std::uint64_t bytes = 0;
     std::uint64_t actions = 0;
-    std::uint64_t births_wanted = 0;  // `create` actions among them.
-    std::uint64_t teleports = 0;      // `moveTo` actions among them.
-    std::uint64_t sent_bytes = 0;     // Between processes.
-    bool awake = false;               // Something is left to do: an agenda, a message, an action.
-    bool waiting = false;             // Only timers are left.
-    bool stop = false;                // Somebody outside asked for the end.
-    bool finished = false;            // A catom did, with `stop-program`.
+    std::uint64_t creations_requested = 0;  // `create` actions among them.
+    std::uint64_t teleports = 0;            // `moveTo` actions among them.
+    std::uint64_t sent_bytes = 0;           // Between processes.
+    bool awake = false;                     // Something is left to do: an agenda, a message, an action.
+    bool waiting = false;                   // Only timers are left.
+    bool stop = false;                      // Somebody outside asked for the end.
+    bool finished = false;                  // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
 

@@ -61,7 +61,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
     mine.actions = s.actions().size();
     for (const eval::Action& a : s.actions()) {
         const std::string_view name = s.module.predicates[a.predicate].name;
-        mine.births_wanted += name == "create";
+        mine.creations_requested += name == "create";
         mine.teleports += name == "moveTo";
         mine.finished = mine.finished || name == "stop-program";
     }

@@ -30,7 +30,7 @@ class Tick {
 
   private:
     Totals totals_of_this_process(const eval::Failure& failure) const;
-    // One small exchange tells all processes what all did, so that they end, fail and count together.
+    // One small exchange, after which all processes know what all did, so that they end, fail and count together.
     Totals agree(const Totals& mine);
 
     Subdomain& subdomain_;

@@ -17,7 +17,7 @@ namespace {
 
 // Hashes kept at a time: 64 MiB.
 constexpr u64 kMaxHashes = u64{1} << 24;
-// What has not changed for so many ticks has settled, and a catom that has not is no example any more.
+// What has not changed for so many ticks counts as quiescent, and a catom that has not is not an example any more.
 constexpr i64 kPatience = 32;
 constexpr std::size_t kShownChanges = 3, kShownFacts = 3, kShownPredicates = 6, kShownRules = 6;
 
@@ -205,11 +205,11 @@ std::string Unsettled::next_timer(Subdomain& part) const {
     return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
 }
 
-std::string Unsettled::tell(Subdomain& part) const {
+std::string Unsettled::describe(Subdomain& part) const {
     std::vector<const Followed*> changing;
     i64 last = 0;
     for (const Followed& f : followed_) last = std::max(last, f.last);
-    // What has not changed for long has settled; others go on without it.
+    // What has not changed for long is left out.
     for (const Followed& f : followed_)
         if (f.ticks > 0 && f.last > last - kPatience) changing.push_back(&f);
     std::stable_sort(changing.begin(), changing.end(),

@@ -1,4 +1,4 @@
-// What was still changing when a run that had to settle did not: which predicates, at how many catoms, what one catom held,
+// What was still changing when a run that had to become quiescent did not: which predicates, at how many catoms, what one catom held,
 // and the rules that make them, so that a person can find the loop.
 #pragma once
 
@@ -24,7 +24,7 @@ class Unsettled {
     void after(Subdomain& part);
 
     // One text for all parts, the same for any number of them; each calls it.
-    std::string tell(Subdomain& part) const;
+    std::string describe(Subdomain& part) const;
 
   private:
     struct Seen {

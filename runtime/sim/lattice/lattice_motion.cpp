@@ -1,4 +1,4 @@
-// Lattice motion, second half: what granted proposals change, told to every part that knows the cells, and applied.
+// Lattice motion, second half: what granted proposals change is sent to every process that knows the cells, and applied.
 #include "runtime/sim/lattice/lattice_motion.h"
 
 #include <fmt/format.h>
@@ -88,34 +88,34 @@ Result<void> LatticeMotion::step(Subdomain& part) {
 }
 
 // New catoms are numbered in the order of their cells, over all parts.
-std::vector<CellKey> LatticeMotion::number_births(Subdomain& part, const std::vector<Proposal>& granted) const {
-    std::vector<CellKey> births;
+std::vector<CellKey> LatticeMotion::number_creations(Subdomain& part, const std::vector<Proposal>& granted) const {
+    std::vector<CellKey> creations;
     for (const Proposal& p : granted)
-        if (p.kind == Kind::Create) births.push_back(part.ensemble.key(p.to));
-    if (!part.alone() && part.totals.births_wanted > 0) {
+        if (p.kind == Kind::Create) creations.push_back(part.ensemble.key(p.to));
+    if (!part.alone() && part.totals.creations_requested > 0) {
         ByteWriter bytes;
-        for (const CellKey key : births) bytes.write(key);
-        births.clear();
+        for (const CellKey key : creations) bytes.write(key);
+        creations.clear();
         for (const auto& from : part.comm.allgather_any(bytes.view())) {
-            ByteReader in(from, "births");
-            while (!in.done()) births.push_back(in.read<CellKey>());
+            ByteReader in(from, "creations");
+            while (!in.done()) creations.push_back(in.read<CellKey>());
         }
     }
-    std::sort(births.begin(), births.end());
-    return births;
+    std::sort(creations.begin(), creations.end());
+    return creations;
 }
 
 void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted) {
-    const std::vector<CellKey> births = number_births(part, granted);
+    const std::vector<CellKey> creations = number_creations(part, granted);
     for (const Proposal& p : granted) {
         const Catom mover = p.mover;
         switch (p.kind) {
             case Kind::Create: {
                 const std::uint64_t id =
-                    part.next_id() +
-                    static_cast<std::uint64_t>(std::lower_bound(births.begin(), births.end(), part.ensemble.key(p.to)) - births.begin());
-                tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
-                tell(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
+                    part.next_id() + static_cast<std::uint64_t>(
+                                         std::lower_bound(creations.begin(), creations.end(), part.ensemble.key(p.to)) - creations.begin());
+                announce(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
+                announce(part, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
                 if (known_.created) {
                     Value value{};
                     value.catom = id;
@@ -124,12 +124,12 @@ void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted)
                 break;
             }
             case Kind::Destroy:
-                tell(part, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
-                tell(part, {.kind = Change::Kind::Remove, .cell = p.from});
+                announce(part, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
+                announce(part, {.kind = Change::Kind::Remove, .cell = p.from});
                 break;
             case Kind::Give:
-                tell(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
-                tell(part, {.kind = Change::Kind::Hold, .held = 1, .cell = p.to});
+                announce(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
+                announce(part, {.kind = Change::Kind::Hold, .held = 1, .cell = p.to});
                 break;
             case Kind::MoveTo:
             case Kind::Slide:
@@ -139,7 +139,7 @@ void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted)
                 break;
         }
     }
-    part.take_ids(births.size());
+    part.take_ids(creations.size());
 }
 
 // A catom goes to another cell: its new owner gets all of it, parts that see it get what it exports, its old part and
@@ -186,7 +186,7 @@ void LatticeMotion::relocate(Subdomain& part, const Proposal& p) {
 }
 
 // Queues a change without state for every part that knows its cell.
-void LatticeMotion::tell(Subdomain& part, const Change& change) {
+void LatticeMotion::announce(Subdomain& part, const Change& change) {
     const auto send = [&](int other) {
         if (other == part.comm.part()) {
             mine_.push_back(change);
@@ -253,6 +253,7 @@ void LatticeMotion::apply(Subdomain& part, std::vector<Change> changes) {
             part.move_catom(*catom, c.to);
         } else {
             held_[*catom] += c.held;
+            MELD_ASSERT(held_[*catom] >= 0 && held_[*catom] <= world_.motion.capacity, "a catom holds {} units", held_[*catom]);
             hold(part, *catom, held_[*catom]);
         }
         account(part, *catom, 1);
@@ -265,6 +266,7 @@ void LatticeMotion::apply_add(Subdomain& part, const Change& c) {
     const Catom catom = part.add_catom(c.id, cell, ours ? kCatomOwned : kCatomGhost);
     held_.resize(part.ensemble.index_count());
     held_[catom] = c.held;
+    MELD_ASSERT(c.held >= 0, "catom @{} holds {} units", c.id, c.held);
     account(part, catom, 1);
     if (c.newborn) {
         if (!ours) return;

@@ -44,7 +44,7 @@ class LatticeMotion : public SimModule {
     struct Known {  // Predicates of the program, or none.
         std::optional<u32> create, destroy, give, move_to, slide, turn, move_around, holds, failed, created;
     };
-    // What the granted proposals mean for a cell, told to every part that knows it.
+    // What the granted proposals mean for a cell, sent to every process that knows it.
     struct Change {
         enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
         bool newborn = false;                                                            // Add
@@ -70,9 +70,9 @@ class LatticeMotion : public SimModule {
     // lattice_motion.cpp
     void refuse(Subdomain& part, Catom catom, Kind kind);
     void grant(Subdomain& part, const std::vector<Proposal>& granted);
-    std::vector<CellKey> number_births(Subdomain& part, const std::vector<Proposal>& granted) const;
+    std::vector<CellKey> number_creations(Subdomain& part, const std::vector<Proposal>& granted) const;
     void relocate(Subdomain& part, const Proposal& p);
-    void tell(Subdomain& part, const Change& change);
+    void announce(Subdomain& part, const Change& change);
     std::vector<Change> exchange(Subdomain& part);
     void apply(Subdomain& part, std::vector<Change> changes);
     void apply_add(Subdomain& part, const Change& change);

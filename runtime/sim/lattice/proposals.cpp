@@ -231,7 +231,7 @@ bool LatticeMotion::stays_connected(const Subdomain& part, Cell without, Cell wi
 }
 
 // Everything that may compete with a proposal of ours is known here afterwards: competitors stand within six cells of
-// our mover, so in its brick or one next to it. Where anyone teleports, all are told all.
+// our mover, so in its brick or one next to it. Where any catom teleports, all processes get all proposals.
 Proposals LatticeMotion::share(Subdomain& part, const Proposals& mine) const {
     if (part.alone()) return mine;
     Proposals all;

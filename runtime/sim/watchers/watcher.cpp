@@ -88,7 +88,7 @@ Watcher::Facts Watcher::facts_of(Subdomain& part, const Watch& watch) const {
     return facts;
 }
 
-// What part 0 has not been told yet of this part's catoms. Of one that has left nothing is said: its new part says what it
+// What has not been sent to process 0 yet of this process's catoms. A catom that has left is left out: its new process sends what it
 // holds, and if there is none it is gone.
 std::vector<std::byte> Watcher::changes(Subdomain& part) {
     ByteWriter out;
@@ -99,20 +99,20 @@ std::vector<std::byte> Watcher::changes(Subdomain& part) {
         out.write_count(facts.size());
         for (const std::string& fact : facts) out.write_string(fact);
     };
-    std::erase_if(told_, [&](const auto& told) {
-        const auto catom = part.ensemble.find(told.first.first);
-        const bool stays = watched_.contains(told.first) && catom && part.owned(*catom);
-        if (!stays) put_facts(told.first, {}, false);
+    std::erase_if(reported_, [&](const auto& reported) {
+        const auto catom = part.ensemble.find(reported.first.first);
+        const bool stays = watched_.contains(reported.first) && catom && part.owned(*catom);
+        if (!stays) put_facts(reported.first, {}, false);
         return !stays;
     });
     for (const Watch& watch : watched_) {
         const auto catom = part.ensemble.find(watch.first);
         if (!catom || !part.owned(*catom)) continue;
         Facts facts = facts_of(part, watch);
-        const auto told = told_.find(watch);
-        if (told != told_.end() && told->second == facts) continue;
+        const auto reported = reported_.find(watch);
+        if (reported != reported_.end() && reported->second == facts) continue;
         put_facts(watch, facts, true);
-        told_[watch] = std::move(facts);
+        reported_[watch] = std::move(facts);
     }
     return out.take();
 }
@@ -133,7 +133,7 @@ void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts
     }
 }
 
-Result<void> Watcher::tell(Subdomain& part, const std::map<Watch, Facts>& now) {
+Result<void> Watcher::print(Subdomain& part, const std::map<Watch, Facts>& now) {
     std::string text;
     for (const auto& [watch, facts] : now) {
         Facts& before = known_[watch];
@@ -169,7 +169,7 @@ Result<void> Watcher::after(Subdomain& part) {
     std::map<Watch, Facts> now;
     receive(mine, now);
     for (const comm::Packet& packet : packets) receive(packet.bytes, now);
-    return tell(part, now);
+    return print(part, now);
 }
 
 }  // namespace meld::sim

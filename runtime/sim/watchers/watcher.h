@@ -16,7 +16,7 @@ namespace meld::sim {
 
 class Watcher : public SimModule {
   public:
-    // Part 0 writes there; the others tell it what their catoms hold.
+    // Process 0 writes there; the others send it what their catoms hold.
     explicit Watcher(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& part) override;
     // After each tick: what has changed since the one before, by catom and predicate. All facts are new where a watch begins.
@@ -32,14 +32,14 @@ class Watcher : public SimModule {
     Facts facts_of(Subdomain& part, const Watch& watch) const;
     std::vector<std::byte> changes(Subdomain& part);
     void receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const;
-    Result<void> tell(Subdomain& part, const std::map<Watch, Facts>& now);
+    Result<void> print(Subdomain& part, const std::map<Watch, Facts>& now);
 
     std::FILE* to_;
     std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.
     std::set<Watch> named_, watched_;       // By name, and in all; the same on all parts.
     std::set<u64> everything_;              // Catoms of which all is watched.
     bool watching_ = false;                 // There were any in the last tick.
-    std::map<Watch, Facts> told_;           // What part 0 was told of catoms of this part.
+    std::map<Watch, Facts> reported_;       // What process 0 has got of catoms of this one.
     std::map<Watch, Facts> known_;          // On part 0, of all.
 };
 
