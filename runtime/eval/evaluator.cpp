@@ -244,7 +244,8 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->release_owned();
         t->values.clear();
     }
-    MELD_EXPECT(part.geometry.catom_state != nullptr && part.columns == columns_.pointers(), "the arrays of the part are not up to date");
+    MELD_EXPECT(part.columns == columns_.pointers() && (awake_.empty() || part.geometry.catom_state != nullptr),
+                "the arrays of the part are not up to date");
     MELD_ASSERT(std::is_sorted(awake_.begin(), awake_.end()), "the agenda is not in the order of memory");
     columns_.changes().begin_evaluation();
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
