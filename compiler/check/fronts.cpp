@@ -1,6 +1,8 @@
 #include "compiler/check/fronts.h"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "compiler/check/improvement.h"
 #include "compiler/check/values_read.h"
@@ -13,7 +15,13 @@ class Search {
   public:
     Search(const Program& program, const Component& component) : program_(program), component_(component) {}
 
+    std::optional<NotMonotone> not_monotone() {
+        if (run() != Fronts::Impossible || !asked_ || !breaks_) return std::nullopt;
+        return NotMonotone{asked_->predicate, asked_->span, *breaks_};
+    }
+
     Fronts run() {
+        find_copies();
         bool any = false;
         for (const PredicateId p : component_.predicates) {
             const Predicate& predicate = program_.predicates[p];
@@ -38,9 +46,41 @@ class Search {
         return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
     }
 
+    // Sets of the component that hold values, and where: seen(B, P) :- neighbor(A, B), price(A, P).
+    void find_copies() {
+        for (bool found = true; found;) {
+            found = false;
+            for (const RuleId id : component_.rules) {
+                const Rule& rule = program_.rules[id];
+                const Atom& head = rule.heads[0].atom;
+                if (program_.predicates[head.predicate].aggregate != Aggregate::None) continue;
+                for (const Clause& c : rule.body) {
+                    if (c.kind != Clause::Kind::Atom || !inside(c.atom.predicate)) continue;
+                    for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) {
+                        if (!c.atom.arguments[i].is_variable() || !holds_value(c.atom.predicate, i)) continue;
+                        for (std::size_t k = 1; k < head.arguments.size(); ++k)
+                            if (computed_from(rule, head.arguments[k], c.atom.arguments[i].variable) &&
+                                copies_.emplace(head.predicate, k).second)
+                                found = true;
+                    }
+                }
+            }
+        }
+    }
+    bool holds_value(PredicateId p, std::size_t argument) const {
+        const Predicate& predicate = program_.predicates[p];
+        return best(predicate) ? argument == predicate.aggregate_at : copies_.contains({p, argument});
+    }
+
     void read(const Rule& rule, const Atom& atom) {
         const Predicate& p = program_.predicates[atom.predicate];
-        if (!best(p)) return;
+        if (!best(p)) {
+            for (std::size_t i = 1; i < atom.arguments.size(); ++i)
+                if (atom.arguments[i].op == Op::Anonymous && holds_value(atom.predicate, i)) ask(atom);
+            return;
+        }
+        const ValueRead how = value_read(program_, rule, atom);
+        if (how.kind == ValueRead::Kind::Exists) ask(atom);
         for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
             const Term& rides = atom.arguments[i];
             // What rides along belongs to the best value alone.
@@ -57,7 +97,9 @@ class Search {
             return;
         }
         const Improvement improvement(program_, rule, atom, value.variable, p.aggregate);
-        monotone_ = monotone_ && improvement.keeps_body();
+        const bool keeps = improvement.keeps_body();
+        monotone_ = monotone_ && keeps;
+        if (!keeps || (how.kind == ValueRead::Kind::Used && improvement.bounded())) breaks(atom.span, !keeps);
         bool carried = false;
         const Head& made = rule.heads[0];
         const Predicate& head = program_.predicates[made.atom.predicate];
@@ -67,6 +109,7 @@ class Search {
             if (course == Course::Constant) continue;
             if (!best(head) || i != head.aggregate_at) {
                 monotone_ = false;
+                if (head.aggregate == Aggregate::None) breaks(argument.span, true);
                 continue;
             }
             carried = true;
@@ -80,8 +123,21 @@ class Search {
         asks_ = asks_ || !carried;
     }
 
+    void ask(const Atom& atom) {
+        if (!asked_) asked_ = &atom;
+    }
+    // Not monotone at all, or only what keeps existence from being separated from the values.
+    void breaks(Span where, bool alone) {
+        if (!breaks_ || (alone && !breaks_alone_)) breaks_ = where;
+        breaks_alone_ = breaks_alone_ || alone;
+    }
+
     const Program& program_;
     const Component& component_;
+    std::set<std::pair<PredicateId, std::size_t>> copies_;
+    const Atom* asked_ = nullptr;
+    std::optional<Span> breaks_;
+    bool breaks_alone_ = false;
     bool monotone_ = true;
     bool asks_ = false;      // Some rule reads a value that its head does not follow from,
     bool improves_ = false;  // or makes one of it that may be better,
@@ -92,5 +148,9 @@ class Search {
 }  // namespace
 
 Fronts fronts_of(const Program& program, const Component& component) { return Search(program, component).run(); }
+
+std::optional<NotMonotone> not_monotone(const Program& program, const Component& component) {
+    return Search(program, component).not_monotone();
+}
 
 }  // namespace meld::check

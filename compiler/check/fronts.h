@@ -1,6 +1,8 @@
 // Which recursive components have to keep more of a min or max than its best value.
 #pragma once
 
+#include <optional>
+
 #include "compiler/check/program.h"
 
 namespace meld::check {
@@ -17,5 +19,14 @@ enum class Fronts {
 
 // Of a recursive component that is no tree.
 Fronts fronts_of(const Program& program, const Component& component);
+
+// A rule that asks only for the existence of a value, or for a bound, in a component where fronts are impossible and existence
+// cannot be separated from the values (compiler/plan/exists.cpp): the run may not quiesce.
+struct NotMonotone {
+    PredicateId asked;
+    Span ask;     // The atom.
+    Span breaks;  // What is not monotone.
+};
+std::optional<NotMonotone> not_monotone(const Program& program, const Component& component);
 
 }  // namespace meld::check

@@ -151,7 +151,7 @@ class Strata {
         if (c.tree) check_tree(c, inside);
         // Where a bounded number of rounds is counted, no value leads to itself.
         if (!c.recursive || c.tree || count_rounds(program_, c) == Rounds::Bounded) return;
-        if (!warn_growth(c, inside) && !warn_improvement(c, inside)) warn_replaced(c);
+        if (!warn_growth(c, inside) && !warn_improvement(c, inside) && !warn_replaced(c)) warn_not_monotone(c);
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
@@ -328,9 +328,9 @@ class Strata {
         return false;
     }
     // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
-    void warn_replaced(const Component& c) {
+    bool warn_replaced(const Component& c) {
         const auto found = replaced_by_itself(program_, c);
-        if (!found) return;
+        if (!found) return false;
         const std::string& name = program_.predicates[found->predicate].name;
         auto& d = report_.add(Kind::ImprovesItself, found->made,
                               fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
@@ -341,6 +341,17 @@ class Strata {
         d.help = program_.predicates[found->predicate].aggregate == Aggregate::Max
                      ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
                      : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
+        return true;
+    }
+    // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
+    void warn_not_monotone(const Component& c) {
+        const auto found = not_monotone(program_, c);
+        if (!found) return;
+        const std::string& name = program_.predicates[found->asked].name;
+        auto& d = report_.add(Kind::NotMonotone, found->ask,
+                              fmt::format("this needs any value of `{}`, and a better one that follows from it may take it away", name));
+        d.labels.push_back({found->breaks, "what holds of one value here need not hold of a better one"});
+        d.help = "compute with values only in the `min` or `max` itself, and ask for at most or at least so much";
     }
     void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
