@@ -10,12 +10,16 @@ class Tide : public meld::sim::Component {
         ++ticks_;
         return {};
     }
+    meld::Result<void> look_up(const meld::sim::Names& names) override {
+        return names.sensed("depth", 1).map([this](meld::sim::Predicate found) { depth_ = found; });
+    }
     void run(meld::sim::CatomView& catom) override {
         const double level = ticks_ % 2 == 0 ? 0.5 : 1.5;
-        catom.sense("depth", {level - catom.position()[2]});
+        catom.sense(depth_, {level - catom.position()[2]});
     }
 
   private:
+    meld::sim::Predicate depth_;
     int ticks_ = 0;
 };
 

@@ -11,7 +11,6 @@
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 #include "runtime/sim/watchers/thermometer.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 
@@ -83,46 +82,6 @@ Registry Registry::standard() {
     r.add_component("thermometer", "weather",
                     [](const world::World& w) -> Result<std::unique_ptr<Component>> { return std::make_unique<Weather>(w.seed); });
     return r;
-}
-
-// ---- what a CodeModule sees
-
-std::uint64_t CatomView::id() const { return part_.ensemble.id(catom_); }
-world::Vec3 CatomView::position() const { return part_.ensemble.position(catom_); }
-std::int64_t CatomView::tick() const { return part_.tick(); }
-
-namespace {
-
-// The stored predicate behind a sensed one, and the arguments as its types want them; none if the program has no use for it.
-std::optional<u32> sensed(const ModuleInfo& module, std::string_view name, const std::vector<double>& arguments,
-                          std::vector<Value>& values) {
-    const std::optional<u32> found = tuple::find_predicate(module, name, arguments.size());
-    if (!found || module.predicates[*found].base == kNone16) return std::nullopt;
-    const PredicateInfo& p = module.predicates[*found];
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-        Value v{};
-        if (p.fields[i].type >= ValueType::String) return std::nullopt;
-        if (p.fields[i].type == ValueType::Float)
-            v.real = arguments[i];
-        else if (p.fields[i].type == ValueType::Node)
-            v.catom = static_cast<u64>(arguments[i]);
-        else
-            v.integer = static_cast<i64>(arguments[i]);
-        values.push_back(v);
-    }
-    return p.base;
-}
-
-}  // namespace
-
-void CatomView::sense(std::string_view predicate, std::vector<double> arguments) {
-    std::vector<Value> values;
-    if (const auto base = sensed(part_.module, predicate, arguments, values)) part_.give(*base, catom_, values.data());
-}
-
-void CatomView::unsense(std::string_view predicate, std::vector<double> arguments) {
-    std::vector<Value> values;
-    if (const auto base = sensed(part_.module, predicate, arguments, values)) part_.take(*base, catom_, values.data());
 }
 
 }  // namespace meld::sim

@@ -56,6 +56,7 @@ Result<void> Simulation::start(const Registry& registry) {
     for (const auto& [interface, name] : world.components)
         if (auto made = make(interface, name, registry); !made)
             return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
+    if (auto found = codes_.look_up(part_.module); !found) return found;
     if (auto done = part_.populate(); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(part_); }); !done) return done;
     part_.refresh();

@@ -82,10 +82,22 @@ class Installed(unittest.TestCase):
         facts = self.call("meldsim", *flood, "--world", world, "--quiet", "--facts-out", "-")
         # 16 catoms in each of 8 layers, from z = -4 to 3; the level is 0.5 in tick 4.
         self.assertEqual((facts.count("depth("), facts.count("odometer("), facts.count("wet(")), (128, 128, 80))
+        # The odometer reads `wet` as the tick before left it, when the level was 1.5.
+        self.assertEqual((facts.count('"wet", ['), facts.count('"dry", [')), (96, 32))
         summary = json.loads(self.call("meldsim", *flood, "--world", world, "--json"))
         self.assertIn("at most 128 catoms", summary["outcomes"])
         self.call("meldsim", *flood, "--world", world, "--quiet", "-n", "2", "--facts-out", "two.facts")
         self.assertEqual((self.folder / "two.facts").read_text(), facts)
+
+    def test_a_predicate_that_an_extension_does_not_find_is_an_error(self):
+        text = (self.prefix / "share/claymeld/examples/thermometer.meld").read_text().replace("temperature", "temperatur")
+        (self.folder / "lacking.meld").write_text(text)
+        (self.folder / "lacking.toml").write_text('[[body]]\nshape = "box(2, 2, 2)"\n[components]\nthermometer = "plane"\n')
+        done = subprocess.run(["meldsim", "run", "lacking.meld", "--quiet"], env=self.environment, cwd=self.folder, capture_output=True,
+                              text=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("no predicate temperature with 1 argument", done.stderr)
+        self.assertIn("did you mean 'temperatur'?", done.stderr)
 
     def test_an_unknown_name_or_file_of_an_extension_is_an_error(self):
         source = self.prefix / "share/claymeld/extensions"

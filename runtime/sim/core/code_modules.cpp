@@ -1,5 +1,6 @@
 #include "runtime/sim/core/code_modules.h"
 
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 
 namespace meld::sim {
@@ -11,6 +12,19 @@ Result<void> CodeModules::add(const Registry::MakeCode& make, const world::World
     CodeModule* shared = module->get();
     if (shared->runnable()) modules_.push_back({shared, std::move(*module), make, {}});
     return {};
+}
+
+Result<void> CodeModules::look_up(const ModuleInfo& module) {
+    for (Entry& entry : modules_)
+        if (Result<void> found = entry.shared->look_up(Names(module)); !found) return found;
+    return {};
+}
+
+std::unique_ptr<CodeModule> CodeModules::instance_of(const Entry& entry, const ModuleInfo& module) const {
+    std::unique_ptr<CodeModule> instance = std::move(*entry.make(*world_));
+    const Result<void> found = instance->look_up(Names(module));
+    MELD_CHECK(found.has_value(), "a module finds other names than at the start: {}", found.error().message());
+    return instance;
 }
 
 void CodeModules::run(Subdomain& part) {
@@ -25,7 +39,7 @@ void CodeModules::run(Subdomain& part) {
                 continue;
             }
             std::unique_ptr<CodeModule>& instance = entry.own[part.ensemble.id(c)];
-            if (instance == nullptr) instance = std::move(*entry.make(*world_));
+            if (instance == nullptr) instance = instance_of(entry, part.module);
             instance->run(view);
         }
     }
@@ -53,7 +67,7 @@ void CodeModules::follow(Subdomain& part, Entry& entry) {
             const std::vector<std::byte> state(block.begin(), block.end());
             const std::optional<Catom> catom = part.ensemble.find(id);
             if (!catom || !part.owned(*catom)) continue;
-            auto instance = std::move(*entry.make(*world_));
+            std::unique_ptr<CodeModule> instance = instance_of(entry, part.module);
             instance->load(state);
             entry.own[id] = std::move(instance);
         }

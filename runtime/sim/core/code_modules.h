@@ -15,6 +15,8 @@ class CodeModules {
     Result<void> add(const Registry::MakeCode& make, const world::World& world);
     // The catoms' side of a component, which stays with its owner.
     void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
+    // Lets every module find the predicates it uses, once, before the first run.
+    Result<void> look_up(const ModuleInfo& module);
     // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
     // tick; the price of code that does not know what changed.
     void run(Subdomain& part);
@@ -27,6 +29,8 @@ class CodeModules {
         Registry::MakeCode make;
         std::unordered_map<std::uint64_t, std::unique_ptr<CodeModule>> own;  // By id
     };
+    // A new object for one catom.
+    std::unique_ptr<CodeModule> instance_of(const Entry& entry, const ModuleInfo& module) const;
     // Instances whose catoms have left follow them.
     void follow(Subdomain& part, Entry& entry);
 

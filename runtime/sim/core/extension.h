@@ -14,6 +14,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/version.h"
+#include "runtime/sim/core/argument.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::sim {
@@ -41,19 +42,45 @@ class SimModule {
     virtual Stages stages() const { return {}; }
 };
 
+// A predicate of the running program, looked up once by name.
+class Predicate {
+  public:
+    Predicate() = default;
+    explicit Predicate(std::uint32_t number) : number_(number) {}
+    std::uint32_t number() const { return number_; }
+
+  private:
+    std::uint32_t number_ = 0;
+};
+
+// The names of the running program. Errors name the nearest predicate.
+class Names {
+  public:
+    explicit Names(const ModuleInfo& module) : module_(module) {}
+    // A predicate whose facts a module may make hold, with this number of arguments after the catom.
+    Result<Predicate> sensed(std::string_view name, std::size_t arguments) const;
+    // A predicate whose facts a module may read, also one that rules derive.
+    Result<Predicate> stored(std::string_view name, std::size_t arguments) const;
+
+  private:
+    const ModuleInfo& module_;
+};
+
 // What a CodeModule sees of its catom.
 class CatomView {
   public:
-    CatomView(Subdomain& part, std::uint32_t catom) : part_(part), catom_(catom) {}
+    CatomView(Subdomain& subdomain, std::uint32_t catom) : subdomain_(subdomain), catom_(catom) {}
     std::uint64_t id() const;
     world::Vec3 position() const;
     std::int64_t tick() const;
     // Makes a sensed fact hold (a Single is replaced) or not hold; the catom is evaluated if that is a change.
-    void sense(std::string_view predicate, std::vector<double> arguments);
-    void unsense(std::string_view predicate, std::vector<double> arguments);
+    void sense(Predicate predicate, const std::vector<Argument>& arguments);
+    void unsense(Predicate predicate, const std::vector<Argument>& arguments);
+    // The facts that a predicate has at this catom, as the last tick left them: the arguments of each after the catom.
+    std::vector<std::vector<Argument>> facts(Predicate predicate) const;
 
   private:
-    Subdomain& part_;
+    Subdomain& subdomain_;
     std::uint32_t catom_;
 };
 
@@ -63,6 +90,8 @@ class CodeModule {
     enum class Instances { Shared, PerCatom };  // One object for all catoms of a part, or one each with its own state.
     virtual Instances instances() const { return Instances::Shared; }
     virtual bool runnable() const { return true; }
+    // Looks up the predicates that it uses. Called once for each object, before its first run; an error ends the run.
+    virtual Result<void> look_up(const Names&) { return {}; }
     // Runs at every catom in every tick, before rules are evaluated. Must depend on the catom and the tick alone.
     virtual void run(CatomView& catom) = 0;
     // The state of a per-catom instance, so that it can follow its catom to another part.

@@ -13,16 +13,25 @@ namespace meld::sim {
 // The temperature falls along x by half a degree a diameter, and does not change: one object serves all catoms.
 class PlaneThermometer : public CodeModule {
   public:
-    void run(CatomView& catom) override { catom.sense("temperature", {20.0 - 0.5 * catom.position()[0]}); }
+    Result<void> look_up(const Names& names) override {
+        return names.sensed("temperature", 1).map([this](Predicate found) { temperature_ = found; });
+    }
+    void run(CatomView& catom) override { catom.sense(temperature_, {20.0 - 0.5 * catom.position()[0]}); }
+
+  private:
+    Predicate temperature_;
 };
 
 // Each catom warms by a tenth of a degree a tick up to 30 degrees, wherever it goes: its state is its own and follows it.
 class DriftingThermometer : public CodeModule {
   public:
     Instances instances() const override { return Instances::PerCatom; }
+    Result<void> look_up(const Names& names) override {
+        return names.sensed("temperature", 1).map([this](Predicate found) { temperature_ = found; });
+    }
     void run(CatomView& catom) override {
         if (tenths_ < 300) ++tenths_;
-        catom.sense("temperature", {tenths_ / 10.0});
+        catom.sense(temperature_, {tenths_ / 10.0});
     }
     std::vector<std::byte> save() const override {
         std::vector<std::byte> bytes(sizeof tenths_);
@@ -34,6 +43,7 @@ class DriftingThermometer : public CodeModule {
     }
 
   private:
+    Predicate temperature_;
     int tenths_ = 150;
 };
 
@@ -43,10 +53,14 @@ class Weather : public Component {
   public:
     explicit Weather(std::uint64_t seed) : seed_(seed) {}
     Result<void> step(Subdomain& part) override;
-    void run(CatomView& catom) override { catom.sense("temperature", {today_ - 0.5 * catom.position()[2]}); }
+    Result<void> look_up(const Names& names) override {
+        return names.sensed("temperature", 1).map([this](Predicate found) { temperature_ = found; });
+    }
+    void run(CatomView& catom) override { catom.sense(temperature_, {today_ - 0.5 * catom.position()[2]}); }
     std::string status() const override;
 
   private:
+    Predicate temperature_;
     std::uint64_t seed_;
     double today_ = 15;
 };
