@@ -164,7 +164,7 @@ void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
 Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     world_.events.clear();
     rebuilt_in_step_ = false;
-    count_still_ticks();
+    count_still_ticks(times.dt_s);
     if (rebuild_ || list_is_old(times))
         if (auto built = rebuild(times, workers); !built) return built;
     keep_last_good(workers);
@@ -244,7 +244,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
             bodies.drift[slot] = {0, 0, 0};
             if (world_.has_features() && bodies.features[slot].table != 0) states_[b].has_features = true;
         }
-        states_[b].still_ticks = still;
+        resume_stillness(states_[b], still);
     }
     MELD_ENSURE(states_.size() == grid_.blocks().size());
     MELD_ENSURE(bodies.velocity.size() == bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());

@@ -51,7 +51,12 @@ class BlockEngine final : public Engine {
         float speed_squared = 0;
         float drift_squared = 0;
         std::uint16_t still_ticks = 0;
-        // It and all around are still.
+        // When it is decided whether it will stay: after this many still ticks, if the greatest speed of their last quarter is not well
+        // above that of the second. What begins to roll or to be pulled grows faster at any pace.
+        std::uint16_t decide_at = 0;
+        float first_speed_squared = 0, second_speed_squared = 0;
+        bool stays = false;
+        // It and all around stay.
         bool rests = false;
         bool asleep = false;
         // Its pairs are solved here; false for blocks that another subdomain owns.
@@ -68,7 +73,12 @@ class BlockEngine final : public Engine {
     RadiusRange radii_of_world() const;
     // How the next rebuild will cut space.
     GridShape next_shape() const;
-    void count_still_ticks();
+    // The speed below which a body counts as still in steps of this length.
+    double still_speed_m_s(double dt_s) const;
+    void count_still_ticks(double dt_s);
+    // What the bodies of a new block know of their stillness.
+    void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
+    bool has_moving_fixed_body(const Block& block) const;
     void note_stillness();
     // Slots have changed: drops what is known by block.
     void forget_blocks();

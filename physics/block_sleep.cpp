@@ -1,7 +1,9 @@
-// Which blocks sleep. A block sleeps when it and all blocks around have been still for some ticks; so every sleeping block
-// that something awake can touch has only still neighbours, and its bodies can be taken for fixed.
+// Which blocks sleep. A block sleeps when it and all blocks around have been still for some ticks and do not grow faster; so every
+// sleeping block that something awake can touch has only still neighbours, and its bodies can be taken for fixed.
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/block_engine.h"
 #include "runtime/base/assert.h"
@@ -26,7 +28,7 @@ void BlockEngine::note_stillness() {
     for (std::size_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot)
-            world_.bodies.properties[slot].still_ticks = states_[b].still_ticks;
+            world_.bodies.properties[slot].still_ticks = states_[b].stays ? kStays : std::min(states_[b].still_ticks, kStillAtMost);
         if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
     }
 }
@@ -37,23 +39,86 @@ void BlockEngine::forget_blocks() {
     for (auto& list : coloured_) list.clear();
 }
 
+// Follows size and gravity. A body that nothing holds gains g T while its block is watched, so a quarter of that is not still; and
+// without gravity only what does not move at all stays where it is.
+double BlockEngine::still_speed_m_s(double dt_s) const {
+    constexpr double kShareOfFall = 0.25;
+    const Settings& settings = world_.settings;
+    const double gravity = length(settings.gravity_m_s2);
+    const double natural = settings.sleep_speed_share * std::sqrt(gravity * 2 * smallest_radius_m_);
+    return std::min(settings.sleep_speed_m_s > 0 ? settings.sleep_speed_m_s : natural,
+                    kShareOfFall * gravity * settings.sleep_ticks * dt_s);
+}
+
 // Before a new candidate list, which forgets the speeds.
-void BlockEngine::count_still_ticks() {
-    const auto limit = static_cast<float>(world_.settings.sleep_speed_m_s * world_.settings.sleep_speed_m_s);
+void BlockEngine::count_still_ticks(double dt_s) {
+    const double speed = still_speed_m_s(dt_s);
+    const auto limit = static_cast<float>(speed * speed);
+    const int enough = world_.settings.sleep_ticks;
     for (BlockState& state : states_) {
-        if (state.speed_squared > limit)
+        if (state.asleep) continue;
+        if (state.speed_squared > limit) {
             state.still_ticks = 0;
-        else if (state.still_ticks < std::numeric_limits<std::uint16_t>::max())
-            ++state.still_ticks;
+            state.stays = false;
+            continue;
+        }
+        if (state.still_ticks < std::numeric_limits<std::uint16_t>::max()) ++state.still_ticks;
+        if (state.stays || state.still_ticks == 0) continue;
+        if (state.still_ticks == 1 || state.decide_at == 0) {
+            state.decide_at = static_cast<std::uint16_t>(std::min(enough, 0x1000) + 1);
+            state.first_speed_squared = state.second_speed_squared = 0;
+        }
+        // The second and the last quarter of the watch; in the first what has just landed may still be sinking in.
+        const int quarter = (4 * state.still_ticks - 1) / state.decide_at;
+        if (quarter == 1) state.first_speed_squared = std::max(state.first_speed_squared, state.speed_squared);
+        if (quarter == 3) state.second_speed_squared = std::max(state.second_speed_squared, state.speed_squared);
+        if (state.still_ticks < state.decide_at) continue;
+        constexpr float kGrows = 2;
+        if (state.second_speed_squared > kGrows * state.first_speed_squared && state.decide_at < 0x8000) {
+            state.decide_at = static_cast<std::uint16_t>(2 * state.decide_at);
+            state.first_speed_squared = std::exchange(state.second_speed_squared, 0.0f);
+        } else {
+            state.stays = true;
+        }
     }
+}
+
+// Former speeds are not known any more, so the second quarter of the watch ends with the next tick; but where lists are made often,
+// what has been still for long is let sleep.
+void BlockEngine::resume_stillness(BlockState& state, std::uint16_t still_ticks) const {
+    constexpr int kLongAsWatches = 2;
+    const int enough = std::min(world_.settings.sleep_ticks, 0x1000), still = still_ticks;
+    state.stays = still_ticks == kStays;
+    state.still_ticks = still_ticks;
+    if (still == 0 || state.stays) return;
+    const bool long_still = still > kLongAsWatches * enough;
+    state.decide_at = static_cast<std::uint16_t>(long_still ? std::min(still + 1, 0xfffe) : std::max(enough + 1, 2 * still + 2));
+    state.first_speed_squared = long_still ? std::numeric_limits<float>::max() : 0;
+}
+
+bool BlockEngine::has_moving_fixed_body(const Block& block) const {
+    const Bodies& bodies = world_.bodies;
+    for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
+        if ((bodies.properties[slot].flags & kFixed) == 0) continue;
+        const BodyVelocity& v = bodies.velocity[slot];
+        for (const float component : {v.linear[0], v.linear[1], v.linear[2], v.surface[0], v.surface[1], v.surface[2]})
+            if (component != 0) return true;
+    }
+    return false;
 }
 
 void BlockEngine::find_resting() {
     const int enough = world_.settings.sleep_ticks;
+    // What a fixed body carries or pushes does not stay, however slowly that moves.
+    for (std::uint32_t b = 0; b < states_.size(); ++b)
+        if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(grid_.blocks()[b])) {
+            state.stays = false;
+            state.still_ticks = 0;
+        }
     for (std::uint32_t b = 0; b < states_.size(); ++b) {
         const auto& around = grid_.blocks()[b].neighbours;
-        states_[b].rests = enough > 0 && std::all_of(around.begin(), around.end(),
-                                                     [&](std::uint32_t n) { return n == kNoBlock || states_[n].still_ticks > enough; });
+        states_[b].rests =
+            enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || states_[n].stays; });
     }
 }
 
@@ -96,7 +161,7 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
         std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
     if (after == blocks.begin()) return;
     const auto index = static_cast<std::size_t>(after - blocks.begin()) - 1;
-    if (index < states_.size()) states_[index].still_ticks = 0;
+    if (index < states_.size()) states_[index].still_ticks = 0, states_[index].stays = false;
 }
 
 bool BlockEngine::asleep(std::uint32_t slot) const {
@@ -112,7 +177,7 @@ void BlockEngine::state_restored() {
     rebuild_ = true;
     // A body may have slept in the state that is back and not in the one that was left, or the other way round.
     for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) world_.bodies.restore_masses(slot);
-    for (BlockState& state : states_) state.asleep = false, state.still_ticks = 0;
+    for (BlockState& state : states_) state.asleep = false, state.still_ticks = 0, state.stays = false;
 }
 
 }  // namespace meld::physics

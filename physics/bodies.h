@@ -39,6 +39,9 @@ struct alignas(16) Orientation {
     float w, x, y, z;
 };
 
+// A body's still ticks where its block stays where it is, and the most that are counted before.
+inline constexpr std::uint16_t kStays = 0xffff, kStillAtMost = 0xfffe;
+
 // What seldom changes about a body.
 struct BodyProperties {
     std::uint32_t id;

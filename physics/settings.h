@@ -61,7 +61,9 @@ struct Settings {
     double separation_share = 0.02;
     // A block sleeps when it and the blocks around it have been slower than this for sleep_ticks ticks; 0 ticks: never.
     int sleep_ticks = 30;
-    double sleep_speed_m_s = 0.005;
+    // 0: sleep_speed_share of the speed sqrt(gravity * smallest diameter).
+    double sleep_speed_m_s = 0;
+    double sleep_speed_share = 0.0016;
     // The radii of all bodies lie between these, where a scene is part of a larger one and must cut space as all parts do; 0:
     // the bodies are asked.
     double min_radius_m = 0;

@@ -110,7 +110,7 @@ std::vector<std::pair<BlockCoordinates, std::uint32_t>> Subdomain::weights() con
 
 Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     Bodies& bodies = world_.bodies;
-    engine_.count_still_ticks();
+    engine_.count_still_ticks(times_.dt_s);
     engine_.note_stillness();
     engine_.cache_contacts(workers);
     engine_.cached_ = engine_.rebuild_ = true;

@@ -72,7 +72,7 @@ struct PhysicsOptions {
     std::optional<double> ground;  // Height of a plane, in diameters.
     double roll_torque = 10;       // The most that `roll` turns with, N m.
     int sleep_ticks = 30;          // Steps without motion until a region sleeps; 0: it never does.
-    double sleep_speed = 0.005;
+    double sleep_speed = 0;        // 0: follows the size of the catoms and gravity.
     double greatest_speed = 1000;  // m/s
     double deepest_overlap = 0.5;  // Of two radii.
     SenseOptions sense;

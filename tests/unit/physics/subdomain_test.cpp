@@ -167,7 +167,7 @@ TEST(Parts, MayBeDividedAnewWithTheSameBits) {
 
 TEST(Parts, KnowWhatTheirBodiesWeighAndWhoHoldsThem) {
     Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; });
-    for (int tick = 0; tick < 30; ++tick) divided.tick();
+    for (int tick = 0; tick < 60; ++tick) divided.tick();
     std::uint32_t weight = 0;
     for (const std::size_t part : {0u, 1u})
         for (const auto& [block, of_block] : divided.part(part).weights()) weight += of_block;
