@@ -1,7 +1,6 @@
 // Pass: aggregates of declarations, `min int D`, `sum float [<- neighbor]`, or `blend int` with a function of the program.
 // Assumes declare(): the functions and links they name may stand anywhere.
 #include <algorithm>
-#include <map>
 
 #include "compiler/check/check.h"
 #include "compiler/check/types.h"
@@ -11,10 +10,6 @@ namespace meld::check {
 using diagnostics::Kind;
 
 namespace {
-
-const std::map<std::string, Aggregate> kAggregates = {
-    {"min", Aggregate::Min},     {"max", Aggregate::Max},   {"sum", Aggregate::Sum},       {"count", Aggregate::Count},
-    {"first", Aggregate::First}, {"any", Aggregate::First}, {"append", Aggregate::Append}, {"set_union", Aggregate::SetUnion}};
 
 class Aggregates {
   public:
@@ -57,37 +52,104 @@ class Aggregates {
         }
         if (p.aggregate != Aggregate::None)
             return complain(a.aggregate_span, fmt::format("`{}` has two aggregates", p.name), "split it into two predicates with one each");
-        const auto known = kAggregates.find(a.aggregate);
-        p.aggregate = known == kAggregates.end() ? Aggregate::Custom : known->second;
+        p.aggregate = named(a);
         p.aggregate_at = i;
         if (i == 0) complain(a.aggregate_span, "the catom itself cannot be aggregated", "");
         if (p.kind == PredicateKind::Linear || p.kind == PredicateKind::Action)
             complain(a.aggregate_span,
                      fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"),
                      p.linear() ? linear_help(p, a.aggregate) : "leave it out");
-        if (i + 1 != d.arguments.size() && folds(p.aggregate))
+        if (i + 1 != d.arguments.size() && !info(p.aggregate).has(AggregateInfo::kPayload))
             complain(a.aggregate_span, fmt::format("no argument can ride along with {}: no single fact wins", article(a.aggregate)),
                      "put the arguments of the group before the aggregate");
         if (p.aggregate == Aggregate::Custom)
             function(a, p);
         else if (p.arguments[i].type != Type::Error)
             value(a, p.aggregate, p.arguments[i].type);
+        parameter(a, p);
         if (a.neighbour_complete) link(a, p);
+    }
+
+    // A function of the program comes before the aggregates that yield to it.
+    Aggregate named(const syntax::Argument& a) const {
+        const Aggregate known = syntax::declared_aggregate(a.aggregate);
+        const bool hidden =
+            info(known).has(AggregateInfo::kYields) &&
+            std::any_of(program_.functions.begin(), program_.functions.end(), [&](const Function& f) { return f.name == a.aggregate; });
+        return hidden ? Aggregate::Custom : known;
+    }
+
+    // min_k(3), or min_k(size) with a constant.
+    void parameter(const syntax::Argument& a, Predicate& p) {
+        const bool takes = info(p.aggregate).has(AggregateInfo::kParameter);
+        if (takes && !a.aggregate_parameter)
+            complain(a.aggregate_span, fmt::format("`{}` needs to know how many values it keeps", a.aggregate),
+                     fmt::format("write `{}(3)`", a.aggregate));
+        if (!takes && a.aggregate_parameter)
+            complain(a.aggregate_span, fmt::format("`{}` takes no number", a.aggregate), fmt::format("write `{}` alone", a.aggregate));
+        if (!takes || !a.aggregate_parameter) return;
+        p.parameter.span = a.aggregate_span;
+        p.parameter.type = Type::Int;
+        if (const auto* number = std::get_if<std::int64_t>(&*a.aggregate_parameter)) {
+            p.parameter.op = Op::Int;
+            p.parameter.integer = *number;
+            if (*number < 1)
+                complain(a.aggregate_span, fmt::format("`{}` keeps at least one value", a.aggregate),
+                         fmt::format("write `{}(1)`", a.aggregate));
+            return;
+        }
+        const syntax::Name& name = std::get<syntax::Name>(*a.aggregate_parameter);
+        std::vector<std::string> known;
+        for (const ConstantId id : program_.constants.ids()) {
+            known.push_back(program_.constants[id].name);
+            if (known.back() != name.text) continue;
+            p.parameter.op = Op::Constant;
+            p.parameter.constant = id;
+            return;
+        }
+        if (tree_.is_lost(name.text)) return;
+        const std::string near = diagnostics::nearest_name(name.text, known);
+        report_.add(Kind::UnknownFunction, name.span, fmt::format("there is no constant `{}`", name.text)).help =
+            near.empty() ? fmt::format("declare it: `const {} = 3.`", name.text) : fmt::format("did you mean `{}`?", near);
     }
 
     void value(const syntax::Argument& a, Aggregate aggregate, const Type& type) {
         const std::string name = type_name(type);
-        const bool sums = type.numeric() || type == Type::Vec3 || type == Type::list_of(Type::Float);
-        if (aggregate == Aggregate::Sum && !sums)
-            complain(a.aggregate_span, fmt::format("a sum of {} values has no meaning", name),
-                     "sum an int, a float, a vec3 or a list of floats");
-        if (aggregate == Aggregate::Count && type != Type::Int) complain(a.aggregate_span, "a count is an int", "write `count int`");
-        if (aggregate == Aggregate::SetUnion && type.kind != Type::Kind::Set)
-            complain(a.aggregate_span, fmt::format("a union is of sets, and this is {}", article(name)),
-                     fmt::format("write `set_union set {}`", type.kind == Type::Kind::List ? type_name(type.parts[0]) : name));
-        if (aggregate == Aggregate::Append && type.kind != Type::Kind::List && type != Type::String)
-            complain(a.aggregate_span, fmt::format("only lists and strings are appended, and this is {}", article(name)),
-                     fmt::format("write `append list {}`", type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
+        const auto misuse = [&](bool fits, const std::string& what, const std::string& help) {
+            if (!fits) complain(a.aggregate_span, what, help);
+        };
+        switch (info(aggregate).values) {
+            case AggregateInfo::Values::Summable:
+                misuse(type.numeric() || type == Type::Vec3 || type == Type::list_of(Type::Float),
+                       fmt::format("a sum of {} values has no meaning", name), "sum an int, a float, a vec3 or a list of floats");
+                break;
+            case AggregateInfo::Values::Counted:
+                misuse(type == Type::Int, "a count is an int", "write `count int`");
+                break;
+            case AggregateInfo::Values::Sets:
+                misuse(type.kind == Type::Kind::Set, fmt::format("a union is of sets, and this is {}", article(name)),
+                       fmt::format("write `set_union set {}`", type.kind == Type::Kind::List ? type_name(type.parts[0]) : name));
+                break;
+            case AggregateInfo::Values::Lists:
+                misuse(type.kind == Type::Kind::List || type == Type::String,
+                       fmt::format("only lists and strings are appended, and this is {}", article(name)),
+                       fmt::format("write `append list {}`", type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
+                break;
+            case AggregateInfo::Values::Reals:
+                misuse(type == Type::Float, "an average is a float", fmt::format("write `{} float`", a.aggregate));
+                break;
+            case AggregateInfo::Values::Bools:
+                misuse(type == Type::Bool, fmt::format("`{}` joins truth values, and this is {}", a.aggregate, article(name)),
+                       fmt::format("write `{} bool`", a.aggregate));
+                break;
+            case AggregateInfo::Values::Elements:
+                misuse(type.kind == Type::Kind::List, fmt::format("`{}` keeps a list, and this is {}", a.aggregate, article(name)),
+                       fmt::format("write `{}(3) list {}`", a.aggregate, type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
+                break;
+            case AggregateInfo::Values::Any:
+            case AggregateInfo::Values::Ordered:
+                break;
+        }
     }
     static std::string article(const std::string& type) {
         return (std::string("aeiou").find(type[0]) == std::string::npos ? "a " : "an ") + type;
@@ -117,12 +179,12 @@ class Aggregates {
     }
     void unknown(const syntax::Argument& a) {
         if (tree_.is_lost(a.aggregate)) return;
-        std::vector<std::string> known;
-        for (const auto& [name, aggregate] : kAggregates) known.push_back(name);
+        const std::vector<std::string> words = syntax::words_of_declared_aggregates();
+        std::vector<std::string> known = words;
         for (const Function& f : program_.functions) known.push_back(f.name);
         const std::string near = diagnostics::nearest_name(a.aggregate, known);
         report_.add(Kind::UnknownFunction, a.aggregate_span, fmt::format("there is no aggregate and no function `{}`", a.aggregate)).help =
-            near.empty() ? "aggregates are any, append, count, first, max, min, set_union and sum, or a function of two arguments"
+            near.empty() ? fmt::format("aggregates are {}, or a function of two arguments", diagnostics::in_words(words))
                          : fmt::format("did you mean `{}`?", near);
     }
 
@@ -165,6 +227,24 @@ class Aggregates {
 };
 
 }  // namespace
+
+void check_aggregate_parameters(const Program& program, diagnostics::Reporter& report) {
+    for (const Predicate& p : program.predicates) {
+        if (p.parameter.op != Op::Constant) continue;
+        const Constant& c = program.constants[p.parameter.constant];
+        const bool known = !c.argument && !c.computed.valid();
+        if (c.type != Type::Int && c.type != Type::Error)
+            report
+                .add(Kind::TypeMismatch, p.parameter.span,
+                     fmt::format("`{}` keeps a number of values that is an int, and `{}` is {}", p.name, c.name, type_name(c.type)))
+                .labels = {{c.span, "declared here"}};
+        else if (c.type == Type::Int && known && c.integer < 1)
+            report
+                .add(Kind::BadAggregate, p.parameter.span,
+                     fmt::format("`{}` keeps at least one value, and `{}` is {}", p.name, c.name, c.integer))
+                .labels = {{c.span, "declared here"}};
+    }
+}
 
 void declare_aggregates(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report) {
     Aggregates(tree, program, report).run();

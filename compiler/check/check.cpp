@@ -14,6 +14,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     declare(tree, prelude_files, program, report);
     declare_aggregates(tree, program, report);
     resolve_values(tree, program, report);
+    check_aggregate_parameters(program, report);
     resolve_rules(files, tree, program, report);
     refuse_random_views(program, report);
     find_homes(program, report);

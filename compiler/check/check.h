@@ -32,6 +32,8 @@ void check_imports(const syntax::Tree& tree, diagnostics::Reporter& report);
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
 // Aggregates of declared predicates, with the functions and links they name.
 void declare_aggregates(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
+// Constants that say how many values an aggregate keeps are ints. Assumes resolve_values().
+void check_aggregate_parameters(const Program& program, diagnostics::Reporter& report);
 // Constants and the bodies of functions: names to ids, types, values.
 void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Rules: names to ids, types of all terms, implicit conversions; heads of views split into a rule each.

@@ -68,7 +68,9 @@ class EachName {
     void item(syntax::Declaration& d) {
         for (syntax::Argument& a : d.arguments) {
             type(a.type);
-            if (!a.aggregate.empty() && !is_aggregate(a.aggregate)) visit_.function(a.aggregate, a.aggregate_span);
+            if (may_be_function(a.aggregate, syntax::declared_aggregate(a.aggregate))) visit_.function(a.aggregate, a.aggregate_span);
+            if (a.aggregate_parameter)
+                if (auto* constant = std::get_if<syntax::Name>(&*a.aggregate_parameter)) visit_.constant(constant->text, constant->span);
             if (a.neighbour_complete && !a.neighbour_link.text.empty()) visit_.predicate(a.neighbour_link, std::nullopt);
         }
     }
@@ -99,10 +101,9 @@ class EachName {
     }
 
   private:
-    static bool is_aggregate(const std::string& word) {
-        for (const char* known : {"min", "max", "sum", "count", "first", "any", "set_union", "append"})
-            if (word == known) return true;
-        return false;
+    // Whether the word may name a function of the program: where it is no aggregate, or one that yields to such a function.
+    static bool may_be_function(const std::string& word, Aggregate known) {
+        return !word.empty() && (known == Aggregate::Custom || info(known).has(AggregateInfo::kYields));
     }
     void exprs(std::vector<syntax::ExprPtr>& all) {
         for (syntax::ExprPtr& e : all) expr(e);
@@ -143,7 +144,8 @@ class EachName {
         visit_.predicate(p.predicate, std::nullopt);
     }
     void clause(syntax::BodyAggregate& a) {
-        if (!is_aggregate(a.op) && a.op != "collect") visit_.function(a.op, a.result.span);
+        if (may_be_function(a.op, syntax::aggregate_of_matches(a.op))) visit_.function(a.op, a.result.span);
+        expr(a.parameter);
         expr(a.value);
         clauses(a.clauses);
     }

@@ -41,7 +41,7 @@ class Search {
     }
 
   private:
-    static bool best(const Predicate& p) { return p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max; }
+    static bool best(const Predicate& p) { return keeps_best(p.aggregate); }
     bool inside(PredicateId p) const {
         return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
     }

@@ -28,7 +28,7 @@ std::optional<double> literal(const Term& t) {
 }  // namespace
 
 Improvement::Improvement(const Program& program, const Rule& rule, const Atom& atom, VariableId value, Aggregate best)
-    : program_(program), rule_(rule), atom_(atom), value_(value), least_(best == Aggregate::Min) {
+    : program_(program), rule_(rule), atom_(atom), value_(value), least_(keeps_least(best)) {
     courses_[value] = Course::Same;
     find_definitions();
 }

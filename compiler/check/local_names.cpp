@@ -57,7 +57,10 @@ void LocalNames::add(const Clauses& clauses, Names& out) const {
             add(*proved->count, out);
             if (proved->at != nullptr) add(*proved->at, out);
         }
-        if (const auto* aggregate = std::get_if<syntax::BodyAggregate>(&clause.node)) out.insert(aggregate->result.text);
+        if (const auto* aggregate = std::get_if<syntax::BodyAggregate>(&clause.node)) {
+            out.insert(aggregate->result.text);
+            if (aggregate->parameter != nullptr) add(*aggregate->parameter, out);
+        }
         if (const auto* element = std::get_if<syntax::Element>(&clause.node)) {
             add(*element->element, out);
             add(*element->list, out);

@@ -55,34 +55,9 @@ TakeApart taken_apart(const Term& test) {
     return {};
 }
 
-std::string aggregate_name(Aggregate aggregate) {
-    switch (aggregate) {
-        case Aggregate::None:
-            return "";
-        case Aggregate::Min:
-            return "min";
-        case Aggregate::Max:
-            return "max";
-        case Aggregate::Sum:
-            return "sum";
-        case Aggregate::Count:
-            return "count";
-        case Aggregate::First:
-            return "first";
-        case Aggregate::SetUnion:
-            return "set_union";
-        case Aggregate::Append:
-            return "append";
-        case Aggregate::Collect:
-            return "collect";
-        case Aggregate::Custom:
-            return "custom";
-        case Aggregate::Since:
-            return "since";
-    }
-    return "";
-}
+std::string aggregate_name(Aggregate aggregate) { return std::string(info(aggregate).word); }
 std::string aggregate_name(const Program& program, const Predicate& p) {
+    if (p.parameter.op != Op::Anonymous) return fmt::format("{}({})", aggregate_name(p.aggregate), print(program, Rule{}, p.parameter));
     return p.aggregate == Aggregate::Custom && p.fold.valid() ? program.functions[p.fold].name : aggregate_name(p.aggregate);
 }
 
@@ -198,11 +173,19 @@ std::string print_constant(const Program& program, const Constant& c) {
 
 std::string print_heads(const Program& program, const Rule& rule, const std::vector<Head>& heads);
 
+// The (3) of min_k(3).
+std::string parameter(const Program& program, const Rule& rule, const Term& number) {
+    return number.op == Op::Anonymous ? "" : "(" + print(program, rule, number) + ")";
+}
+
 // sum X => S
 std::string print_fold(const Program& program, const Rule& rule, const Fold& fold) {
     std::string text = aggregate_name(fold.aggregate);
     if (fold.aggregate == Aggregate::Custom) text = program.functions[fold.function].name;
-    if (fold.initial.op != Op::Anonymous) text += " from " + print(program, rule, fold.initial);
+    if (fold.aggregate != Aggregate::Custom)
+        text += parameter(program, rule, fold.initial);
+    else if (fold.initial.op != Op::Anonymous)
+        text += " from " + print(program, rule, fold.initial);
     if (fold.each.valid()) text += " " + rule.variables[fold.each].name;
     return text + " => " + rule.variables[fold.result].name;
 }
@@ -330,7 +313,8 @@ std::string print(const Program& program, const Rule& rule, const Clause& clause
             const std::string name =
                 clause.aggregate == Aggregate::Custom ? program.functions[clause.fold].name : aggregate_name(clause.aggregate);
             const std::string value = clause.test.op == Op::Anonymous ? "" : " " + print(program, rule, clause.test);
-            return fmt::format("{} = {}{} : {{ {} }}", rule.variables[clause.variable].name, name, value,
+            const std::string number = clause.aggregate == Aggregate::Custom ? "" : parameter(program, rule, clause.initial);
+            return fmt::format("{} = {}{}{} : {{ {} }}", rule.variables[clause.variable].name, name, number, value,
                                joined(program, rule, clause.inner));
         }
         case Clause::Kind::Delta:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/source/source.h"
+#include "compiler/syntax/aggregates.h"
 #include "runtime/base/ids.h"
 
 namespace meld::check {
@@ -35,12 +36,9 @@ inline const Type Type::Error{Type::Kind::Error}, Type::Int{Type::Kind::Int}, Ty
 std::string type_name(const Type& type);
 
 enum class PredicateKind { Persistent, Linear, Action, Sensed };
-// Collect is for rule aggregates alone: all values as a list. Custom folds with a function of the program. Since is made
-// by delays: the tick since which the group has been supported without a break.
-enum class Aggregate { None, Min, Max, Sum, Count, First, SetUnion, Append, Collect, Custom, Since };
+using syntax::Aggregate;
+using syntax::AggregateInfo;
 std::string aggregate_name(Aggregate aggregate);
-// Whether it is made of all derivations, not one of them.
-inline bool folds(Aggregate a) { return a >= Aggregate::Sum && a != Aggregate::First && a != Aggregate::Since; }
 
 struct Function;
 using FunctionId = Id<Function>;
@@ -161,6 +159,7 @@ struct Predicate {
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it ride along.
     FunctionId fold;               // Aggregate::Custom
+    Term parameter = {};           // How many values min_k and max_k keep: an int that is a literal or a constant.
     // Min or Max: the rows of a group are the front of the argument `aggregate_at` (fronts.h). Made by the planner.
     Aggregate front = Aggregate::None;
     // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
@@ -237,8 +236,9 @@ struct Clause {
     VariableId variable = {};
     VariableId position = {};  // Element: which one it is, from 0, where it matters. Made by delays.
     Aggregate aggregate = Aggregate::None;
-    FunctionId fold = {};      // Aggregate::Custom
-    Term initial = {};         // Custom: what the fold starts from; Anonymous: from the first match.
+    FunctionId fold = {};  // Aggregate::Custom
+    // Custom: what the fold starts from; Anonymous: from the first match. min_k and max_k: how many values they keep.
+    Term initial = {};
     Op compare = Op::Greater;  // Delta
     Span span = {};
 };
@@ -247,7 +247,7 @@ struct Clause {
 struct Fold {
     Aggregate aggregate = Aggregate::None;
     FunctionId function = {};  // Custom
-    Term initial = {};         // Custom: what the fold starts from; else Anonymous.
+    Term initial = {};         // As Clause::initial.
     VariableId each = {};      // The value of one match, in the body; invalid for a count.
     VariableId result = {};    // In the last heads.
 };

@@ -19,7 +19,7 @@ class Search {
             asked_ = asked(*asking_);
             if (asked_ == nullptr) continue;
             const Predicate& p = program_.predicates[asked_->predicate];
-            const bool best = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max;
+            const bool best = keeps_best(p.aggregate);
             if (!best || p.aggregate_at != 1 || p.needs_all()) continue;
             seen_ = {asked_->predicate};
             between_.clear();
@@ -90,7 +90,7 @@ class Search {
 
     // What this value does not pass that a worse one has: where that is asked.
     std::optional<Span> fails(double value) const {
-        const bool greatest = program_.predicates[asked_->predicate].aggregate == Aggregate::Max;
+        const bool greatest = keeps_greatest(program_.predicates[asked_->predicate].aggregate);
         const auto beyond = [&](double limit) { return greatest ? value > limit : value < limit; };
         const Term& argument = asked_->arguments[1];
         if (const auto limit = number(argument)) return beyond(*limit) ? std::optional(argument.span) : std::nullopt;

@@ -152,6 +152,8 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
             scope_->resolve(*tree.value, Type::Error, "`count`", true);
     }
     c.aggregate = aggregate(tree.op, c.test, span);
+    if (c.aggregate != Aggregate::Custom || tree.parameter != nullptr)
+        c.initial = aggregate_parameter(c.aggregate, tree.parameter, tree.op, span);
     if (c.aggregate == Aggregate::Custom) {
         const std::optional<FunctionId> function = fold_function(tree.op, c.test, FoldStart::FirstValue, span);
         if (!function) return;
@@ -169,18 +171,51 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
     out.push_back(equality(variable_term(compared, tree.result.span), std::move(value), tree.result.span));
 }
 
+Aggregate Resolver::aggregate_named(const std::string& op) const {
+    const Aggregate known = syntax::aggregate_of_matches(op);
+    return info(known).has(AggregateInfo::kYields) && names_.functions.contains(op) ? Aggregate::Custom : known;
+}
+
 Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span span) {
-    const auto found = kAggregateNames.find(op);
-    if (found == kAggregateNames.end()) return Aggregate::Custom;
+    const Aggregate aggregate = aggregate_named(op);
     const Type& type = value.type;
-    const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool || type == Type::Error;
-    if (found->second == Aggregate::Sum && !type.numeric() && type != Type::Error)
-        report_.add(Kind::BadAggregate, span, fmt::format("a sum of {} values has no meaning", check::type_name(type))).help =
-            "sum an int or a float";
-    else if ((found->second == Aggregate::Min || found->second == Aggregate::Max) && !ordered)
-        report_.add(Kind::BadAggregate, span, fmt::format("{} values have no least or greatest", check::type_name(type))).help =
-            "compare an int, a float or a node";
-    return found->second;
+    if (aggregate == Aggregate::Custom || type == Type::Error) return aggregate;
+    const std::string name = check::type_name(type);
+    const auto misuse = [&](const std::string& what, const std::string& help) { report_.add(Kind::BadAggregate, span, what).help = help; };
+    const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool;
+    switch (info(aggregate).values) {
+        case AggregateInfo::Values::Summable:
+            if (!type.numeric()) misuse(fmt::format("a sum of {} values has no meaning", name), "sum an int or a float");
+            break;
+        case AggregateInfo::Values::Ordered:
+            if (!ordered) misuse(fmt::format("{} values have no least or greatest", name), "compare an int, a float or a node");
+            break;
+        case AggregateInfo::Values::Reals:
+            if (!type.numeric()) misuse(fmt::format("{} values have no average", name), "average an int or a float");
+            break;
+        case AggregateInfo::Values::Bools:
+            if (type != Type::Bool)
+                misuse(fmt::format("`{}` joins truth values, and this is {}", op, name), "write a condition, or a variable that is a bool");
+            break;
+        default:
+            break;
+    }
+    return aggregate;
+}
+
+Term Resolver::aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& number, const std::string& op, Span span) {
+    const bool takes = info(aggregate).has(AggregateInfo::kParameter);
+    if (takes != (number != nullptr))
+        report_
+            .add(Kind::BadAggregate, span,
+                 takes ? fmt::format("`{}` needs to know how many values it keeps", op) : fmt::format("`{}` takes no number", op))
+            .help = takes ? fmt::format("write `{}(3)`", op) : fmt::format("write `{}` alone", op);
+    if (number == nullptr) return {};
+    Term limit = scope_->resolve(*number, Type::Int, fmt::format("the number of values that `{}` keeps", op));
+    if (limit.op == Op::Int && limit.integer < 1)
+        report_.add(Kind::BadAggregate, number->span, fmt::format("`{}` keeps at least one value", op)).help =
+            fmt::format("write `{}(1)`", op);
+    return takes ? limit : Term{};
 }
 
 // The function that folds the values of matches: f(so far, value), of the type of what is so far.
@@ -188,12 +223,13 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
     const auto own = names_.functions.find(name);
     if (own == names_.functions.end()) {
         if (names_.tree.is_lost(name)) return std::nullopt;
+        const std::vector<std::string> aggregates = syntax::words_of_aggregates_of_matches();
         std::vector<std::string> known;
-        for (const auto& [aggregate, kind] : kAggregateNames) known.push_back(aggregate);
+        known.insert(known.end(), aggregates.begin(), aggregates.end());
         for (const auto& [function, id] : names_.functions) known.push_back(function);
         const std::string near = diagnostics::nearest_name(name, known);
         report_.add(Kind::UnknownFunction, span, fmt::format("there is no aggregate and no function `{}`", name)).help =
-            near.empty() ? "aggregates are collect, count, max, min and sum, or a function of two arguments"
+            near.empty() ? fmt::format("aggregates are {}, or a function of two arguments", diagnostics::in_words(aggregates))
                          : fmt::format("did you mean `{}`?", near);
         return std::nullopt;
     }

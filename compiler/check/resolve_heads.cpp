@@ -71,6 +71,8 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
             h.atom.arguments.push_back(head_location(*tree.arguments[i]));
         else if (counted)
             h.atom.arguments.push_back(scope_->resolve(*tree.arguments[i], Type::Error, "a count"));
+        else if (info(p.aggregate).values == AggregateInfo::Values::Elements && p.aggregate_at == i)
+            h.atom.arguments.push_back(one_element(p, *tree.arguments[i]));
         else
             h.atom.arguments.push_back(
                 scope_->resolve(*tree.arguments[i], p.arguments[i].type, fmt::format("argument {} of `{}`", i + 1, p.name), false, p.span));
@@ -78,6 +80,14 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     if (p.prelude && p.name == "watch" && h.atom.arguments.size() == 2) check_watched(h.atom.arguments[1]);
     if (item.delay) h.delay = delay(*item.delay);
     out.push_back(std::move(h));
+}
+
+// The value for an aggregate of elements: the list of that one.
+Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
+    const Type& list = p.arguments[p.aggregate_at].type;
+    const Type element = list.parts.empty() ? Type::Error : list.parts[0];
+    Term only = scope_->resolve(e, element, fmt::format("one element of argument {} of `{}`", p.aggregate_at + 1, p.name), false, p.span);
+    return {.op = Op::List, .type = list, .span = e.span, .operands = {std::move(only)}};
 }
 
 // Linear Meld lets a rule say when which node runs. Here that changes nothing, unless the program means a predicate of its own.
@@ -153,7 +163,9 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
                 value = variable_term(fold.each, one.result.span);
             }
             fold.aggregate = aggregate(one.op, value, one.result.span);
-            if (one.initial != nullptr) {
+            if (one.function.empty()) {
+                fold.initial = aggregate_parameter(fold.aggregate, one.initial, one.op, one.result.span);
+            } else if (one.initial != nullptr) {
                 const auto own = names_.functions.find(one.function);
                 const Type wanted = own == names_.functions.end() ? Type::Error : program_.functions[own->second].result;
                 fold.initial = scope_->resolve(*one.initial, wanted, "what a fold starts from");

@@ -139,11 +139,21 @@ void Resolver::type_name(const syntax::Name& variable, const Type& type, bool& c
 }
 
 Type Resolver::type_of_aggregate(const std::string& op, const Type& value) const {
-    if (op == "count") return Type::Int;
-    if (op == "collect") return value == Type::Error ? Type::Error : Type::list_of(value);
-    // A function of the program gives what it gives.
-    if (const auto own = names_.functions.find(op); own != names_.functions.end() && !kAggregateNames.contains(op))
-        return program_.functions[own->second].result;
+    const Aggregate aggregate = aggregate_named(op);
+    if (aggregate == Aggregate::Custom) {
+        const auto own = names_.functions.find(op);
+        return own == names_.functions.end() ? value : program_.functions[own->second].result;
+    }
+    switch (info(aggregate).result) {
+        case AggregateInfo::Result::Same:
+            return value;
+        case AggregateInfo::Result::Int:
+            return Type::Int;
+        case AggregateInfo::Result::Float:
+            return Type::Float;
+        case AggregateInfo::Result::ListOf:
+            return value == Type::Error ? Type::Error : Type::list_of(value);
+    }
     return value;
 }
 

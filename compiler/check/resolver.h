@@ -12,13 +12,6 @@
 
 namespace meld::check {
 
-// The aggregates of matches that have names; any other name is a function of the program.
-inline const std::map<std::string, Aggregate> kAggregateNames = {{"min", Aggregate::Min},
-                                                                 {"max", Aggregate::Max},
-                                                                 {"sum", Aggregate::Sum},
-                                                                 {"count", Aggregate::Count},
-                                                                 {"collect", Aggregate::Collect}};
-
 class Resolver {
   public:
     Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report,
@@ -50,8 +43,12 @@ class Resolver {
     void delta(const syntax::Delta& tree, Span span, std::vector<Clause>& out);
     void element(const syntax::Element& tree, Span span, std::vector<Clause>& out);
     void proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out);
-    // Reports what an aggregate cannot be made of.
+    // The aggregate over matches that the program means by this word; Custom: a function of its own.
+    Aggregate aggregate_named(const std::string& op) const;
+    // The same; reports values of which it cannot be made.
     Aggregate aggregate(const std::string& op, const Term& value, Span span);
+    // The number of values that min_k and max_k keep; Anonymous for all other aggregates.
+    Term aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& number, const std::string& op, Span span);
     enum class FoldStart { Given, FirstValue };
     std::optional<FunctionId> fold_function(const std::string& name, const Term& value, FoldStart start, Span span);
     static Clause test(Term term);
@@ -70,6 +67,7 @@ class Resolver {
     Head head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind);
     void head(const syntax::HeadItem& item, std::vector<Head>& out);
     void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    Term one_element(const Predicate& p, const syntax::Expr& e);
     bool is_scheduling(const syntax::Atom& tree) const;
     void note_scheduling(const syntax::Atom& tree);
     void check_watched(const Term& name);

@@ -272,8 +272,7 @@ class Strata {
             for (std::size_t i = 1; i < head.arguments.size(); ++i) {
                 const Term& t = head.arguments[i];
                 if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
-                const bool worse =
-                    (p.aggregate == Aggregate::Min && t.op == Op::Add) || (p.aggregate == Aggregate::Max && t.op == Op::Subtract);
+                const bool worse = (keeps_least(p.aggregate) && t.op == Op::Add) || (keeps_greatest(p.aggregate) && t.op == Op::Subtract);
                 if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
                 if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
                 if (!comes_from(rule, t, inside)) continue;
@@ -302,9 +301,9 @@ class Strata {
         Aggregate best = Aggregate::None;
         for (const PredicateId p : c.predicates) {
             const Aggregate a = program_.predicates[p].aggregate;
-            if (a == Aggregate::Min || a == Aggregate::Max) best = best == Aggregate::None || best == a ? a : Aggregate::First;
+            if (keeps_best(a)) best = best == Aggregate::None || best == a ? a : Aggregate::First;
         }
-        if (best != Aggregate::Min && best != Aggregate::Max) return false;
+        if (!keeps_best(best)) return false;
         // With fronts, what improves up to a limit comes to rest there.
         const Improves how = fronts_of(program_, c) == Fronts::Needed ? Improves::Ever : Improves::ToALimit;
         std::vector<Way> ways;
@@ -338,7 +337,7 @@ class Strata {
         for (const Replaced::Between& b : found->between)
             d.labels.push_back(
                 {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
-        d.help = program_.predicates[found->predicate].aggregate == Aggregate::Max
+        d.help = keeps_greatest(program_.predicates[found->predicate].aggregate)
                      ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
                      : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
         return true;

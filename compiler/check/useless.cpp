@@ -68,18 +68,11 @@ class Useless {
                c.span.begin == last.span.begin && c.span.end == last.span.end;
     }
     static std::string of_nothing(const Clause& c, const std::string& then) {
-        switch (c.aggregate) {
-            case Aggregate::Sum:
-            case Aggregate::Count:
-                return fmt::format("so the {} is always 0", aggregate_name(c.aggregate));
-            case Aggregate::Collect:
-                return "so the list is always empty";
-            case Aggregate::Custom:
-                if (c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
-                [[fallthrough]];
-            default:
-                return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
-        }
+        if (c.aggregate == Aggregate::Custom && c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
+        const std::string_view value = info(c.aggregate).of_nothing;
+        if (value.empty()) return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
+        if (c.aggregate == Aggregate::Collect) return "so the list is always empty";
+        return fmt::format("so the {} is always {}", aggregate_name(c.aggregate), value);
     }
 
     void parts_of_heads(const Rule& rule, const Around& around, const std::vector<Head>& heads) {

@@ -22,7 +22,7 @@ bool monotone(const Term& test, VariableId value, Aggregate aggregate) {
     const bool left = test.operands[0].is_variable() && test.operands[0].variable == value && constant(test.operands[1]);
     const bool right = test.operands[1].is_variable() && test.operands[1].variable == value && constant(test.operands[0]);
     const bool less = test.op == Op::Less || test.op == Op::LessEqual;
-    return (left && less == (aggregate == Aggregate::Min)) || (right && less == (aggregate == Aggregate::Max));
+    return (left && less == keeps_least(aggregate)) || (right && less == keeps_greatest(aggregate));
 }
 
 bool mentions(const Term& t, VariableId v) {
@@ -56,7 +56,7 @@ std::size_t uses(const Rule& rule, VariableId v) {
 
 ValueRead value_read(const Program& program, const Rule& rule, const Atom& atom) {
     const Predicate& p = program.predicates[atom.predicate];
-    if (p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max) return {};
+    if (!keeps_best(p.aggregate)) return {};
     ValueRead used{.kind = ValueRead::Kind::Used};
     for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
         const Term& rides = atom.arguments[i];
@@ -88,7 +88,7 @@ bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggre
     if (!mentions(e, value)) return false;
     if (e.op == Op::Max || e.op == Op::Min || e.op == Op::ToFloat) {
         const auto operand = [&](const Term& o) { return improves(rule, o, value, aggregate, how); };
-        const bool worst = e.op == (aggregate == Aggregate::Min ? Op::Max : Op::Min);
+        const bool worst = e.op == (keeps_least(aggregate) ? Op::Max : Op::Min);
         return how == Improves::Ever && worst ? std::all_of(e.operands.begin(), e.operands.end(), operand)
                                               : std::any_of(e.operands.begin(), e.operands.end(), operand);
     }
@@ -96,7 +96,7 @@ bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggre
     const bool left = mentions(e.operands[0], value);
     const Term& step = e.operands[left ? 1 : 0];
     const bool number = (step.op == Op::Int && step.integer > 0) || (step.op == Op::Float && step.real > 0);
-    return number && (left || e.op == Op::Add) && (e.op == Op::Add) == (aggregate == Aggregate::Max);
+    return number && (left || e.op == Op::Add) && (e.op == Op::Add) == keeps_greatest(aggregate);
 }
 
 }  // namespace meld::check

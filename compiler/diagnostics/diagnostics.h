@@ -80,5 +80,7 @@ std::string render_json(const source::FileSet& files, const std::vector<Diagnost
 
 // The name among candidates nearest to the given one, or "" where none is near enough to suggest.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+// Words as a sentence lists them: "max, min and sum".
+std::string in_words(const std::vector<std::string>& words);
 
 }  // namespace meld::diagnostics

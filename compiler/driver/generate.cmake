@@ -1,6 +1,7 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelRows kKernelViews kKernelDeltas kKernelFronts kExtern)
+set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelExactMean
+  kKernelRows kKernelAggregates kKernelViews kKernelDeltas kKernelFronts kExtern)
 set(embedded_files
   ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
@@ -9,7 +10,9 @@ set(embedded_files
   ${CMAKE_SOURCE_DIR}/runtime/kernel/values.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/lists.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/library.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/exact_mean.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/rows.h
+  ${CMAKE_SOURCE_DIR}/runtime/kernel/aggregates.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/views.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/deltas.h
   ${CMAKE_SOURCE_DIR}/runtime/kernel/fronts.h

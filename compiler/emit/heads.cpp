@@ -6,51 +6,40 @@
 namespace meld::emit {
 
 RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
-    MELD_EXPECT(aggregate != Aggregate::None && (aggregate == Aggregate::Custom) == function.valid(), "rule {}", scope_.rule.name);
-    MELD_EXPECT(aggregate != Aggregate::Collect || type.parts.size() == 1, "rule {}: a list without elements", scope_.rule.name);
-    Folding f{aggregate, fresh("folded"), fresh("seen"), type, function, initial.op != Op::Anonymous};
-    if (aggregate == Aggregate::Collect)
-        w_.line("RowList<u64> {}{{}};", f.result);
-    else if (f.initial)
-        w_.line("{} {} = {};", cpp_type(type), f.result, element(scope_, initial, type));
-    else
-        w_.line("{} {}{{}};", cpp_type(type), f.result);
+    const bool custom = aggregate == Aggregate::Custom;
+    MELD_EXPECT(aggregate != Aggregate::None && custom == function.valid(), "rule {}", scope_.rule.name);
+    MELD_EXPECT(info(aggregate).result != AggregateInfo::Result::ListOf || type.parts.size() == 1, "rule {}: a list without elements",
+                scope_.rule.name);
+    Folding f{aggregate, fresh("folded"), "", type, function, custom && initial.op != Op::Anonymous};
+    if (!custom) {
+        const std::string limit = initial.op == Op::Anonymous ? "" : term(scope_, initial);
+        w_.line("{};", aggregate_object(aggregate, folded_type(f), type, limit, f.made));
+        f.seen = f.made + ".count";
+        return f;
+    }
+    f.seen = fresh("seen");
+    w_.line("{} {}{};", cpp_type(type), f.made, f.initial ? " = " + element(scope_, initial, type) : "{}");
     w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
     return f;
 }
 
 Type RuleEmitter::folded_type(const Folding& f) const {
-    if (f.aggregate == Aggregate::Collect) return f.type.parts[0];
     if (f.aggregate == Aggregate::Custom) return plan_.program.functions[f.function].variables[VariableId(1)].type;
-    return f.type;
+    return info(f.aggregate).result == AggregateInfo::Result::ListOf ? f.type.parts[0] : f.type;
 }
 
 void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
-    switch (f.aggregate) {
-        case Aggregate::Count:
-            w_.line("++{};", f.result);
-            break;
-        case Aggregate::Collect:
-            w_.line("{}.add(*s.e, {});", f.result, as_word(value));
-            break;
-        case Aggregate::Sum:
-            w_.line("{0} = {1};", f.result,
-                    f.type == Type::Float ? fmt::format("checked_real(*s.e, {}, {} + {})", scope_.rule_index, f.result, value)
-                                          : fmt::format("checked_add(*s.e, {}, {}, {})", scope_.rule_index, f.result, value));
-            break;
-        case Aggregate::Min:
-        case Aggregate::Max:
-            w_.line("if ({0} == 0 || {1} {2} {3}) {3} = {1};", f.seen, value, f.aggregate == Aggregate::Min ? "<" : ">", f.result);
-            break;
-        case Aggregate::Custom: {
-            const std::string next = call_with(scope_, f.function, {f.result, value});
-            w_.line("{} = {};", f.result, f.initial ? next : fmt::format("{} == 0 ? {} : {}", f.seen, value, next));
-            break;
-        }
-        default:
-            MELD_CHECK(false, "rule {}: an aggregate without code", scope_.rule.name);
+    if (f.aggregate != Aggregate::Custom) {
+        w_.line("{}.add(*s.e, {}, {});", f.made, scope_.rule_index, value.empty() ? "1" : value);
+        return;
     }
+    const std::string next = call_with(scope_, f.function, {f.made, value});
+    w_.line("{} = {};", f.made, f.initial ? next : fmt::format("{} == 0 ? {} : {}", f.seen, value, next));
     w_.line("++{};", f.seen);
+}
+
+std::string RuleEmitter::folded(const Folding& f) const {
+    return f.aggregate == Aggregate::Custom ? f.made : fmt::format("{}.result(*s.e, {})", f.made, scope_.rule_index);
 }
 
 void RuleEmitter::step(const plan::AggregateOver& s) {

@@ -105,15 +105,13 @@ class RuleEmitter {
     // ---- aggregates of matches, in bodies and heads
     struct Folding {
         Aggregate aggregate;
-        std::string result, seen;  // C++ names: what has been made so far, and of how many matches.
+        std::string made, seen;  // C++ names: what makes the result, or is it (Custom), and of how many matches.
         Type type;
         FunctionId function = {};  // Custom: folds the values, from the first on where there is no initial one.
         bool initial = false;
 
-        // Of no match there is a sum, a count, a list and what a fold starts from, but no least or greatest.
-        bool needs_match() const {
-            return aggregate == Aggregate::Min || aggregate == Aggregate::Max || (aggregate == Aggregate::Custom && !initial);
-        }
+        // Whether it has no value where nothing matches.
+        bool needs_match() const { return info(aggregate).of_nothing.empty() && !initial; }
     };
     Folding start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
     // The type that the value of one match is converted to.
@@ -121,9 +119,7 @@ class RuleEmitter {
     // Adds one match.
     void fold_in(const Folding& f, const std::string& value);
     // What has been made of all matches.
-    static std::string folded(const Folding& f) {
-        return f.aggregate == Aggregate::Collect ? fmt::format("list_over(*s.e, {0}.rows, {0}.count)", f.result) : f.result;
-    }
+    std::string folded(const Folding& f) const;
     // ---- what the rule makes
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
     // Emits `Row row;` and its fields.

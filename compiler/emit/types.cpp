@@ -90,7 +90,7 @@ std::string chained_compare(const Predicate& p, const std::vector<std::size_t>& 
 }
 
 std::string better(const Predicate& p, std::size_t field) {
-    const char* sign = p.aggregate == Aggregate::Min || p.front == Aggregate::Min ? "<" : ">";
+    const char* sign = keeps_least(p.aggregate) || keeps_least(p.front) ? "<" : ">";
     const std::string a = "a." + field_name(field), b = "b." + field_name(field);
     if (!p.arguments[field].type.compound()) return fmt::format("{} {} {}", a, sign, b);
     return fmt::format("{} {} 0", compared(p.arguments[field].type, a, b), sign);
@@ -101,53 +101,13 @@ std::string hashed(const Type& type, const std::string& value) {
     return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
 
-const char* reduce(Aggregate aggregate) {
-    switch (aggregate) {
-        case Aggregate::None:
-            return "Set";
-        case Aggregate::First:
-            return "First";
-        case Aggregate::Since:
-            return "Since";
-        case Aggregate::Sum:
-        case Aggregate::Count:
-            return "Fold";
-        case Aggregate::SetUnion:
-        case Aggregate::Append:
-        case Aggregate::Custom:
-            return "FoldInOrder";
-        default:
-            return "Best";
-    }
-}
-
-// How all candidates of a group become one value. A function of the program is called elsewhere: it needs the whole catom.
+// How all candidates of a group become one value, where that needs nothing of the catom.
 void emit_fold(const Predicate& p, Writer& w) {
-    if (!folds(p.aggregate) || p.aggregate == Aggregate::Custom) return;
-    const std::string into = "out." + field_name(p.aggregate_at), value = field_name(p.aggregate_at);
+    if (!folds(p.aggregate) || folds_at_catom(p)) return;
     const Type& type = p.arguments[p.aggregate_at].type;
-    const auto lists = fmt::format("append_all(e, n, [&](u32 i) {{ return rows[i].{}; }}{})", value, type == Type::String ? ", 1" : "");
-    w.open(fmt::format("static void fold(Eval& e, const Row*{}, u32 n, Row& out) {{", p.aggregate == Aggregate::Count ? "" : " rows"));
-    switch (p.aggregate) {
-        case Aggregate::Count:
-            w.raw("(void)e;");
-            w.line("{} = n;", into);
-            break;
-        case Aggregate::Append:
-            w.line("{} = {};", into, lists);
-            break;
-        case Aggregate::SetUnion:
-            w.line("{} = list_to_set(e, kFirstRule, kTypes, {}, {});", into, type_symbol(type.parts[0]), lists);
-            break;
-        default: {
-            const std::string both = fmt::format("(e, kFirstRule, {}, rows[i].{})", into, value);
-            const std::string sum = type == Type::Float  ? fmt::format("checked_real(e, kFirstRule, {} + rows[i].{})", into, value)
-                                    : type == Type::Int  ? "checked_add" + both
-                                    : type == Type::Vec3 ? "library::vector_add" + both
-                                                         : "library::add_floats" + both;
-            w.line("for (u32 i = 1; i < n; ++i) {} = {};", into, sum);
-        }
-    }
+    w.open("static void fold(Eval& e, const Row* rows, u32 n, Row& out) {");
+    w.line("{};", aggregate_object(p.aggregate, type, type, "", "made"));
+    w.line("out.{0} = fold_rows(e, kFirstRule, made, rows, n, [](const Row& row) {{ return row.{0}; }});", field_name(p.aggregate_at));
     w.close();
 }
 
@@ -185,7 +145,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     emit_members(std::move(members), w);
     w.close("};");
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
-    w.line("static constexpr Reduce kReduce = Reduce::{};", reduce(p.aggregate));
+    w.line("static constexpr Reduce kReduce = Reduce::{};", info(p.aggregate).reduction_name);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr bool kFollowed = {};", followed);
     if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
@@ -195,7 +155,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
     const bool front = p.front != Aggregate::None;
-    const bool ordered = p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max || front;
+    const bool ordered = keeps_best(p.aggregate) || front;
     w.line("static bool better({}) {{ return {}; }}", signature(ordered ? std::vector{p.aggregate_at} : std::vector<std::size_t>{}),
            !ordered ? "false" : better(p, p.aggregate_at));
     std::vector<std::size_t> rest = fields.value;

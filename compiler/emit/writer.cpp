@@ -45,6 +45,18 @@ std::string cpp_type(const Type& type) {
     MELD_CHECK(false, "a value of type {} reached emission", type_name(type));
 }
 
+std::string aggregate_object(Aggregate aggregate, const Type& value, const Type& result, const std::string& limit,
+                             const std::string& name) {
+    const AggregateInfo& about = info(aggregate);
+    const std::string type = value == Type::Error    ? "i64"
+                             : value == Type::Vec3   ? "Vector"
+                             : value == Type::String ? "Text"
+                                                     : cpp_type(value);
+    std::string arguments = about.has(AggregateInfo::kTyped) ? "kTypes, " + type_symbol(result.parts[0]) : "";
+    if (!limit.empty()) arguments += ", " + limit;
+    return fmt::format("{}Of<{}> {}{{{}}}", about.kind, type, name, arguments);
+}
+
 std::string field_name(std::size_t argument) {
     MELD_EXPECT(argument > 0, "the catom is no field");
     return fmt::format("a{}", argument);
@@ -97,6 +109,8 @@ bool keeps_fronts(const plan::Plan& plan) {
     return std::any_of(plan.program.predicates.begin(), plan.program.predicates.end(),
                        [](const Predicate& p) { return p.front != Aggregate::None; });
 }
+
+bool folds_at_catom(const Predicate& p) { return p.aggregate == Aggregate::Custom || info(p.aggregate).has(AggregateInfo::kParameter); }
 
 bool has_view(const plan::Plan& plan, PredicateId id) {
     const Storage s = plan.of(id).storage;

@@ -28,20 +28,9 @@ bool all_plain(const Predicate& p) {
 
 // Sums of floats depend on the order of derivation; a function of the program is given its values in order.
 bool any_order(const Predicate& p) {
-    switch (p.aggregate) {
-        case Aggregate::None:
-        case Aggregate::Min:
-        case Aggregate::Max:
-        case Aggregate::Count:
-        case Aggregate::First:
-            return true;
-        case Aggregate::Custom:
-            return true;
-        case Aggregate::Sum:
-            return p.arguments[p.aggregate_at].type == Type::Int;
-        default:
-            return false;
-    }
+    const AggregateInfo& about = info(p.aggregate);
+    return about.has(AggregateInfo::kAnyOrder) ||
+           (about.has(AggregateInfo::kIntsInAnyOrder) && p.arguments[p.aggregate_at].type == Type::Int);
 }
 
 // Whether what terms mean depends on nothing but their variables: not on the tick, nor on what has been drawn before.

@@ -72,9 +72,9 @@ class Existence {
                                         [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Used; }))
             return;
         const Predicate& p = program_.predicates[rule.heads[0].atom.predicate];
-        if (p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max) return;
+        if (!keeps_best(p.aggregate)) return;
         const Term made = rule.heads[0].atom.arguments[p.aggregate_at];
-        if (made.op != (p.aggregate == Aggregate::Max ? Op::Max : Op::Min)) return;
+        if (made.op != (keeps_greatest(p.aggregate) ? Op::Max : Op::Min)) return;
         Rule sides[] = {rule, rule};
         for (std::size_t i = 0; i < 2; ++i) sides[i].heads[0].atom.arguments[p.aggregate_at] = made.operands[i];
         if (!asks(sides[0]) && !asks(sides[1])) return;

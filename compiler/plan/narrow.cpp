@@ -212,8 +212,7 @@ class Narrower {
     }
     // What is folded, counted, timed or chosen by the program is not looked into.
     static bool unchecked(const Predicate& p, std::size_t argument) {
-        return p.aggregate != Aggregate::None && p.aggregate != Aggregate::Min && p.aggregate != Aggregate::Max &&
-               argument >= p.aggregate_at;
+        return p.aggregate != Aggregate::None && !keeps_best(p.aggregate) && argument >= p.aggregate_at;
     }
 
     // The ranges of a rule's variables; false: the body cannot hold yet.

@@ -99,7 +99,7 @@ class Pusher {
         const Predicate& h = program_.predicates[head.predicate];
         if (atom.arguments[0].variable == rule.home || p.kind != PredicateKind::Persistent || p.world != WorldSource::None || p.route)
             return false;
-        if ((h.aggregate != Aggregate::Min && h.aggregate != Aggregate::Max) || h.complete_link.valid()) return false;
+        if (!keeps_best(h.aggregate) || h.complete_link.valid()) return false;
         const Term& best = head.arguments[h.aggregate_at];
         if (!best.is_variable() || best.type != h.arguments[h.aggregate_at].type) return false;
         push.value = best.variable;

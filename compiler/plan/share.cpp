@@ -109,7 +109,7 @@ class Sharer {
     bool may_share(const RulePlan& r) const {
         const Aggregate a = program_.predicates[r.heads[0].predicate].aggregate;
         const bool loops = std::any_of(r.steps.begin(), r.steps.end(), goes_through_facts);
-        return loops && (a == Aggregate::None || a == Aggregate::Min || a == Aggregate::Max);
+        return loops && (a == Aggregate::None || keeps_best(a));
     }
     static bool goes_through_facts(const Step& s) { return as<Match>(s) != nullptr || as<EachNeighbour>(s) != nullptr; }
 

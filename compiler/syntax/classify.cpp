@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "compiler/syntax/aggregates.h"
 #include "compiler/syntax/tokens.h"
 
 namespace meld::syntax {
@@ -127,6 +128,7 @@ class Classifier {
             closes_exists_ = true;
             return TokenKind::Exists;
         }
+        if (starts_sized_aggregate(word)) return TokenKind::SizedAggregate;
         return starts_aggregate() ? TokenKind::Aggregate : TokenKind::Name;
     }
 
@@ -176,6 +178,18 @@ class Classifier {
         if (follower == TokenKind::Variable) return !token(1).first_on_line || next(2) == TokenKind::Colon;
         return follower == TokenKind::Colon || follower == TokenKind::Int || follower == TokenKind::Float ||
                follower == TokenKind::Anonymous;
+    }
+
+    // The `min_k` of L = min_k(3) X : { ... }: an operand stands right behind the number's closing bracket.
+    bool starts_sized_aggregate(std::string_view word) const {
+        if (last() != TokenKind::Equal || next() != TokenKind::LeftParen) return false;
+        if (!info(aggregate_of_matches(word)).has(AggregateInfo::kParameter)) return false;
+        const std::size_t close = partners_[at_ + 1];
+        if (close == 0) return false;
+        const Token& value = tokens_[close + 1];
+        const bool opens =
+            value.kind == TokenKind::LeftParen || value.kind == TokenKind::StructOpen || value.kind == TokenKind::LeftBracket;
+        return opens || (is_atom(value.kind) && !in_let_or_if(value.kind, value.text));
     }
 
     // A full stop or an include ends an item; a declaration keyword starts one that has no keywords inside.

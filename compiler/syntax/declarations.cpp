@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "compiler/syntax/aggregates.h"
 #include "compiler/syntax/parts.h"
 #include "compiler/syntax/printer.h"
 
@@ -26,7 +27,10 @@ bool is_collection(std::string_view word) { return is_one_of(word, {"list", "set
 bool is_type_word(std::string_view word) {
     return is_collection(word) || is_one_of(word, {"bool", "int", "float", "string", "node", "catom", "module", "addr", "vec3"});
 }
-bool is_aggregate(std::string_view word) { return is_one_of(word, {"min", "max", "sum", "count", "first", "any", "set_union", "append"}); }
+bool is_aggregate(std::string_view word) { return declared_aggregate(word) != Aggregate::Custom; }
+// A word that stands for nothing but an aggregate.
+bool is_reserved(std::string_view word) { return is_aggregate(word) && !info(declared_aggregate(word)).has(AggregateInfo::kYields); }
+bool has_parameter(std::string_view word) { return info(declared_aggregate(word)).has(AggregateInfo::kParameter); }
 
 bool is_group(const DeclarationWord& word) { return word.form == Form::Group || word.form == Form::Struct; }
 bool is_name(const DeclarationWord& word, std::string_view text) { return word.form == Form::Name && word.text == text; }
@@ -42,7 +46,7 @@ Span span_of(const DeclarationWords& words) { return words.front().span.to(words
 bool DeclarationReader::starts_with_aggregate(const DeclarationWords& words) const {
     if (words.size() < 2 || words[0].form != Form::Name || is_type_word(words[0].text)) return false;
     const DeclarationWord& second = words[1];
-    if (is_group(second)) return true;
+    if (is_group(second)) return second.form == Form::Struct || !has_parameter(words[0].text) || words.size() > 2;
     if (second.form != Form::Name) return false;
     if (is_aggregate(words[0].text) || is_type_word(second.text)) return true;
     // Two unknown words are a type and a name; three are an aggregate, a type and a name.
@@ -57,7 +61,8 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
         argument.aggregate = words[0].text;
         argument.aggregate_span = words[0].span;
         at = 1;
-    } else if (words.size() > 1 && words[0].form == Form::Name && is_aggregate(words[0].text)) {
+        if (has_parameter(words[0].text) && words[1].form == Form::Group && words.size() > 2) parameter(words[at++], argument);
+    } else if (words.size() > 1 && words[0].form == Form::Name && is_reserved(words[0].text)) {
         report_.add(Kind::SyntaxError, words[1].span, fmt::format("a type is expected after `{}`", words[0].text)).help =
             fmt::format("{} int D", words[0].text);
         return argument;
@@ -82,6 +87,20 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
             "an argument is a type and a name: int D, list node Path, min float Best";
     }
     return argument;
+}
+
+// (3), or (size) with a constant.
+void DeclarationReader::parameter(const DeclarationWord& group, Argument& argument) {
+    const bool one = group.arguments.size() == 1 && group.arguments[0].size() == 1;
+    const DeclarationWord& word = one ? group.arguments[0][0] : group;
+    if (word.form == Form::Number)
+        argument.aggregate_parameter = word.integer;
+    else if (word.form == Form::Name)
+        argument.aggregate_parameter = name_of(word);
+    else
+        report_.add(Kind::SyntaxError, group.span, fmt::format("a number or a constant is expected behind `{}`", argument.aggregate)).help =
+            fmt::format("{}(3) list int", argument.aggregate);
+    argument.aggregate_span = argument.aggregate_span.to(group.span);
 }
 
 std::vector<Argument> DeclarationReader::arguments(const std::vector<DeclarationWords>& groups) {

@@ -49,6 +49,8 @@ static std::vector<T> with(std::vector<T> list, T next) {
     return list;
 }
 
+static DeclarationWord number_word(const Token& token) { return {Form::Number, token.text, {}, token.span, token.integer}; }
+
 }  // namespace meld::syntax::grammar
 }
 
@@ -56,7 +58,8 @@ static std::vector<T> with(std::vector<T> list, T next) {
   End 0 Name Variable Anonymous Int Float String Catom World RunArgument AtName Delay Period ExistsPeriod Comma Semicolon Bar
   LeftParen RightParen LeftBracket RightBracket LeftBrace RightBrace StructOpen NeighbourOpen Colon Cons ViewArrow LinearArrow ResultArrow
   Equal NotEqual Less LessEqual Greater GreaterEqual And Or Tilde Plus Minus Star Slash Percent Caret Append Bang Question Dollar
-  Type Const Fun Extern Node Import Export Module Hint If Then Else Otherwise EndWord Let In Not Forall Exists Delta Aggregate
+  Type Const Fun Extern Node Import Export Module Hint If Then Else Otherwise EndWord Let In Not Forall Exists Delta
+  Aggregate SizedAggregate
   Include IncludePath Use
 
 // Loosest first.
@@ -126,6 +129,7 @@ word:
     Name                                   { $$ = {Form::Name, $1->text, {}, @$}; }
   | Variable                               { $$ = {Form::Variable, $1->text, {}, @$}; }
   | String                                 { $$ = {Form::Text, $1->text, {}, @$}; }
+  | Int                                    { $$ = number_word(*$1); }
   | LeftParen arguments_opt RightParen     { $$ = {Form::Group, "", $2, @$}; }
   | StructOpen arguments RightParen        { $$ = {Form::Struct, "", $2, @$}; }
   | NeighbourOpen Name RightBracket        { $$ = {build.is_outgoing(*$1) ? Form::OutNeighbour : Form::Neighbour, $2->text, {}, @$}; }
@@ -179,7 +183,9 @@ part:
   | Delta LeftParen Variable Semicolon atom RightParen compare expr
                                           { $$ = Part{meld::syntax::Delta{Builder::to_name(*$3), $5, $7, $8}, {}, @$}; }
   | expr Equal Aggregate aggregate_value Colon LeftBrace parts RightBrace
-                                          { $$ = Part{build.body_aggregate($1, *$3, $4, build.clauses($7)), {}, @$}; }
+                                          { $$ = Part{build.body_aggregate($1, *$3, nullptr, $4, build.clauses($7)), {}, @$}; }
+  | expr Equal SizedAggregate LeftParen expr RightParen expr Colon LeftBrace parts RightBrace
+                                          { $$ = Part{build.body_aggregate($1, *$3, $5, $7, build.clauses($10)), {}, @$}; }
   | LeftBrace sections RightBrace         { $$ = Part{build.comprehension($2, @$), {}, @$}; }
   | bracketed                             { $$ = Part{$1, {}, @$}; }
   | Exists variables ExistsPeriod LeftParen parts RightParen
@@ -236,6 +242,7 @@ selections:
 selection:
     Name ResultArrow Variable               { $$ = HeadAggregate{$1->text, "", nullptr, Builder::to_name(*$3)}; }
   | Name Name initial ResultArrow Variable  { $$ = HeadAggregate{$1->text, $2->text, $3, Builder::to_name(*$5)}; }
+  | call ResultArrow Variable               { $$ = build.sized_aggregate($1, *$3); }
   | Colon Name Variable                     { $$ = HeadAggregate{$2->text, "", nullptr, Builder::to_name(*$3)}; }
   ;
 

@@ -233,13 +233,21 @@ Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
     return Part{std::move(none), {}, span};
 }
 
-BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body) {
+BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr parameter, ExprPtr value, std::vector<Clause> body) {
     const auto* variable = std::get_if<Variable>(&result->node);
     if (variable == nullptr) wrong(result->span, "the result of an aggregate is a variable", fmt::format("S = {} X : {{ ... }}", op.text));
     if (value == nullptr && op.text != "count") {
         wrong(op.span, fmt::format("`{}` needs something to work on", op.text), fmt::format("S = {} X : {{ p(A, X) }}", op.text));
     }
-    return {{variable == nullptr ? "_" : variable->name, result->span}, op.text, std::move(value), std::move(body)};
+    return {{variable == nullptr ? "_" : variable->name, result->span}, op.text, std::move(parameter), std::move(value), std::move(body)};
+}
+
+HeadAggregate Builder::sized_aggregate(Atom call, const Token& result) {
+    if (call.arguments.size() != 1)
+        wrong(call.span, fmt::format("one number stands in the brackets of an aggregate, and here are {}", call.arguments.size()),
+              fmt::format("[{}(3) => L | X | body | head]", call.name.text));
+    ExprPtr parameter = call.arguments.empty() ? nullptr : std::move(call.arguments.front());
+    return {std::move(call.name.text), "", std::move(parameter), to_name(result)};
 }
 
 // ---- heads

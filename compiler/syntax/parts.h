@@ -30,12 +30,13 @@ struct Part {
     Span span = {};
 };
 
-// One word or bracket of a declaration: `route`, `D`, "file", (node, int), :(int, int), [<- neighbor].
+// One word or bracket of a declaration: `route`, `D`, "file", 3, (node, int), :(int, int), [<- neighbor].
 struct DeclarationWord {
-    enum class Form { Name, Variable, Text, Group, Struct, Neighbour, OutNeighbour } form = Form::Name;
+    enum class Form { Name, Variable, Text, Number, Group, Struct, Neighbour, OutNeighbour } form = Form::Name;
     std::string text = {};
     std::vector<std::vector<DeclarationWord>> arguments = {};
     Span span = {};
+    std::int64_t integer = 0;  // Number
 };
 using DeclarationWords = std::vector<DeclarationWord>;
 
@@ -63,7 +64,9 @@ class Builder {
     std::vector<Name> variables(std::vector<Part> parts);
     Comprehension comprehension(std::vector<std::vector<Part>> sections, Span span);
     Part element(ExprPtr value, ExprPtr list, Span span) const;
-    BodyAggregate body_aggregate(ExprPtr result, const Token& op, ExprPtr value, std::vector<Clause> body);
+    BodyAggregate body_aggregate(ExprPtr result, const Token& op, ExprPtr parameter, ExprPtr value, std::vector<Clause> body);
+    // min_k(3) => L
+    HeadAggregate sized_aggregate(Atom call, const Token& result);
     Delay delay(const Token& token) const;
 
     // Items.
@@ -116,6 +119,7 @@ class DeclarationReader {
     Type type(const DeclarationWords& words, std::size_t& at);
     Type base_type(const DeclarationWords& words, std::size_t& at);
     bool starts_with_aggregate(const DeclarationWords& words) const;
+    void parameter(const DeclarationWord& group, Argument& argument);
 
     diagnostics::Reporter& report_;
 };

@@ -59,7 +59,9 @@ struct ClausePrinter {
     }
     std::string operator()(const BodyAggregate& aggregate) const {
         const std::string value = aggregate.value == nullptr ? "" : print(*aggregate.value) + " ";
-        return fmt::format("{} = {} {}: {{ {} }}", aggregate.result.text, aggregate.op, value, print_clauses(aggregate.clauses));
+        const std::string parameter = aggregate.parameter == nullptr ? "" : "(" + print(*aggregate.parameter) + ")";
+        return fmt::format("{} = {}{} {}: {{ {} }}", aggregate.result.text, aggregate.op, parameter, value,
+                           print_clauses(aggregate.clauses));
     }
 };
 
@@ -73,7 +75,10 @@ std::string print_delay(const Delay& delay) {
 }
 
 std::string print_result(const HeadAggregate& aggregate) {
-    if (aggregate.function.empty()) return fmt::format("{} => {}", aggregate.op, aggregate.result.text);
+    if (aggregate.function.empty()) {
+        const std::string parameter = aggregate.initial == nullptr ? "" : "(" + print(*aggregate.initial) + ")";
+        return fmt::format("{}{} => {}", aggregate.op, parameter, aggregate.result.text);
+    }
     const std::string initial = aggregate.initial == nullptr ? "" : print(*aggregate.initial) + " ";
     return fmt::format("{} {} {}=> {}", aggregate.op, aggregate.function, initial, aggregate.result.text);
 }
@@ -111,8 +116,15 @@ std::string print_type(const Type& type) {
     return type.arguments.empty() ? type.name : type.name + " " + fields;
 }
 
+std::string print_aggregate(const Argument& argument) {
+    if (!argument.aggregate_parameter) return argument.aggregate;
+    const auto* number = std::get_if<std::int64_t>(&*argument.aggregate_parameter);
+    return fmt::format("{}({})", argument.aggregate,
+                       number != nullptr ? std::to_string(*number) : std::get<Name>(*argument.aggregate_parameter).text);
+}
+
 std::string print_argument(const Argument& argument) {
-    std::string result = argument.aggregate.empty() ? "" : argument.aggregate + " ";
+    std::string result = argument.aggregate.empty() ? "" : print_aggregate(argument) + " ";
     result += print_type(argument.type);
     if (argument.neighbour_complete)
         result += fmt::format(" [{} {}]", argument.neighbour_outgoing ? "->" : "<-", argument.neighbour_link.text);

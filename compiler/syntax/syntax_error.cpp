@@ -197,7 +197,7 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
             "@+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
         return true;
     }
-    if (token.kind == TokenKind::Aggregate) {
+    if (token.kind == TokenKind::Aggregate || token.kind == TokenKind::SizedAggregate) {
         report.add(Kind::SyntaxError, token.span, fmt::format("{} cannot stand here", quoted(token.text))).help =
             "an aggregate is a clause of its own in a body: S = sum X : { p(A, X) }";
         return true;

@@ -153,9 +153,10 @@ struct Proved {
 struct BodyAggregate {
     Name result;
     std::string op;
+    ExprPtr parameter;
     ExprPtr value;
     std::vector<Clause> clauses;
-};  // S = sum X : { p(A, X) }
+};  // S = sum X : { p(A, X) }, L = min_k(3) X : { p(A, X) }
 
 struct Clause {
     std::variant<Atom, Constraint, Not, Forall, Element, Delta, Proved, BodyAggregate> node;
@@ -184,7 +185,7 @@ struct HeadAggregate {
     std::string function;
     ExprPtr initial;
     Name result;
-};  // sum => S, custom f 0 => V
+};  // sum => S, custom f 0 => V, min_k(3) => L
 // [ sum => S, count => C | X | body | head1 | head2 ]: head1 once per match, head2 once with the results.
 struct RuleAggregate {
     std::vector<HeadAggregate> aggregates;
@@ -231,9 +232,11 @@ struct Rule {
 struct Argument {
     Type type;
     std::optional<Name> name;
-    // "min", "max", "sum", "count", "first", "any", "set_union", "append", or a function's name; empty: none.
+    // A word of aggregates.def, or a function's name; empty: none.
     std::string aggregate;
     Span aggregate_span = {};
+    // The number in `min_k(3)`, or the name of a constant.
+    std::optional<std::variant<std::int64_t, Name>> aggregate_parameter = {};
     bool neighbour_complete = false;  // [<- neighbor]
     // Where neighbour_complete: the link, and whether its catoms are those it points to, [-> edge].
     Name neighbour_link = {};

@@ -4,6 +4,7 @@
 // What T is, is said in rows.h.
 #pragma once
 
+#include "runtime/kernel/aggregates.h"
 #include "runtime/kernel/rows.h"
 
 // Marks the steps of an evaluation. In a long module they stay functions of their own, which compiles in half the time; in a
