@@ -86,7 +86,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
 Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
     const Type& list = p.arguments[p.aggregate_at].type;
     const Type element = list.parts.empty() ? Type::Error : list.parts[0];
-    Term only = scope_->resolve(e, element, fmt::format("one element of argument {} of `{}`", p.aggregate_at + 1, p.name), false, p.span);
+    Term only = scope_->resolve(e, element, fmt::format("one element of argument {} of `{}`", p.aggregate_at + 1, p.name));
     return {.op = Op::List, .type = list, .span = e.span, .operands = {std::move(only)}};
 }
 

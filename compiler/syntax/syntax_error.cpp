@@ -63,7 +63,7 @@ std::string expected_words(const std::vector<TokenKind>& expected, TokenKind ite
         if (std::find(words.begin(), words.end(), word) == words.end()) words.emplace_back(word);
     };
     const bool goes_on = has(expected, TokenKind::Comma) || has(expected, TokenKind::Period) || has(expected, TokenKind::RightBracket);
-    const bool types = has(expected, TokenKind::StructOpen) && has(expected, TokenKind::Name) && !has(expected, TokenKind::Int);
+    const bool types = has(expected, TokenKind::StructOpen) && has(expected, TokenKind::Name) && !has(expected, TokenKind::Let);
     if (has(expected, TokenKind::Forall)) {
         put("a fact or a condition");
     } else if (has(expected, TokenKind::Let)) {

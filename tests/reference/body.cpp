@@ -329,6 +329,21 @@ void Body::aggregate() {
         tests_[clauses_.back()] = true;
         return;
     }
+    switch (below(random_, 10)) {
+        case 0:
+            clauses_.push_back(fresh(Kind::Float) + " = avg G : { " + body + " }");
+            return;
+        case 1:
+            clauses_.push_back(fmt::format("{} = {}_k({}) G : {{ {} }}", fresh(Kind::List), chance(random_, 50) ? "min" : "max",
+                                           1 + below(random_, 3), body));
+            return;
+        case 2:
+            clauses_.push_back(fmt::format("{} = {} (G > {}) : {{ {} }}", fresh(Kind::Bool), chance(random_, 50) ? "and" : "or",
+                                           literal(Kind::Int), body));
+            return;
+        default:
+            break;
+    }
     const std::string op = pick(random_, std::vector<std::string>{"sum G", "sum G * 2", "count", "min G", "max G", "mixed G"});
     clauses_.push_back(fresh(Kind::Int) + " = " + op + " : { " + body + " }");
 }

@@ -177,10 +177,33 @@ std::optional<Value> call(const Scene& scene, check::FunctionId function, const 
     return evaluate(scene, f.body, env);
 }
 
+double mean(const Values& values) {
+    // With 113 bits the sum of a test's values is exact, and the quotient far finer than a double.
+    __extension__ __float128 sum = 0;
+    for (const Value& v : values) sum += v.is_real() ? v.real() : static_cast<double>(v.integer());
+    return static_cast<double>(sum / static_cast<double>(values.size())) + 0.0;
+}
+
+Values best_of(Values values, std::int64_t limit, bool least) {
+    std::sort(values.begin(), values.end(), [&](const Value& a, const Value& b) { return least ? a < b : b < a; });
+    values.resize(static_cast<std::size_t>(std::clamp<std::int64_t>(limit, 0, static_cast<std::int64_t>(values.size()))));
+    return values;
+}
+
 Folded fold(const Scene& scene, const FoldRule& rule, const Values& values) {
     using check::Aggregate;
     if (rule.aggregate == Aggregate::Count) return {.value = value_of(static_cast<I>(values.size()))};
     if (rule.aggregate == Aggregate::Collect) return {.value = value_of(values)};
+    if (rule.aggregate == Aggregate::Avg) return values.empty() ? Folded{} : Folded{.value = value_of(mean(values))};
+    if (rule.aggregate == Aggregate::MinK || rule.aggregate == Aggregate::MaxK) {
+        if (!rule.initial) return {.failed = true};
+        return {.value = value_of(best_of(values, rule.initial->integer(), rule.aggregate == Aggregate::MinK))};
+    }
+    if (rule.aggregate == Aggregate::And || rule.aggregate == Aggregate::Or) {
+        const bool and_all = rule.aggregate == Aggregate::And;
+        const auto differs = [&](const Value& v) { return v.truth() != and_all; };
+        return {.value = value_of(std::any_of(values.begin(), values.end(), differs) ? !and_all : and_all)};
+    }
     Result total = rule.initial;
     if (rule.aggregate == Aggregate::Sum) total = is_real(rule.type) ? value_of(0.0) : value_of(I{0});
     for (const Value& v : values) {

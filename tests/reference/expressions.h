@@ -31,8 +31,12 @@ struct FoldRule {
     check::Aggregate aggregate = check::Aggregate::None;
     check::Type type = check::Type::Int;  // Of a value.
     check::FunctionId function = {};      // Custom,
-    std::optional<Value> initial = {};    // and where it starts.
+    std::optional<Value> initial = {};    // and where it starts; of MinK and MaxK, how many values they keep.
 };
+// The mean of ints or floats, of which there are some.
+double mean(const Values& values);
+// The `limit` least values from the least on, or the greatest from the greatest on.
+Values best_of(Values values, std::int64_t limit, bool least);
 Folded fold(const Scene& scene, const FoldRule& rule, const Values& values);
 
 }  // namespace meld::reference

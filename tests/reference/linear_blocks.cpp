@@ -182,7 +182,10 @@ class LinearRules {
         if (!t.counts || chance(random_, 25)) return fmt::format("[count => S | | {}{} | {}]", atom(t, "A", "_", "_"), each, result);
         const std::string op = pick(random_, std::vector<std::string>{"sum", "min", "max", "custom mixed", "custom mixed 3"});
         if (chance(random_, 25))
-            return fmt::format("[collect => S | | {}{} | {}]", atom(t, "A", "S", "_"), each, mark_with("A", "lsum(S) % 7"));
+            return fmt::format("[{} => S | | {}{} | {}]", pick(random_, std::vector<std::string>{"collect", "min_k(2)", "max_k(2)"}),
+                               atom(t, "A", "S", "_"), each, mark_with("A", "lsum(S) % 7"));
+        if (chance(random_, 15))
+            return fmt::format("[avg => S | | {}{} | {}]", atom(t, "A", "S", "_"), each, mark_with("A", "truncate(S) % 7"));
         const std::string count = chance(random_, 30) ? ", count => N" : "";
         return fmt::format("[{} => S{} | | {}{} | {}]", op, count, atom(t, "A", "S", "_"), each,
                            count.empty() ? result : mark_with("A", "(S + N) % 7"));

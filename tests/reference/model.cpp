@@ -91,8 +91,8 @@ Row best(const Predicate& p, const std::vector<Row>& group, const Rows* chosen) 
     const std::size_t at = p.aggregate_at;
     std::vector<Row> equals;
     for (const Row& row : group) {
-        const bool better = !equals.empty() && (p.aggregate == Aggregate::Min ? row[at] < equals[0][at]
-                                                                              : p.aggregate == Aggregate::Max && row[at] > equals[0][at]);
+        const bool better = !equals.empty() &&
+                            (keeps_least(p.aggregate) ? row[at] < equals[0][at] : keeps_greatest(p.aggregate) && row[at] > equals[0][at]);
         const bool equal = equals.empty() || p.aggregate == Aggregate::First || row[at] == equals[0][at];
         if (better) equals.clear();
         if (better || equal) equals.push_back(row);
@@ -107,7 +107,7 @@ Row best(const Predicate& p, const std::vector<Row>& group, const Rows* chosen) 
 
 bool left_to_history(const Predicate& p, const Component& c) {
     const bool rides = p.aggregate_at + 1 < p.arguments.size();
-    return p.aggregate == Aggregate::First || ((p.aggregate == Aggregate::Min || p.aggregate == Aggregate::Max) && rides && c.recursive);
+    return p.aggregate == Aggregate::First || (keeps_best(p.aggregate) && rides && c.recursive);
 }
 
 bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
@@ -148,6 +148,20 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
             case Aggregate::Custom:
                 if (!folded(scene, p, group, result.back())) return false;
                 break;
+            case Aggregate::Avg: {
+                Values values;
+                for (const Row& row : group) values.push_back(row[p.aggregate_at]);
+                result.back() = value_of(mean(values));
+                break;
+            }
+            case Aggregate::MinK:
+            case Aggregate::MaxK: {
+                const std::optional<Value> limit = evaluate(scene, p.parameter, {});
+                if (!limit) return false;
+                result.back() =
+                    value_of(best_of(appended(group, p.aggregate_at).items(), limit->integer(), p.aggregate == Aggregate::MinK));
+                break;
+            }
             case Aggregate::Collect:
                 return false;
             default:

@@ -187,7 +187,7 @@ bool Solver::try_aggregate(const Clause& clause, Clauses rest, Environment& env,
         return false;
     });
     FoldRule rule{.aggregate = clause.aggregate, .type = clause.test.type, .function = clause.fold};
-    if (clause.aggregate == Aggregate::Custom && clause.initial.op != Op::Anonymous) rule.initial = value(clause.initial, env);
+    if (clause.initial.op != Op::Anonymous) rule.initial = value(clause.initial, env);
     const Folded folded = fold(scene_, rule, values);
     failed_ = failed_ || inner.failed_ || folded.failed;
     if (failed_ || !folded.value) return false;

@@ -132,8 +132,8 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
     std::string aggregate;
     std::size_t at = 0;
     if (!kinds.empty() && chance(random, 45)) {
-        constexpr const char* kAggregates[] = {"min", "max", "sum", "count", "first"};
-        aggregate = kAggregates[below(random, 5)];
+        constexpr const char* kAggregates[] = {"min", "max", "sum", "count", "first", "avg", "and", "or", "min_k(2)", "max_k(3)"};
+        aggregate = kAggregates[chance(random, 70) ? below(random, 5) : 5 + below(random, 5)];
         at = static_cast<std::size_t>(below(random, static_cast<std::int64_t>(kinds.size())));
         if (chance(random, 15)) {
             // One that is not commutative, so that the order shows.
@@ -142,10 +142,15 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
                 {aggregate, fmt::format("fun {}(int SoFar, int Value) : int = (3 * (SoFar % 1000) - Value % 1000) % 1000.", aggregate)});
         }
         const bool function = aggregate.starts_with("f") && aggregate != "first";
-        if (aggregate == "sum" || aggregate == "count" || function) at = kinds.size() - 1;
+        const bool elements = aggregate.find("_k") != std::string::npos, truth = aggregate == "and" || aggregate == "or";
+        if (aggregate == "sum" || aggregate == "count" || aggregate == "avg" || elements || function) at = kinds.size() - 1;
+        if (aggregate == "avg") kinds[at] = Kind::Float;
+        if (truth) kinds[at] = Kind::Bool;
+        if (elements) kinds[at] = Kind::List;
         if (aggregate == "count" || function) kinds[at] = Kind::Int;
-        if (!function && aggregate != "sum" && aggregate != "count" && chance(random, 10)) kinds[at] = Kind::List;
-        if (kinds[at] == Kind::List || kinds[at] == Kind::String) {
+        const bool free = !function && !elements && !truth && aggregate != "sum" && aggregate != "count" && aggregate != "avg";
+        if (free && chance(random, 10)) kinds[at] = Kind::List;
+        if (free && (kinds[at] == Kind::List || kinds[at] == Kind::String)) {
             const std::int64_t way = below(random, 100);
             if (way < 40)
                 aggregate = "append";
@@ -155,6 +160,9 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         }
         if (aggregate == "sum") kinds[at] = chance(random, 70) ? Kind::Int : Kind::Float;
     }
+    // What a rule gives: an aggregate that keeps a list of values takes them one by one.
+    std::vector<Kind> given = kinds;
+    if (aggregate.find("_k") != std::string::npos) given[at] = Kind::Int;
     std::string waits;
     if (!aggregate.empty() && chance(random, 35)) {
         std::vector<std::string> links{"neighbor"};
@@ -171,7 +179,7 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         fill(body, random, waits.empty() ? some_links(random) : 1 + below(random, 2));
         std::vector<std::string> arguments;
         for (std::size_t i = 0; i < kinds.size(); ++i)
-            arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(kinds[i]));
+            arguments.push_back(aggregate == "count" && i == at ? body.expression(any_kind(random)) : body.expression(given[i]));
         if (aggregate == "set_union") arguments[at] = "list2set(" + arguments[at] + ")";
         // A change is seen where the rule runs, which is where its head is.
         const bool changes = chance(random, 6);
@@ -180,14 +188,14 @@ Block view_block(Random& random, const std::vector<Known>& known, int names) {
         const std::string delay =
             aggregate != "first" && chance(random, 10) ? pick(random, std::vector<std::string>{"@+1", "@+2", "@+3", "@+2ms"}) : "";
         const bool many = delay.empty() && !changes && chance(random, 12);
-        const std::string head = many ? several(body, random, name, place, arguments, kinds) : atom(name, place, arguments) + delay;
+        const std::string head = many ? several(body, random, name, place, arguments, given) : atom(name, place, arguments) + delay;
         block.rules.push_back({.heads = {head}, .body = body.shuffled()});
     }
     if (chance(random, 8)) {
         // An axiom, at one catom or at all of them.
         std::vector<std::string> arguments;
         Body body(random, known);
-        for (const Kind k : kinds) arguments.push_back(body.literal(k));
+        for (const Kind k : given) arguments.push_back(body.literal(k));
         if (aggregate == "set_union") arguments[at] = "list2set(" + arguments[at] + ")";
         block.rules.push_back({.heads = {atom(name, chance(random, 50) ? "@2" : "A", arguments)}});
     }
