@@ -60,7 +60,7 @@ class Aggregates {
                      fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"),
                      p.linear() ? linear_help(p, a.aggregate) : "leave it out");
         if (i + 1 != d.arguments.size() && !info(p.aggregate).has(AggregateInfo::kPayload))
-            complain(a.aggregate_span, fmt::format("no argument can ride along with {}: no single fact wins", article(a.aggregate)),
+            complain(a.aggregate_span, fmt::format("{} has no payload: no single fact wins", article(a.aggregate)),
                      "put the arguments of the group before the aggregate");
         if (p.aggregate == Aggregate::Custom)
             function(a, p);

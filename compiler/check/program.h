@@ -157,7 +157,7 @@ struct Predicate {
     bool auxiliary = false;  // Made by the compiler.
     bool refused = false;    // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;
-    std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it ride along.
+    std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it the payload.
     FunctionId fold;               // Aggregate::Custom
     Term parameter = {};           // How many values min_k and max_k keep: an int that is a literal or a constant.
     // Min or Max: the rows of a group are the front of the argument `aggregate_at` (fronts.h). Made by the planner.
