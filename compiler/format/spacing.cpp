@@ -1,6 +1,8 @@
 // Blanks depend on the two neighbours and on the kind of the item; a minus also on whether something to subtract from stands before it.
 #include "compiler/format/spacing.h"
 
+#include "compiler/syntax/aggregates.h"
+
 namespace meld::format {
 
 namespace {
@@ -88,9 +90,11 @@ class Spacer {
     }
     static bool closes_tightly(const Piece& piece) { return piece.is(TokenKind::RightParen) || piece.is(TokenKind::RightBracket); }
 
-    // p(A) and f(X) are calls, also type p(node) at the outermost level; list (int, int) is a type of a type.
+    // p(A) and f(X) are calls, also type p(node) at the outermost level; list (int, int) is a type of a type, and min_k(3) an aggregate
+    // with its number.
     bool calls(const Piece& left) const {
-        if (left.is(TokenKind::Delta)) return true;
+        if (left.is(TokenKind::Delta) || left.is(TokenKind::SizedAggregate)) return true;
+        if (left.is(TokenKind::Name) && info(syntax::declared_aggregate(left.text)).has(syntax::AggregateInfo::kParameter)) return true;
         return left.is(TokenKind::Name) && (kind_ != ItemKind::Declaration || depth_ == 0 || in_value_);
     }
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "compiler/lsp/describe.h"
+#include "compiler/syntax/aggregates.h"
 
 namespace meld::lsp {
 
@@ -11,11 +12,10 @@ namespace {
 
 constexpr std::string_view kItemWords[] = {"type",   "const",  "fun",    "extern", "include",  "use",
                                            "import", "export", "module", "node",   "priority", "index"};
-constexpr std::string_view kDeclarationWords[] = {"route", "linear", "action", "sensed", "persistent", "virtual",   "bool",   "int",
-                                                  "float", "string", "node",   "list",   "set",        "array",     "vec3",   "min",
-                                                  "max",   "sum",    "count",  "first",  "any",        "set_union", "append", "while"};
-constexpr std::string_view kRuleWords[] = {"not", "forall", "exists", "delta", "proved", "if",  "then",  "else", "otherwise", "end",
-                                           "let", "in",     "true",   "false", "nil",    "sum", "count", "min",  "max"};
+constexpr std::string_view kDeclarationWords[] = {"route", "linear", "action", "sensed", "persistent", "virtual", "bool", "int",
+                                                  "float", "string", "node",   "list",   "set",        "array",   "vec3", "while"};
+constexpr std::string_view kRuleWords[] = {"not", "forall",    "exists", "delta", "proved", "if",    "then", "else",
+                                           "end", "otherwise", "let",    "in",    "true",   "false", "nil"};
 
 bool name_letter(char letter) {
     return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9') || letter == '_' ||
@@ -79,17 +79,21 @@ class Collector {
         if (starts) words(kItemWords);
         if (!starts && (kind == TokenKind::Type || kind == TokenKind::Extern || kind == TokenKind::Import)) {
             words(kDeclarationWords);
+            words(syntax::words_of_declared_aggregates());
             return std::move(list_);
         }
-        if (!starts) words(kRuleWords);
+        if (!starts) {
+            words(kRuleWords);
+            words(syntax::words_of_aggregates_of_matches());
+        }
         if (item) variables(file, *item, begin, offset);
         declared();
         return std::move(list_);
     }
 
   private:
-    template <std::size_t size>
-    void words(const std::string_view (&list)[size]) {
+    template <class Words>
+    void words(const Words& list) {
         for (const std::string_view word : list) list_.push_back({Completion::Kind::Keyword, std::string(word)});
     }
 

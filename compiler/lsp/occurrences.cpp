@@ -115,13 +115,25 @@ class RuleWalk {
         if (kind == TokenKind::StructOpen || outer.where == Where::Value) return {Where::Value};
         if (kind == TokenKind::LeftBracket) {
             if (last() == TokenKind::RightParen) return {Where::Part, true};  // forall p(A)[q(A)]
-            const bool aggregate = ahead(1) == TokenKind::Colon || ahead(2) == TokenKind::ResultArrow ||
+            const bool aggregate = ahead(1) == TokenKind::Colon || ahead(2) == TokenKind::ResultArrow || starts_sized_aggregate(at_ + 1) ||
                                    (ahead(1) == TokenKind::Name && ahead(2) == TokenKind::Name);
             return aggregate ? Level{Where::Bracketed, body} : Level{Where::Value};
         }
         const bool parts =
             last() == TokenKind::Not || last() == TokenKind::ExistsPeriod || last() == TokenKind::Delta || ahead(1) == TokenKind::If;
         return parts ? Level{Where::Part, body} : Level{Where::Value};
+    }
+
+    // The min_k(3) => of a rule aggregate.
+    bool starts_sized_aggregate(std::size_t name) const {
+        if (name + 1 >= tokens_.size() || tokens_[name].kind != TokenKind::Name || tokens_[name + 1].kind != TokenKind::LeftParen)
+            return false;
+        std::size_t depth = 0, at = name + 1;
+        for (; at < file_.items[item_].end; ++at) {
+            if (tokens_[at].kind == TokenKind::LeftParen) ++depth;
+            if (tokens_[at].kind == TokenKind::RightParen && --depth == 0) break;
+        }
+        return at + 1 < file_.items[item_].end && tokens_[at + 1].kind == TokenKind::ResultArrow;
     }
 
     bool in_head() const {
@@ -161,6 +173,7 @@ class RuleWalk {
         const bool function = declared_.functions.contains(token.text);
         if (is_call(file_, at_)) {
             const std::size_t arity = count_arguments(file_, at_);
+            if (starts_sized_aggregate(at_)) return;
             const bool value = stack_.back().where == Where::Value || is_operator(last()) || last() == TokenKind::If;
             const bool is_function = value ? function || !predicate : function && !predicate;
             if (is_function) {

@@ -152,7 +152,9 @@ Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at
         return result;
     }
     if (word.form != Form::Name) {
-        auto& diagnostic = report_.add(Kind::SyntaxError, word.span, "a type is expected here");
+        auto& diagnostic =
+            report_.add(Kind::SyntaxError, word.span,
+                        word.form == Form::Number ? fmt::format("expected a type, found `{}`", word.text) : "a type is expected here");
         if (word.form == Form::Variable) diagnostic.help = fmt::format("the type stands before the name: int {}", word.text);
         return result;
     }

@@ -56,6 +56,7 @@ COLOURS = {
     "If": CONTROL, "Then": CONTROL, "Else": CONTROL, "Otherwise": CONTROL, "EndWord": CONTROL, "Let": CONTROL, "In": CONTROL, "Not": CONTROL, "Forall": CONTROL,
     "Exists": CONTROL, "Delta": CONTROL,
     "Aggregate": (("support.function.aggregate",), (Name.Builtin,)),
+    "SizedAggregate": (("support.function.aggregate",), (Name.Builtin,)),
     "Include": INCLUDE, "IncludePath": (("keyword.control.import", "string."), (Keyword.Namespace, String)), "Use": INCLUDE,
 }
 
