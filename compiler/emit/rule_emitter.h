@@ -120,6 +120,7 @@ class RuleEmitter {
     void fold_in(const Folding& f, const std::string& value);
     // What has been made of all matches.
     std::string folded(const Folding& f) const;
+
     // ---- what the rule makes
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
     // Emits `Row row;` and its fields.

@@ -22,6 +22,7 @@ void rename(Term& t, const std::map<VariableId, VariableId>& names) {
 void rename(Clause& c, const std::map<VariableId, VariableId>& names) {
     for (Term& t : c.atom.arguments) rename(t, names);
     rename(c.test, names);
+    rename(c.initial, names);
     if (const auto found = names.find(c.variable); found != names.end()) c.variable = found->second;
     for (Clause& inner : c.inner) rename(inner, names);
 }
@@ -37,7 +38,7 @@ std::string shape(const Program& program, const Rule& rule) {
     for (const Term& t : rule.heads[0].atom.arguments) each_variable(t, number);
     for (const Clause& c : rule.body) each_variable(c, number);
     const Predicate& made = program.predicates[rule.heads[0].atom.predicate];
-    std::string text = made.aggregate == Aggregate::None ? "" : fmt::format("{} {}: ", aggregate_name(made.aggregate), made.aggregate_at);
+    std::string text = made.aggregate == Aggregate::None ? "" : fmt::format("{} {}: ", aggregate_name(program, made), made.aggregate_at);
     for (const Term& t : rule.heads[0].atom.arguments) {
         Term renamed = t;
         rename(renamed, names);
