@@ -124,7 +124,7 @@ class Existence {
         const auto [known, fresh] = made_.try_emplace({m, written});
         if (!fresh) return known->second;
         const Predicate of = program_.predicates[m];
-        MELD_EXPECT(of.aggregate == Aggregate::Min || of.aggregate == Aggregate::Max, "{} has no value that improves", of.name);
+        MELD_EXPECT(keeps_best(of.aggregate), "{} has no value that improves", of.name);
         Predicate groups;
         groups.name = fmt::format("{}@some{}", of.name, written.empty() ? "" : std::to_string(made_.size()));
         groups.span = of.span;
