@@ -36,7 +36,7 @@ install(FILES README.md CHANGELOG.md LICENSE DESTINATION share/doc/claymeld)
 
 # Headers and the CMake package for extensions in C++, which use what meldsim has and so ask it to export it.
 foreach(folder runtime physics)
-  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION include/claymeld FILES_MATCHING PATTERN "*.h")
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION include/claymeld FILES_MATCHING PATTERN "*.h" PATTERN "*.def")
 endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/extensions DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake COMPATIBILITY ExactVersion)

@@ -7,6 +7,7 @@
 #include "compiler/check/check.h"
 #include "compiler/check/library.h"
 #include "compiler/check/types.h"
+#include "runtime/abi/actions.h"
 
 namespace meld::check {
 
@@ -34,9 +35,10 @@ WorldSource world_source(const Predicate& p) {
 }
 
 bool of_bodies(const std::string& name) {
-    static const std::set<std::string> words = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy",
-                                                "magnet",  "latch",       "force",    "torque",       "roll"};
-    return words.contains(name);
+    static const std::set<std::string> senses = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy"};
+    return senses.contains(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
+               return action.word == name && action.performer == ActionInfo::Performer::Bodies;
+           });
 }
 
 class Declarer {

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/tuple/facts.h"
@@ -37,12 +38,9 @@ std::string text_of(Value v) {
 
 }  // namespace
 
-void Marks::start(const ModuleInfo& module) {
-    set_color_ = tuple::find_action(module, "setColor", 3);
-    set_color_and_opacity_ = tuple::find_action(module, "setColor", 4);
-    set_color_number_ = tuple::find_action(module, "setColor2", 1);
-    set_label_ = tuple::find_action(module, "setLabel", 1);
-    draw_line_ = tuple::find_action(module, "drawLine", 1);
+void Marks::start(const tuple::ProgramActions& actions) {
+    labels_set_ = actions.uses(ActionKind::SetLabel);
+    lines_drawn_ = actions.uses(ActionKind::DrawLine);
 }
 
 void Marks::collect(sim::Subdomain& part) {
@@ -50,11 +48,26 @@ void Marks::collect(sim::Subdomain& part) {
     std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
     const i64 now = part.tick();
     for (const eval::Action& a : part.actions()) {
+        const ActionKind kind = part.kind_of(a);
+        if (info(kind).performer != ActionInfo::Performer::Recording) continue;
         const u64 id = part.ensemble.id(a.catom);
-        if (set_color_number_ == a.predicate) new_colours_[id] = {now, numbered_colour(a.arguments[0].integer)};
-        if (set_color_ == a.predicate || set_color_and_opacity_ == a.predicate) new_colours_[id] = {now, mixed_colour(a.arguments)};
-        if (set_label_ == a.predicate) new_labels_[id] = {now, text_of(a.arguments[0])};
-        if (draw_line_ == a.predicate) new_lines_.push_back({now, id, a.arguments[0].catom, part.module.predicates[a.predicate].repeats});
+        switch (kind) {
+            case ActionKind::SetColorNumber:
+                new_colours_[id] = {now, numbered_colour(a.arguments[0].integer)};
+                break;
+            case ActionKind::SetColor:
+            case ActionKind::SetColorAndOpacity:
+                new_colours_[id] = {now, mixed_colour(a.arguments)};
+                break;
+            case ActionKind::SetLabel:
+                new_labels_[id] = {now, text_of(a.arguments[0])};
+                break;
+            case ActionKind::DrawLine:
+                new_lines_.push_back({now, id, a.arguments[0].catom, part.module.predicates[a.predicate].repeats});
+                break;
+            default:
+                MELD_CHECK(false, "recordings do not carry out {}", info(kind).word);
+        }
     }
 }
 

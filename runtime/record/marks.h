@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/tuple/program_actions.h"
 
 namespace meld::record {
 
@@ -18,9 +18,9 @@ namespace meld::record {
 // keeps its colour when it moves to another part.
 class Marks {
   public:
-    void start(const ModuleInfo& module);
-    bool labels() const { return set_label_.has_value(); }
-    bool lines() const { return draw_line_.has_value(); }
+    void start(const tuple::ProgramActions& actions);
+    bool labels() const { return labels_set_; }
+    bool lines() const { return lines_drawn_; }
 
     // After a tick, on every part: what was asked for in it.
     void collect(sim::Subdomain& part);
@@ -53,8 +53,7 @@ class Marks {
         bool passing = false;
     };
 
-    // setColor with three colours, with an opacity behind them, and setColor2 with a number.
-    std::optional<u32> set_color_, set_color_and_opacity_, set_color_number_, set_label_, draw_line_;
+    bool labels_set_ = false, lines_drawn_ = false;  // Whether the program has such actions.
     std::unordered_map<u64, Colour> new_colours_, colours_;
     std::unordered_map<u64, Label> new_labels_, labels_;
     std::vector<Line> new_lines_, received_;

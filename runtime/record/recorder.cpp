@@ -38,7 +38,7 @@ Result<void> Recorder::start(sim::Subdomain& part) {
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
     }
-    marks_.start(part.module);
+    marks_.start(part.program_actions);
     info_.lines = marks_.lines();
     for (const Recorded& r : recorded_)
         if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) ||

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bodies/free_motion.h"
@@ -20,9 +21,7 @@ namespace {
 class NoMotion : public SimModule {
   public:
     Result<void> after(Subdomain& part) override {
-        static constexpr std::string_view moves[] = {"create", "destroy", "give", "moveTo", "slide", "turn", "moveAround"};
-        for (const eval::Action& a : part.actions())
-            refused_ += std::ranges::find(moves, std::string_view(part.module.predicates[a.predicate].name)) != std::end(moves);
+        for (const eval::Action& a : part.actions()) refused_ += info(part.kind_of(a)).performer == ActionInfo::Performer::Lattice;
         return {};
     }
     void finish(Subdomain& part) override {

@@ -11,12 +11,6 @@ namespace meld::sim {
 
 void BodyActions::start(const Subdomain& part, const world::World& world) {
     world_ = &world;
-    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
-    magnet_ = find("magnet", 2);
-    latch_ = find("latch", 2);
-    force_ = {find("force", 3), find("force", 1)};
-    torque_ = {find("torque", 3), find("torque", 1)};
-    roll_ = {find("roll", 3), find("roll", 1)};
     // A program may call something else of its own so.
     const std::optional<u32> failed = tuple::find_predicate(part.module, "failed", 1);
     if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear ||
@@ -44,19 +38,33 @@ Result<void> BodyActions::take(Subdomain& part, PhysicsScene& physics, const Div
     if (!acting_) return {};
     switched_.clear();
     for (const eval::Action& action : part.actions()) {
-        const u32 p = action.predicate;
+        const ActionKind kind = part.kind_of(action);
+        if (info(kind).performer != ActionInfo::Performer::Bodies) continue;
         const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
-        if (p == magnet_ || p == latch_) {
-            if (!switch_feature(part, physics, action)) report_failed(part, action.catom, p == magnet_ ? Code::Magnet : Code::Latch);
-        } else if (force_.is(p)) {
-            AppliedWrench& wrench = applied_to(body);
-            wrench.force_n = wrench.force_n + vector_of(part, action);
-        } else if (torque_.is(p)) {
-            AppliedWrench& wrench = applied_to(body);
-            wrench.torque_nm = wrench.torque_nm + vector_of(part, action);
-        } else if (roll_.is(p)) {
-            applied_to(body).angular_velocity_rad_s = vector_of(part, action);
-            applied_to(body).rolls = true;
+        switch (kind) {
+            case ActionKind::Magnet:
+            case ActionKind::Latch:
+                if (!switch_feature(part, physics, action)) report_failed(part, action.catom, kind);
+                break;
+            case ActionKind::Force:
+            case ActionKind::ForceVector: {
+                AppliedWrench& wrench = applied_to(body);
+                wrench.force_n = wrench.force_n + vector_of(part, action);
+                break;
+            }
+            case ActionKind::Torque:
+            case ActionKind::TorqueVector: {
+                AppliedWrench& wrench = applied_to(body);
+                wrench.torque_nm = wrench.torque_nm + vector_of(part, action);
+                break;
+            }
+            case ActionKind::Roll:
+            case ActionKind::RollVector:
+                applied_to(body).angular_velocity_rad_s = vector_of(part, action);
+                applied_to(body).rolls = true;
+                break;
+            default:
+                MELD_CHECK(false, "bodies do not carry out {}", info(kind).word);
         }
     }
     if (divided != nullptr) notify_holders(part, *divided, true);
@@ -110,7 +118,7 @@ bool BodyActions::switch_feature(Subdomain& part, const PhysicsScene& physics, c
     const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
     if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
     const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
-    if (latches != (action.predicate == latch_) || value < -1 || value > 1) return false;
+    if (latches != (part.kind_of(action) == ActionKind::Latch) || value < -1 || value > 1) return false;
     const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
     MELD_ASSERT(feature < 32, "feature {}", feature);
     const std::uint32_t bit = std::uint32_t{1} << feature;
@@ -153,10 +161,10 @@ Result<void> BodyActions::release(physics::Scene& scene) {
     return done;
 }
 
-void BodyActions::report_failed(Subdomain& part, Catom catom, Code code) {
+void BodyActions::report_failed(Subdomain& part, Catom catom, ActionKind action) {
     if (!failed_) return;
     Value value{};
-    value.integer = static_cast<i64>(code);
+    value.integer = info(action).failure;
     part.give(*failed_, catom, &value);
     part.note_change();
 }

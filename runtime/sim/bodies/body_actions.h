@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/abi/actions.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
@@ -12,9 +13,6 @@ namespace meld::sim {
 
 class BodyActions {
   public:
-    // Also the codes that `failed` carries (stdlib/prelude.meld).
-    enum class Code : std::int64_t { Magnet = 20, Latch = 21 };
-
     void start(const Subdomain& part, const world::World& world);
     // Switches features and collects the wrenches of this tick. Parts that hold a ghost of the body are notified. Every
     // part calls it; `divided` where there are several.
@@ -30,10 +28,6 @@ class BodyActions {
     Result<void> release(physics::Scene& scene);
 
   private:
-    struct Form {
-        std::optional<u32> numbers, vector;  // With three numbers, with a vec3.
-        bool is(u32 predicate) const { return numbers == predicate || vector == predicate; }
-    };
     struct AppliedWrench {
         physics::BodyId body;
         bool rolls = false;
@@ -49,11 +43,10 @@ class BodyActions {
     void notify_holders(Subdomain& part, const DividedBodies& divided, bool switches);
     template <class Act>
     Result<void> each_applied(const physics::Scene& scene, const Act& act);
-    void report_failed(Subdomain& part, Catom catom, Code code);
+    void report_failed(Subdomain& part, Catom catom, ActionKind action);
 
     const world::World* world_ = nullptr;
-    std::optional<u32> magnet_, latch_, failed_;
-    Form force_, torque_, roll_;
+    std::optional<u32> failed_;  // If the program knows it.
     bool acting_ = false;
     // Of our bodies, and of ghosts.
     std::vector<AppliedWrench> applied_, received_;

@@ -125,7 +125,7 @@ Result<void> GivenFacts::start() {
                 matched.push_back(some);
             }
     warn_of_unmatched(facts, matched);
-    if (still || !tuple::find_action(subdomain_.module, "create", 1)) warn_of_missing_catoms();
+    if (still || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
     return {};
 }
 

@@ -57,7 +57,7 @@ Result<void> Setup::run() {
     const Counts counts = count_together(s.world, s.lattice, s.comm);
     s.members_.partition.emplace(counts, s.comm.parts());
     // A catom that goes around another looks once around that one.
-    const int reach = s.world.motion.kind == "none" ? 1 : tuple::find_action(s.module, "moveAround", 2) ? 3 : 2;
+    const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
     s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.part(), reach);
 
     if (s.world.is_free())

@@ -10,6 +10,7 @@ namespace meld::sim {
 Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_world, const world::Target& target,
                      comm::Communicator& communicator, int threads)
     : module(module_info),
+      program_actions(module_info),
       world(the_world),
       comm(communicator),
       workers(threads),

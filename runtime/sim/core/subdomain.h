@@ -17,6 +17,7 @@
 #include "runtime/sim/core/fact_store.h"
 #include "runtime/sim/core/membership.h"
 #include "runtime/sim/core/status.h"
+#include "runtime/tuple/program_actions.h"
 #include "runtime/world/target.h"
 #include "runtime/world/world_file.h"
 
@@ -33,6 +34,7 @@ class Subdomain {
 
     // ---- what the run is made of, and does not change
     const ModuleInfo& module;
+    const tuple::ProgramActions program_actions;
     const world::World& world;
     comm::Communicator& comm;
     Workers workers;
@@ -61,6 +63,7 @@ class Subdomain {
     std::uint64_t next_id() const { return members_.next_id; }
     // The actions of the last tick, by the ids of their catoms.
     const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
+    ActionKind kind_of(const eval::Action& action) const { return program_actions.kind_of(action.predicate); }
     const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }
     const eval::Timers& timers() const { return facts_.evaluator.timers(); }
     const eval::Tombstones& tombstones() const { return facts_.evaluator.tombstones(); }

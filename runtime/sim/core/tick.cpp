@@ -1,8 +1,8 @@
 #include "runtime/sim/core/tick.h"
 
 #include <algorithm>
-#include <string_view>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/stage_clock.h"
@@ -60,10 +60,10 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
     mine.bytes = s.bytes();
     mine.actions = s.actions().size();
     for (const eval::Action& a : s.actions()) {
-        const std::string_view name = s.module.predicates[a.predicate].name;
-        mine.creations_requested += name == "create";
-        mine.teleports += name == "moveTo";
-        mine.finished = mine.finished || name == "stop-program";
+        const ActionInfo& action = info(s.kind_of(a));
+        mine.creations_requested += action.has(ActionInfo::kCreates);
+        mine.teleports += action.has(ActionInfo::kTeleports);
+        mine.finished = mine.finished || action.has(ActionInfo::kEndsRun);
     }
     mine.sent_bytes = exchange_.sent_bytes();
     mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving;

@@ -15,7 +15,6 @@ namespace meld::sim {
 LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
 
 Result<void> LatticeMotion::start(Subdomain& part) {
-    const auto find = [&](const char* name, std::size_t arity) { return tuple::find_action(part.module, name, arity); };
     // One of the same name that is the program's own is of another kind or type.
     const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
         const std::optional<u32> p = tuple::find_predicate(part.module, name, 1);
@@ -24,15 +23,7 @@ Result<void> LatticeMotion::start(Subdomain& part) {
             return std::nullopt;
         return part.module.predicates[*p].base;
     };
-    known_ = {find("create", 1),
-              find("destroy", 1),
-              find("give", 1),
-              find("moveTo", 3),
-              find("slide", 2),
-              find("turn", 2),
-              find("moveAround", 2),
-              given("holds", PredicateKind::Sensed, ValueType::Int),
-              given("failed", PredicateKind::Linear, ValueType::Int),
+    known_ = {given("holds", PredicateKind::Sensed, ValueType::Int), given("failed", PredicateKind::Linear, ValueType::Int),
               given("created", PredicateKind::Linear, ValueType::Node)};
     if (world_.held > world_.motion.capacity)
         return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity),
@@ -61,10 +52,10 @@ void LatticeMotion::hold(Subdomain& part, Catom catom, std::int32_t units) {
     part.give(*known_.holds, catom, &value);
 }
 
-void LatticeMotion::refuse(Subdomain& part, Catom catom, Kind kind) {
+void LatticeMotion::refuse(Subdomain& part, Catom catom, ActionKind kind) {
     if (!known_.failed) return;
     Value value{};
-    value.integer = static_cast<i64>(kind);
+    value.integer = info(kind).failure;
     part.give(*known_.failed, catom, &value);
 }
 
@@ -91,7 +82,7 @@ Result<void> LatticeMotion::step(Subdomain& part) {
 std::vector<CellKey> LatticeMotion::number_creations(Subdomain& part, const std::vector<Proposal>& granted) const {
     std::vector<CellKey> creations;
     for (const Proposal& p : granted)
-        if (p.kind == Kind::Create) creations.push_back(part.ensemble.key(p.to));
+        if (p.kind == ActionKind::Create) creations.push_back(part.ensemble.key(p.to));
     if (!part.alone() && part.totals.creations_requested > 0) {
         ByteWriter bytes;
         for (const CellKey key : creations) bytes.write(key);
@@ -110,7 +101,7 @@ void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted)
     for (const Proposal& p : granted) {
         const Catom mover = p.mover;
         switch (p.kind) {
-            case Kind::Create: {
+            case ActionKind::Create: {
                 const std::uint64_t id =
                     part.next_id() + static_cast<std::uint64_t>(
                                          std::lower_bound(creations.begin(), creations.end(), part.ensemble.key(p.to)) - creations.begin());
@@ -123,20 +114,22 @@ void LatticeMotion::grant(Subdomain& part, const std::vector<Proposal>& granted)
                 }
                 break;
             }
-            case Kind::Destroy:
+            case ActionKind::Destroy:
                 announce(part, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
                 announce(part, {.kind = Change::Kind::Remove, .cell = p.from});
                 break;
-            case Kind::Give:
+            case ActionKind::Give:
                 announce(part, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
                 announce(part, {.kind = Change::Kind::Hold, .held = 1, .cell = p.to});
                 break;
-            case Kind::MoveTo:
-            case Kind::Slide:
-            case Kind::Turn:
-            case Kind::MoveAround:
+            case ActionKind::MoveTo:
+            case ActionKind::Slide:
+            case ActionKind::Turn:
+            case ActionKind::MoveAround:
                 relocate(part, p);
                 break;
+            default:
+                MELD_CHECK(false, "{} is no motion on a lattice", info(p.kind).word);
         }
     }
     part.take_ids(creations.size());

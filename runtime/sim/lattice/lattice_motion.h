@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "runtime/abi/actions.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -22,12 +23,10 @@ class LatticeMotion : public SimModule {
     std::string status() const override;
     std::string outcome() const override;
 
-    // Also the codes that `failed` carries (stdlib/prelude.meld), and the priority: the smaller wins.
-    enum class Kind : std::uint8_t { Create = 1, Destroy, Give, MoveTo, Slide, Turn, MoveAround };
     // A wish of one catom. Everything it would touch is a claim on a cell; it is granted if on each of them it is the
-    // smallest by (kind, id, direction).
+    // smallest by (kind, id, direction); kinds have the order of the table runtime/abi/actions.def.
     struct Proposal {
-        Kind kind = Kind::Create;
+        ActionKind kind = ActionKind::Create;
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
         std::int32_t direction = 0;
         std::uint64_t id = 0;     // Of the mover.
@@ -42,7 +41,7 @@ class LatticeMotion : public SimModule {
 
   private:
     struct Known {  // Predicates of the program, or none.
-        std::optional<u32> create, destroy, give, move_to, slide, turn, move_around, holds, failed, created;
+        std::optional<u32> holds, failed, created;
     };
     // What the granted proposals mean for a cell, sent to every process that knows it.
     struct Change {
@@ -68,7 +67,7 @@ class LatticeMotion : public SimModule {
     void veto_teleports(Subdomain& part, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
-    void refuse(Subdomain& part, Catom catom, Kind kind);
+    void refuse(Subdomain& part, Catom catom, ActionKind kind);
     void grant(Subdomain& part, const std::vector<Proposal>& granted);
     std::vector<CellKey> number_creations(Subdomain& part, const std::vector<Proposal>& granted) const;
     void relocate(Subdomain& part, const Proposal& p);

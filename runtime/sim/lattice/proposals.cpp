@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
 #include "runtime/comm/packets.h"
@@ -61,16 +62,8 @@ Proposals LatticeMotion::collect(Subdomain& part) {
     Proposals out;
     for (const eval::Action& action : part.actions()) {
         Proposal p;
-        const std::uint32_t predicate = action.predicate;
-        const auto kind = predicate == known_.create        ? Kind::Create
-                          : predicate == known_.destroy     ? Kind::Destroy
-                          : predicate == known_.give        ? Kind::Give
-                          : predicate == known_.move_to     ? Kind::MoveTo
-                          : predicate == known_.slide       ? Kind::Slide
-                          : predicate == known_.turn        ? Kind::Turn
-                          : predicate == known_.move_around ? Kind::MoveAround
-                                                            : Kind{};
-        if (kind == Kind{}) continue;
+        const ActionKind kind = part.kind_of(action);
+        if (info(kind).performer != ActionInfo::Performer::Lattice) continue;
         p.kind = kind;
         p.id = part.ensemble.id(action.catom);
         const Cell cell = part.ensemble.cell(action.catom);
@@ -78,14 +71,14 @@ Proposals LatticeMotion::collect(Subdomain& part) {
         p.from = cell;
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
         out.claims.push_back(kActor | part.ensemble.key(cell));
-        const bool fits = kind == Kind::Slide || kind == Kind::Turn ? propose_move(part, action, p, out.claims)
-                          : kind == Kind::MoveAround                ? propose_around(part, action, p, out.claims)
-                                                                    : propose(part, action, p, out.claims);
+        const bool fits = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(part, action, p, out.claims)
+                          : kind == ActionKind::MoveAround                      ? propose_around(part, action, p, out.claims)
+                                                                                : propose(part, action, p, out.claims);
         // The same request twice is granted once: a catom's requests stand together. Whether a far cell is empty is for its owner to
         // say, so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
         for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) {
-            if (kind == Kind::MoveTo && other->kind == kind && !part.alone())
+            if (kind == ActionKind::MoveTo && other->kind == kind && !part.alone())
                 p.direction = std::max(p.direction, other->direction + 1);
             else
                 again = again || other->order() == p.order();
@@ -104,7 +97,7 @@ Proposals LatticeMotion::collect(Subdomain& part) {
 bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const Cell cell = part.ensemble.cell(action.catom);
     const std::int32_t units = held_[action.catom];
-    if (p.kind == Kind::Create) {
+    if (p.kind == ActionKind::Create) {
         const std::int64_t port = action.arguments[0].integer;
         if (port < 0 || port >= part.lattice.ports() || units < 1) return false;
         const Cell to = part.lattice.neighbour(cell, static_cast<int>(port));
@@ -114,7 +107,7 @@ bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposa
         claims.push_back(part.ensemble.key(to));
         return true;
     }
-    if (p.kind == Kind::MoveTo) {
+    if (p.kind == ActionKind::MoveTo) {
         Cell to;
         std::int32_t* axes[] = {&to.x, &to.y, &to.z};
         for (std::size_t i = 0; i < 3; ++i) {
@@ -130,8 +123,8 @@ bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposa
         return true;
     }
     // give and destroy name a neighbour by its id.
-    const std::int32_t amount = p.kind == Kind::Give ? 1 : 1 + units;
-    if (p.kind == Kind::Give && units < 1) return false;
+    const std::int32_t amount = p.kind == ActionKind::Give ? 1 : 1 + units;
+    if (p.kind == ActionKind::Give && units < 1) return false;
     for (int port = 0; port < part.lattice.ports(); ++port) {
         const std::int32_t other = catom_towards(part.geometry(), part.geometry().catom_site[action.catom], port);
         if (other < 0 || part.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
@@ -139,7 +132,7 @@ bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposa
         const Cell to = part.lattice.neighbour(cell, port);
         p.direction = port;
         p.to = to;
-        if (p.kind == Kind::Destroy) claims.push_back(kBody | part.ensemble.key(p.from));
+        if (p.kind == ActionKind::Destroy) claims.push_back(kBody | part.ensemble.key(p.from));
         claims.push_back(kBody | part.ensemble.key(to));
         return true;
     }
@@ -164,7 +157,7 @@ bool LatticeMotion::propose_move(Subdomain& part, const eval::Action& action, Pr
     claims.push_back(kBody | key({}));
     claims.push_back(kBody | key(P));
     Cell to;
-    if (p.kind == Kind::Slide) {
+    if (p.kind == ActionKind::Slide) {
         to = here + D;
         if (!full(part, here + P + D) || full(part, to)) return false;
         claims.push_back(kBody | key(P + D));
@@ -262,7 +255,7 @@ void LatticeMotion::veto_teleports(Subdomain& part, std::vector<Proposal>& all) 
     using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the how-manieth moveTo of it.
     ByteWriter mine;
     for (const Proposal& p : all)
-        if (p.kind == Kind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) {
+        if (p.kind == ActionKind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) {
             mine.write(p.id);
             mine.write(p.direction);
         }
@@ -274,13 +267,13 @@ void LatticeMotion::veto_teleports(Subdomain& part, std::vector<Proposal>& all) 
         }
     std::map<std::uint64_t, std::int32_t> first;
     for (const Proposal& p : all) {
-        if (p.kind != Kind::MoveTo || vetoed.contains({p.id, p.direction})) continue;
+        if (p.kind != ActionKind::MoveTo || vetoed.contains({p.id, p.direction})) continue;
         const auto [kept, added] = first.emplace(p.id, p.direction);
         if (!added) kept->second = std::min(kept->second, p.direction);
     }
     std::erase_if(all, [&](const Proposal& p) {
         const auto kept = first.find(p.id);
-        return p.kind == Kind::MoveTo && (kept == first.end() || kept->second != p.direction);
+        return p.kind == ActionKind::MoveTo && (kept == first.end() || kept->second != p.direction);
     });
 }
 

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 
@@ -37,20 +37,20 @@ void unpack(std::span<const std::byte> bytes, std::vector<Line>& lines) {
 }  // namespace
 
 Result<void> Printer::start(Subdomain& part) {
-    print_ = tuple::find_action(part.module, "print", 1);
-    write_ = tuple::find_action(part.module, "write-string", 1);
+    prints_ = part.program_actions.uses(ActionKind::Print) || part.program_actions.uses(ActionKind::WriteString);
     return {};
 }
 
 Result<void> Printer::after(Subdomain& part) {
     // Alike on all parts, so that all exchange or none does.
-    if ((!print_ && !write_) || part.totals.actions == 0) return {};
+    if (!prints_ || part.totals.actions == 0) return {};
     ByteWriter mine;
     for (const eval::Action& a : part.actions()) {
-        const bool prints = print_ && a.predicate == *print_;
-        if (!prints && !(write_ && a.predicate == *write_)) continue;
+        const ActionKind kind = part.kind_of(a);
+        if (info(kind).performer != ActionInfo::Performer::Printer) continue;
         const std::uint64_t id = part.ensemble.id(a.catom);
-        const std::string line = prints ? fmt::format("@{}: {}", id, text_of(a.arguments[0])) : std::string(text_of(a.arguments[0]));
+        const std::string line =
+            kind == ActionKind::Print ? fmt::format("@{}: {}", id, text_of(a.arguments[0])) : std::string(text_of(a.arguments[0]));
         mine.write(id);
         mine.write_string(line);
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdio>
-#include <optional>
 
 #include "runtime/abi/module_abi.h"
 #include "runtime/sim/core/extension.h"
@@ -19,8 +18,7 @@ class Printer : public SimModule {
 
   private:
     std::FILE* to_;
-    // As this program knows them; none if it does not use them.
-    std::optional<u32> print_, write_;
+    bool prints_ = false;  // The program uses one of the two.
 };
 
 }  // namespace meld::sim

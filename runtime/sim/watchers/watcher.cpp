@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/progress.h"
@@ -21,8 +22,8 @@ bool stored(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16
 }  // namespace
 
 Result<void> Watcher::start(Subdomain& part) {
-    watch_ = tuple::find_action(part.module, "watch", 1);
-    watch_all_ = tuple::find_action(part.module, "watch", 0);
+    watch_ = part.program_actions.predicate_of(ActionKind::Watch);
+    watch_all_ = part.program_actions.predicate_of(ActionKind::WatchAll);
     return {};
 }
 

@@ -1,0 +1,31 @@
+#include "runtime/abi/actions.h"
+
+#include <iterator>
+
+#include "runtime/base/assert.h"
+
+namespace meld {
+
+namespace {
+
+using Performer = ActionInfo::Performer;
+constexpr unsigned kCreates = ActionInfo::kCreates, kTeleports = ActionInfo::kTeleports, kEndsRun = ActionInfo::kEndsRun;
+
+constexpr ActionInfo kInfos[] = {
+    {},
+#define MELD_ACTION(kind, word, arguments, performer, traits, failure) \
+    {ActionKind::kind, word, arguments, Performer::performer, traits, failure},
+#include "runtime/abi/actions.def"
+};
+
+}  // namespace
+
+const ActionInfo& info(ActionKind kind) {
+    const auto index = static_cast<std::size_t>(kind);
+    MELD_EXPECT(index < std::size(kInfos), "action {}", index);
+    return kInfos[index];
+}
+
+std::span<const ActionInfo> known_actions() { return std::span(kInfos).subspan(1); }
+
+}  // namespace meld

@@ -1,0 +1,36 @@
+// The actions that the runtime knows, as the table actions.def describes them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace meld {
+
+enum class ActionKind : std::uint8_t {
+    None,  // An action that only the program knows.
+#define MELD_ACTION(kind, word, arguments, performer, traits, failure) kind,
+#include "runtime/abi/actions.def"
+};
+
+// What the table says of an action; actions.def explains each column.
+struct ActionInfo {
+    enum class Performer { None, Lattice, Bodies, Recording, Watcher, Printer, Run };
+    enum Trait : unsigned { kCreates = 1, kTeleports = 2, kEndsRun = 4 };
+
+    ActionKind kind = ActionKind::None;
+    std::string_view word;
+    std::size_t arguments = 0;
+    Performer performer = Performer::None;
+    unsigned traits = 0;
+    std::int64_t failure = 0;
+
+    bool has(Trait trait) const { return (traits & trait) != 0; }
+};
+// Of None too: nobody carries it out.
+const ActionInfo& info(ActionKind kind);
+// All but None, in the order of the table.
+std::span<const ActionInfo> known_actions();
+
+}  // namespace meld

@@ -1,0 +1,48 @@
+// stdlib/prelude.meld declares what the tables of actions and senses say, no more and no less.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "compiler/driver/front_end.h"
+#include "runtime/abi/actions.h"
+
+namespace meld::driver {
+namespace {
+
+using Signature = std::pair<std::string, std::size_t>;  // Of the arguments after the catom.
+
+check::Program prelude() {
+    source::FileSet files;
+    const std::uint32_t count = add_prelude(files);
+    const std::uint32_t program = files.add("empty.meld", "");
+    diagnostics::Reporter report;
+    check::Program checked = check_program(files, program, count, parse_program(files, program, count, report, {}), report);
+    EXPECT_EQ(report.error_count(), 0u);
+    return checked;
+}
+
+TEST(Prelude, DeclaresTheActionsOfTheTable) {
+    std::set<Signature> declared, known;
+    for (const check::Predicate& p : prelude().predicates)
+        if (p.kind == check::PredicateKind::Action) declared.emplace(p.name, p.arguments.size() - 1);
+    for (const ActionInfo& action : known_actions()) known.emplace(action.word, action.arguments);
+    EXPECT_EQ(declared, known);
+    EXPECT_EQ(known.size(), known_actions().size()) << "an action is twice in the table";
+}
+
+TEST(Prelude, NamesTheCodesOfActionsThatFail) {
+    std::map<std::string, std::int64_t> declared, known;
+    for (const check::Constant& c : prelude().constants)
+        if (c.prelude && c.name.starts_with("failed-")) declared.emplace(c.name, c.integer);
+    for (const ActionInfo& action : known_actions())
+        if (action.failure != 0) known.emplace("failed-" + std::string(action.word), action.failure);
+    EXPECT_EQ(declared, known);
+}
+
+}  // namespace
+}  // namespace meld::driver
