@@ -7,20 +7,16 @@
 
 namespace meld::check {
 
-// Checks the tree (prelude first, then the program) and reports every mistake it finds. The result is complete only where
-// nothing was reported as an error; it is safe to print in any case. Names in the tree become full names. prelude_files: how many
-// files of the set are ours; program_file: which of them is the program, of which alone it is said that something in it has no
-// use.
-Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, std::uint32_t program_file,
-              diagnostics::Reporter& report);
+// Checks the tree (prelude first, then the program) after separate_modules(), and reports every mistake it finds; what is no mistake
+// but makes no sense is reported by compiler/lint. The result is complete only where nothing was reported as an error; it is safe to
+// print in any case. Names in the tree become what they stand for. prelude_files: how many files of the set are ours.
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
 
 // ---- the passes, one file each, in this order
 
 // Modules: names of a module become `module-name`, imported names the names of what they import. Rules that ask for names which
 // their module does not show are reported and left out.
 void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
-// Constants, functions and type names that the program declares and nothing uses: what to say of them.
-std::vector<diagnostics::Diagnostic> find_unused_names(const source::FileSet& files, syntax::Tree& tree, std::uint32_t program_file);
 // `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for so long.
 void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 // Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
@@ -40,13 +36,10 @@ void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Rep
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Random functions stand in linear rules only.
 void refuse_random_views(Program& program, diagnostics::Reporter& report);
-// Range restriction: every variable of a head, negation or test has a value. Warns of variables used once.
+// Range restriction: every variable of a head, negation or test has a value.
 void check_bindings(Program& program, diagnostics::Reporter& report);
 // Homes: which catom a rule runs at, and whether links connect the others to it.
 void find_homes(Program& program, diagnostics::Reporter& report);
 // Components in order, recursion through negation and aggregates.
 void stratify(Program& program, diagnostics::Reporter& report);
-// Rules that never fire, predicates that never hold or are never used, parameters without a use. Assumes that no error was reported.
-void warn_of_useless(const Program& program, std::uint32_t program_file, diagnostics::Reporter& report);
-
 }  // namespace meld::check

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "compiler/check/program.h"
 #include "compiler/syntax/tree.h"
 
 namespace meld::check {

@@ -33,7 +33,7 @@ class Search {
             const Rule& rule = program_.rules[id];
             monotone_ = monotone_ && rule.heads[0].kind == Head::Kind::Fact && rule.heads[0].delay.op == Op::Anonymous;
             for (const Clause& c : rule.body)
-                if (c.kind == Clause::Kind::Atom && inside(c.atom.predicate)) read(rule, c.atom);
+                if (c.kind == Clause::Kind::Atom && component_.contains(c.atom.predicate)) read(rule, c.atom);
         }
         // A value that is only shifted improves through itself without end, or never, unless something stops it on the way.
         const bool risk = asks_ || improves_ || (shifts_ && stops_);
@@ -42,9 +42,6 @@ class Search {
 
   private:
     static bool best(const Predicate& p) { return keeps_best(p.aggregate); }
-    bool inside(PredicateId p) const {
-        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
-    }
 
     // Sets of the component that hold values, and where: seen(B, P) :- neighbor(A, B), price(A, P).
     void find_copies() {
@@ -55,7 +52,7 @@ class Search {
                 const Atom& head = rule.heads[0].atom;
                 if (program_.predicates[head.predicate].aggregate != Aggregate::None) continue;
                 for (const Clause& c : rule.body) {
-                    if (c.kind != Clause::Kind::Atom || !inside(c.atom.predicate)) continue;
+                    if (c.kind != Clause::Kind::Atom || !component_.contains(c.atom.predicate)) continue;
                     for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) {
                         if (!c.atom.arguments[i].is_variable() || !holds_value(c.atom.predicate, i)) continue;
                         for (std::size_t k = 1; k < head.arguments.size(); ++k)

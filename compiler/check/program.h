@@ -1,6 +1,7 @@
 // The checked program: names resolved, types known, every rule with one home catom. What all later stages work on.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -302,9 +303,12 @@ struct Component {
     std::vector<PredicateId> predicates;
     std::vector<RuleId> rules;  // View rules that derive them.
     bool recursive = false;
-    bool local = false;  // Some rule reads the component at its own catom.
-    bool links = false;  // Some rule reads the component at another catom.
-    bool tree = false;   // Recursive over links through an aggregate that needs_all().
+    bool local = false;         // Some rule reads the component at its own catom.
+    bool links = false;         // Some rule reads the component at another catom.
+    bool tree = false;          // Recursive over links through an aggregate that needs_all().
+    bool feeds_itself = false;  // The same at one catom: reported as an error.
+
+    bool contains(PredicateId p) const { return std::find(predicates.begin(), predicates.end(), p) != predicates.end(); }
 };
 
 struct Program {

@@ -1,23 +1,16 @@
-// Pass 5: components of mutually dependent predicates in evaluation order, and the recursion that is refused.
-// Assumes homes; leaves Program::components sorted so that each reads only earlier ones and itself.
+// Pass 5: components of mutually dependent predicates in evaluation order, and the recursion that is refused. What recursion may
+// not end is for compiler/lint to say. Assumes homes; leaves Program::components sorted so that each reads only earlier ones and itself.
 #include <algorithm>
 #include <functional>
 #include <map>
 
 #include "compiler/check/check.h"
-#include "compiler/check/fronts.h"
-#include "compiler/check/replaced.h"
-#include "compiler/check/rounds.h"
-#include "compiler/check/values_read.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
 namespace {
-
-constexpr const char* kGetWorse =
-    "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
 
 struct Edge {
     PredicateId from, to;  // The head reads this.
@@ -118,14 +111,13 @@ class Strata {
     }
 
     void classify(Component& c) {
-        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
         for (const RuleId id : program_.rules.ids())
-            if (!program_.rules[id].linear && inside(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
+            if (!program_.rules[id].linear && c.contains(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
         for (const PredicateId p : c.predicates) {
             const Predicate& head = program_.predicates[p];
             const bool all = head.needs_all();
             for (const Edge& e : edges_[p.index()]) {
-                if (!inside(e.to)) continue;
+                if (!c.contains(e.to)) continue;
                 c.recursive = true;
                 (e.remote ? c.links : c.local) = true;
                 c.tree = c.tree || all;
@@ -148,75 +140,25 @@ class Strata {
                            p, e, c);
             }
         }
-        if (c.tree) check_tree(c, inside);
-        // Where a bounded number of rounds is counted, no value leads to itself.
-        if (!c.recursive || c.tree || count_rounds(program_, c) == Rounds::Bounded) return;
-        if (!warn_growth(c, inside) && !warn_improvement(c, inside) && !warn_replaced(c)) warn_not_monotone(c);
+        if (c.tree) check_tree(c);
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
-    template <class Inside>
-    void check_tree(const Component& c, const Inside& inside) {
+    void check_tree(Component& c) {
         for (const PredicateId p : c.predicates) {
             if (program_.predicates[p].aggregate == Aggregate::None) continue;
             for (const Edge& e : edges_[p.index()])
-                if (inside(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, inside)) {
+                if (c.contains(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, c)) {
                     refuse(Kind::AggregateRecursion,
                            fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_, program_.predicates[p]),
                                        program_.predicates[p].name),
                            p, e, c);
+                    c.feeds_itself = true;
                     return;
                 }
         }
-        const auto folding =
-            std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
-        const PredicateId p = *folding;
-        if (led_by_routes(c, inside)) return;
-        switch (count_rounds(program_, c)) {
-            case Rounds::Bounded:
-                return;
-            case Rounds::Endless:
-                report_
-                    .add(Kind::UnboundedArithmetic, program_.predicates[p].span,
-                         fmt::format("`{}` is computed in rounds, and no condition ends them", program_.predicates[p].name))
-                    .help = "bound the number of the round, as in R < rounds";
-                return;
-            case Rounds::None:
-                break;
-        }
-        report_
-            .add(Kind::TreeRecursion, program_.predicates[p].span,
-                 fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree",
-                             aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
-            .help = "lead it along a spanning tree, as examples/meld/census.meld does";
     }
-    // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
-    // shape is the program's business.
-    template <class Inside>
-    bool led_by_routes(const Component& c, const Inside& inside) const {
-        const auto led = [&](const Rule& rule, VariableId at) {
-            return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
-                if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable())
-                    return false;
-                const Predicate& p = program_.predicates[clause.atom.predicate];
-                const VariableId from = clause.atom.arguments[0].variable, to = clause.atom.arguments[1].variable;
-                return p.world == WorldSource::None && p.kind == PredicateKind::Persistent &&
-                       ((from == rule.home && to == at) || (from == at && to == rule.home));
-            });
-        };
-        for (const RuleId id : c.rules) {
-            const Rule& rule = program_.rules[id];
-            bool all = true;
-            each_atom(rule.body, [&](const Atom& a, bool) {
-                const VariableId at = a.arguments[0].variable;
-                all = all && (!inside(a.predicate) || at == rule.home || led(rule, at));
-            });
-            if (!all) return false;
-        }
-        return true;
-    }
-    template <class Inside>
-    bool local_cycle(PredicateId goal, PredicateId from, const Inside& inside) {
+    bool local_cycle(PredicateId goal, PredicateId from, const Component& c) {
         std::vector<PredicateId> todo{from}, seen;
         while (!todo.empty()) {
             const PredicateId at = todo.back();
@@ -225,7 +167,7 @@ class Strata {
             if (std::find(seen.begin(), seen.end(), at) != seen.end()) continue;
             seen.push_back(at);
             for (const Edge& e : edges_[at.index()])
-                if (inside(e.to) && !e.remote && !e.waits) todo.push_back(e.to);
+                if (c.contains(e.to) && !e.remote && !e.waits) todo.push_back(e.to);
         }
         return false;
     }
@@ -234,10 +176,9 @@ class Strata {
     void refuse(Kind kind, const std::string& what, PredicateId head, const Edge& through, const Component& c) {
         std::map<PredicateId, const Edge*> came;
         std::vector<PredicateId> todo{through.to};
-        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
         for (std::size_t i = 0; i < todo.size(); ++i)
             for (const Edge& e : edges_[todo[i].index()])
-                if (inside(e.to) && !came.contains(e.to) && e.to != through.to) {
+                if (c.contains(e.to) && !came.contains(e.to) && e.to != through.to) {
                     came[e.to] = &e;
                     todo.push_back(e.to);
                 }
@@ -259,144 +200,6 @@ class Strata {
         d.help = through.waits                     ? "decide the links without what waits for them"
                  : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
                                                    : "aggregate into another predicate, which the rules of the cycle do not read";
-    }
-
-    // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
-    template <class Inside>
-    bool warn_growth(const Component& c, const Inside& inside) {
-        bool warned = false;
-        for (const RuleId id : c.rules) {
-            const Rule& rule = program_.rules[id];
-            const Atom& head = rule.heads[0].atom;
-            const Predicate& p = program_.predicates[head.predicate];
-            for (std::size_t i = 1; i < head.arguments.size(); ++i) {
-                const Term& t = head.arguments[i];
-                if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
-                const bool worse = (keeps_least(p.aggregate) && t.op == Op::Add) || (keeps_greatest(p.aggregate) && t.op == Op::Subtract);
-                if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
-                if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
-                if (!comes_from(rule, t, inside)) continue;
-                warned = true;
-                // A bound would not help the value of a min or max: at it, values come and go for ever.
-                report_
-                    .add(Kind::UnboundedArithmetic, t.span,
-                         fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name))
-                    .help = p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition"
-                            : i == p.aggregate_at          ? kGetWorse
-                                                           : "bound it with a condition";
-            }
-        }
-        return warned;
-    }
-
-    // A rule by which a value goes from one predicate of the component to another.
-    struct Way {
-        PredicateId from, to;
-        Span span;
-        bool improves;
-    };
-    // m(B, D + 1) :- m(A, D), with max: at a bound the values would replace those they were made from.
-    template <class Inside>
-    bool warn_improvement(const Component& c, const Inside& inside) {
-        Aggregate best = Aggregate::None;
-        for (const PredicateId p : c.predicates) {
-            const Aggregate a = program_.predicates[p].aggregate;
-            if (keeps_best(a)) best = best == Aggregate::None || best == a ? a : Aggregate::First;
-        }
-        if (!keeps_best(best)) return false;
-        // With fronts, what improves up to a limit comes to rest there.
-        const Improves how = fronts_of(program_, c) == Fronts::Needed ? Improves::Ever : Improves::ToALimit;
-        std::vector<Way> ways;
-        for (const RuleId id : c.rules)
-            each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) {
-                if (!negated && inside(a.predicate)) add_ways(program_.rules[id], a, best, how, ways);
-            });
-        for (const Way& w : ways) {
-            const std::vector<const Way*> back = w.improves ? way_back(ways, w) : std::vector<const Way*>{};
-            if (!w.improves || (w.from != w.to && back.empty())) continue;
-            const std::string& name = program_.predicates[w.to].name;
-            auto& d = report_.add(Kind::ImprovesItself, w.span,
-                                  fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
-            d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
-            for (const Way* b : back)
-                d.labels.push_back(
-                    {b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
-            d.help = kGetWorse;
-            return true;
-        }
-        return false;
-    }
-    // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
-    bool warn_replaced(const Component& c) {
-        const auto found = replaced_by_itself(program_, c);
-        if (!found) return false;
-        const std::string& name = program_.predicates[found->predicate].name;
-        auto& d = report_.add(Kind::ImprovesItself, found->made,
-                              fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
-        d.labels.push_back({found->asked, "this is no longer so then"});
-        for (const Replaced::Between& b : found->between)
-            d.labels.push_back(
-                {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
-        d.help = keeps_greatest(program_.predicates[found->predicate].aggregate)
-                     ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
-                     : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
-        return true;
-    }
-    // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
-    void warn_not_monotone(const Component& c) {
-        const auto found = not_monotone(program_, c);
-        if (!found) return;
-        const std::string& name = program_.predicates[found->asked].name;
-        auto& d = report_.add(Kind::NotMonotone, found->ask,
-                              fmt::format("this needs any value of `{}`, and a better one that follows from it may take it away", name));
-        d.labels.push_back({found->breaks, "what holds of one value here need not hold of a better one"});
-        d.help = "compute with values only in the `min` or `max` itself, and ask for at most or at least so much";
-    }
-    void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
-        const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
-        const auto carries = [](const Predicate& p, std::size_t i) { return p.aggregate == Aggregate::None || i == p.aggregate_at; };
-        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
-            if (!carries(from, i) || !a.arguments[i].is_variable() || !a.arguments[i].type.numeric()) continue;
-            const VariableId value = a.arguments[i].variable;
-            for (std::size_t k = 1; k < to.arguments.size(); ++k) {
-                const Term& made = rule.heads[0].atom.arguments[k];
-                if (!carries(to, k) || !to.arguments[k].type.numeric()) continue;
-                if (computed_from(rule, made, value))
-                    ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best, how)});
-            }
-        }
-    }
-    // How a value goes from where this way leads to where it begins; the shortest.
-    static std::vector<const Way*> way_back(const std::vector<Way>& ways, const Way& through) {
-        std::map<PredicateId, const Way*> came;
-        std::vector<PredicateId> todo{through.to};
-        for (std::size_t i = 0; i < todo.size(); ++i)
-            for (const Way& w : ways)
-                if (w.from == todo[i] && w.to != through.to && came.emplace(w.to, &w).second) todo.push_back(w.to);
-        std::vector<const Way*> back;
-        for (PredicateId at = through.from; at != through.to; at = back.back()->from) {
-            const auto step = came.find(at);
-            if (step == came.end()) return {};
-            back.push_back(step->second);
-        }
-        std::reverse(back.begin(), back.end());
-        return back;
-    }
-
-    template <class Inside>
-    static bool comes_from(const Rule& rule, const Term& t, const Inside& inside) {
-        bool found = false, bounded = false;
-        each_variable(t, [&](VariableId v) {
-            each_atom(rule.body, [&](const Atom& a, bool negated) {
-                for (const Term& argument : a.arguments)
-                    found = found || (!negated && inside(a.predicate) && argument.is_variable() && argument.variable == v);
-            });
-            for (const Clause& clause : rule.body)
-                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual ||
-                                                          clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
-                    each_variable(clause.test, [&](VariableId w) { bounded = bounded || w == v; });
-        });
-        return found && !bounded;
     }
 
     Program& program_;

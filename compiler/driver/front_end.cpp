@@ -6,6 +6,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/driver/embedded.h"
+#include "compiler/lint/lint.h"
 #include "runtime/base/assert.h"
 
 namespace meld::driver {
@@ -40,7 +41,10 @@ check::Program check_program(const source::FileSet& files, std::uint32_t file, s
                              diagnostics::Reporter& report) {
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
-    check::Program program = check::check(files, tree, prelude_files, file, report);
+    check::separate_modules(tree, prelude_files, report);
+    const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
+    check::Program program = check::check(files, tree, prelude_files, report);
+    lint::lint(program, file, unused_names, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
     program.source_text = files.file(file).text();
     return program;

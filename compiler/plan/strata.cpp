@@ -9,11 +9,9 @@ void find_components(check::Program& program) {
     program.components.clear();
     diagnostics::Reporter report;
     check::stratify(program, report);
-    // Warnings are about the program as it is written, and the check has reported them. An error would be new: a pass has
-    // made a program that cannot be stratified from one that could.
+    // An error would be new: a pass has made a program that cannot be stratified from one that could.
     for (const diagnostics::Diagnostic& d : report.sorted())
-        MELD_CHECK(diagnostics::info(d.kind).severity != diagnostics::Severity::Error, "{} at {}: {}", diagnostics::info(d.kind).name,
-                   d.span.begin, d.message);
+        MELD_CHECK(false, "{} at {}: {}", diagnostics::info(d.kind).name, d.span.begin, d.message);
 }
 
 void find_strata(check::Program& program) {

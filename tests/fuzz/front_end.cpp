@@ -3,6 +3,7 @@
 #include "compiler/check/check.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/driver/embedded.h"
+#include "compiler/lint/lint.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/base/assert.h"
 
@@ -19,7 +20,10 @@ std::optional<check::Program> front_end(std::string text) {
     syntax::Tree program_tree = syntax::parse(files, file, report);
     syntax::print(program_tree);
     tree.append(std::move(program_tree));
-    check::Program program = check::check(files, tree, prelude + 1, file, report);
+    check::separate_modules(tree, prelude + 1, report);
+    const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
+    check::Program program = check::check(files, tree, prelude + 1, report);
+    lint::lint(program, file, unused_names, report);
     diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Always);
     diagnostics::render_json(files, report.sorted());
     if (report.has_errors()) return std::nullopt;

@@ -30,7 +30,8 @@ Result<check::Program> checked(const std::string& text) {
     syntax::Tree tree = syntax::parse(files, prelude, report), own = syntax::parse(files, file, report);
     tree.append(std::move(own));
     if (report.has_errors()) return fail(messages(files, report));
-    check::Program program = check::check(files, tree, prelude + 1, file, report);
+    check::separate_modules(tree, prelude + 1, report);
+    check::Program program = check::check(files, tree, prelude + 1, report);
     if (report.has_errors()) return fail(messages(files, report));
     return program;
 }

@@ -1,10 +1,12 @@
-#include "compiler/check/differences.h"
+#include "compiler/lint/differences.h"
 
 #include <algorithm>
 #include <tuple>
 #include <utility>
 
-namespace meld::check {
+namespace meld::lint {
+
+using namespace check;
 
 std::optional<std::size_t> Differences::node(const std::string& name) {
     if (const auto found = nodes_.find(name); found != nodes_.end()) return found->second;
@@ -58,4 +60,4 @@ Differences::Reasons joined(Differences::Reasons a, const Differences::Reasons& 
     return a;
 }
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -3,7 +3,10 @@
 
 #include "compiler/check/program.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using check::Component;
+using check::Program;
 
 enum class Rounds { None, Bounded, Endless };
 
@@ -11,4 +14,4 @@ enum class Rounds { None, Bounded, Endless };
 // the component, and no cycle of rules leaves it as it is. Bounded: some rule compares it.
 Rounds count_rounds(const Program& program, const Component& component);
 
-}  // namespace meld::check
+}  // namespace meld::lint

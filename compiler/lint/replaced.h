@@ -6,7 +6,12 @@
 
 #include "compiler/check/program.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using check::Component;
+using check::PredicateId;
+using check::Program;
+using source::Span;
 
 struct Replaced {
     PredicateId predicate;
@@ -24,4 +29,4 @@ struct Replaced {
 // Constants count for what they are.
 std::optional<Replaced> replaced_by_itself(const Program& program, const Component& component);
 
-}  // namespace meld::check
+}  // namespace meld::lint

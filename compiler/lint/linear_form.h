@@ -8,7 +8,11 @@
 
 #include "compiler/check/program.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using check::Program;
+using check::Rule;
+using check::Term;
 
 // The value of a number, a catom or a truth value that stands there itself; of a text 0.
 std::optional<double> literal(const Term& t);
@@ -28,4 +32,4 @@ std::optional<LinearForm> linear_form(const Program& program, const Rule& rule, 
 // Of a - b.
 std::optional<LinearForm> linear_form(const Program& program, const Rule& rule, const Term& a, const Term& b);
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -1,13 +1,14 @@
-// Pass 6: warnings. Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and
+// Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and
 // parameters without a use. Facts may come from the world file and results may only be written out, so it speaks only where that
 // does not explain it.
 #include <algorithm>
 
-#include "compiler/check/check.h"
-#include "compiler/check/contradiction.h"
+#include "compiler/lint/contradiction.h"
+#include "compiler/lint/lint.h"
 
-namespace meld::check {
+namespace meld::lint {
 
+using namespace check;
 using diagnostics::Kind;
 
 namespace {
@@ -170,12 +171,12 @@ class Useless {
     // Every rule of the component needs the component first.
     void nothing_starts(const Component& c) {
         if (!c.recursive || !ours(c.predicates[0])) return;
-        const auto inside = [&](PredicateId p) { return std::find(c.predicates.begin(), c.predicates.end(), p) != c.predicates.end(); };
         for (const PredicateId p : c.predicates)
             if (given_[p.index()]) return;
         for (const RuleId id : c.rules) {
             bool needs = false;
-            each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) { needs = needs || (!negated && inside(a.predicate)); });
+            each_atom(program_.rules[id].body,
+                      [&](const Atom& a, bool negated) { needs = needs || (!negated && c.contains(a.predicate)); });
             if (!needs) return;
         }
         const Predicate& p = program_.predicates[c.predicates[0]];
@@ -256,4 +257,4 @@ void warn_of_useless(const Program& program, std::uint32_t program_file, diagnos
     Useless(program, program_file, report).run();
 }
 
-}  // namespace meld::check
+}  // namespace meld::lint

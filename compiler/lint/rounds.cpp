@@ -1,9 +1,11 @@
-#include "compiler/check/rounds.h"
+#include "compiler/lint/rounds.h"
 
 #include <algorithm>
 #include <map>
 
-namespace meld::check {
+namespace meld::lint {
+
+using namespace check;
 
 namespace {
 
@@ -26,9 +28,6 @@ class Counter {
     }
 
   private:
-    bool inside(PredicateId p) const {
-        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
-    }
     // The argument that may be the number of the round; 0: none.
     std::size_t round_of(PredicateId id) const {
         const Predicate& p = program_.predicates[id];
@@ -44,7 +43,7 @@ class Counter {
         bool known = true;
         std::vector<VariableId> rounds;
         each_atom(rule.body, [&](const Atom& a, bool) {
-            if (!inside(a.predicate)) return;
+            if (!component_.contains(a.predicate)) return;
             const std::size_t from = round_of(a.predicate), to = round_of(head.predicate);
             const Sum before = from ? sum(rule, a.arguments[from]) : Sum(), now = to ? sum(rule, head.arguments[to]) : Sum();
             known = known && before.variable.valid() && before.variable == now.variable && before.offset <= now.offset;
@@ -104,4 +103,4 @@ class Counter {
 
 Rounds count_rounds(const Program& program, const Component& component) { return Counter(program, component).run(); }
 
-}  // namespace meld::check
+}  // namespace meld::lint

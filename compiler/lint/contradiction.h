@@ -6,7 +6,12 @@
 
 #include "compiler/check/program.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using check::Clause;
+using check::Program;
+using check::Rule;
+using check::Term;
 
 struct Condition {
     const Term* term = nullptr;
@@ -28,4 +33,4 @@ std::vector<Condition> conditions(const std::vector<Clause>& body);
 std::optional<Contradiction> contradiction(const Program& program, const Rule& rule, const std::vector<Condition>& around,
                                            const std::vector<Condition>& body);
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -1,11 +1,13 @@
-#include "compiler/check/replaced.h"
+#include "compiler/lint/replaced.h"
 
 #include <algorithm>
 
-#include "compiler/check/contradiction.h"
-#include "compiler/check/linear_form.h"
+#include "compiler/lint/contradiction.h"
+#include "compiler/lint/linear_form.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using namespace check;
 
 namespace {
 
@@ -29,17 +31,13 @@ class Search {
     }
 
   private:
-    bool inside(PredicateId p) const {
-        return std::find(component_.predicates.begin(), component_.predicates.end(), p) != component_.predicates.end();
-    }
-
     // The one fact of the component that the rule reads, where it does so at its own catom and at once.
     const Atom* asked(const Rule& rule) const {
         std::size_t count = 0;
-        each_atom(rule.body, [&](const Atom& a, bool) { count += inside(a.predicate); });
+        each_atom(rule.body, [&](const Atom& a, bool) { count += component_.contains(a.predicate); });
         if (count != 1 || rule.heads[0].delay.op != Op::Anonymous || rule.heads[0].atom.arguments[0].variable != rule.home) return nullptr;
         for (const Clause& c : rule.body)
-            if (c.kind == Clause::Kind::Atom && inside(c.atom.predicate))
+            if (c.kind == Clause::Kind::Atom && component_.contains(c.atom.predicate))
                 return c.atom.arguments[0].variable == rule.home ? &c.atom : nullptr;
         return nullptr;
     }
@@ -125,4 +123,4 @@ class Search {
 
 std::optional<Replaced> replaced_by_itself(const Program& program, const Component& component) { return Search(program, component).run(); }
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -3,11 +3,12 @@
 // Assumes separate_modules(): every name is the name of one thing. Whether to warn is known only when all is checked.
 #include <map>
 
-#include "compiler/check/check.h"
 #include "compiler/check/each_name.h"
+#include "compiler/lint/lint.h"
 
-namespace meld::check {
+namespace meld::lint {
 
+using namespace check;
 using diagnostics::Diagnostic;
 using diagnostics::Kind;
 
@@ -154,4 +155,4 @@ std::vector<Diagnostic> find_unused_names(const source::FileSet& files, syntax::
     return Uses(files, tree, program_file).unused();
 }
 
-}  // namespace meld::check
+}  // namespace meld::lint

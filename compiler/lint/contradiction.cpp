@@ -1,6 +1,6 @@
 // Looks for conditions that cannot all be true: each becomes bounds of differences, and one is refuted where all bounds that
 // it could mean are. Ints are exact; of floats and all else only the order counts, so that no rounding is guessed at.
-#include "compiler/check/contradiction.h"
+#include "compiler/lint/contradiction.h"
 
 #include <fmt/format.h>
 
@@ -10,10 +10,12 @@
 #include <string>
 
 #include "compiler/check/comparison.h"
-#include "compiler/check/differences.h"
-#include "compiler/check/linear_form.h"
+#include "compiler/lint/differences.h"
+#include "compiler/lint/linear_form.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using namespace check;
 
 namespace {
 
@@ -293,4 +295,4 @@ std::optional<Contradiction> contradiction(const Program& program, const Rule& r
     return body.empty() ? std::nullopt : Conditions(program, rule).find(around, body);
 }
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -9,7 +9,9 @@
 
 #include "compiler/check/program.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using check::Term;
 
 // A difference bound matrix (Dill, "Timing Assumptions and Verification of Finite-State Concurrent Systems", 1989). Of values
 // that have an order and no differences, x is less than y where x - y is at most -1.
@@ -52,4 +54,4 @@ class Differences {
 // Both, each once, in the order of the text.
 Differences::Reasons joined(Differences::Reasons a, const Differences::Reasons& b);
 
-}  // namespace meld::check
+}  // namespace meld::lint

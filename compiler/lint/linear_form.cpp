@@ -1,8 +1,10 @@
-#include "compiler/check/linear_form.h"
+#include "compiler/lint/linear_form.h"
 
-#include "compiler/check/differences.h"
+#include "compiler/lint/differences.h"
 
-namespace meld::check {
+namespace meld::lint {
+
+using namespace check;
 
 namespace {
 
@@ -86,4 +88,4 @@ std::optional<LinearForm> linear_form(const Program& program, const Rule& rule, 
     return adder.add(a, 1) && adder.add(b, -1) ? std::optional(adder.take()) : std::nullopt;
 }
 
-}  // namespace meld::check
+}  // namespace meld::lint

@@ -1,0 +1,233 @@
+// Warnings of recursion that may not end: values that grow or improve through themselves, sums that feed themselves over links.
+// Assumes check(); needs no program without errors.
+#include <algorithm>
+#include <map>
+
+#include "compiler/check/fronts.h"
+#include "compiler/check/values_read.h"
+#include "compiler/lint/lint.h"
+#include "compiler/lint/replaced.h"
+#include "compiler/lint/rounds.h"
+
+namespace meld::lint {
+
+using namespace check;
+using diagnostics::Kind;
+
+namespace {
+
+constexpr const char* kGetWorse =
+    "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
+
+class Recursion {
+  public:
+    Recursion(const Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
+
+    void run() {
+        for (const Component& c : program_.components) warn(c);
+    }
+
+  private:
+    void warn(const Component& c) {
+        if (!c.recursive) return;
+        if (c.tree) {
+            if (!c.feeds_itself) warn_tree(c);
+            return;
+        }
+        // Where a bounded number of rounds is counted, no value leads to itself.
+        if (count_rounds(program_, c) == Rounds::Bounded) return;
+        if (!warn_growth(c) && !warn_improvement(c) && !warn_replaced(c)) warn_not_monotone(c);
+    }
+
+    // A sum that feeds itself over links ends where these are a tree, or where its rounds are counted and bounded.
+    void warn_tree(const Component& c) {
+        const auto folding =
+            std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
+        const PredicateId p = *folding;
+        if (led_by_routes(c)) return;
+        switch (count_rounds(program_, c)) {
+            case Rounds::Bounded:
+                return;
+            case Rounds::Endless:
+                report_
+                    .add(Kind::UnboundedArithmetic, program_.predicates[p].span,
+                         fmt::format("`{}` is computed in rounds, and no condition ends them", program_.predicates[p].name))
+                    .help = "bound the number of the round, as in R < rounds";
+                return;
+            case Rounds::None:
+                break;
+        }
+        report_
+            .add(Kind::TreeRecursion, program_.predicates[p].span,
+                 fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree",
+                             aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
+            .help = "lead it along a spanning tree, as examples/meld/census.meld does";
+    }
+    // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
+    // shape is the program's business.
+    bool led_by_routes(const Component& c) const {
+        const auto led = [&](const Rule& rule, VariableId at) {
+            return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
+                if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable())
+                    return false;
+                const Predicate& p = program_.predicates[clause.atom.predicate];
+                const VariableId from = clause.atom.arguments[0].variable, to = clause.atom.arguments[1].variable;
+                return p.world == WorldSource::None && p.kind == PredicateKind::Persistent &&
+                       ((from == rule.home && to == at) || (from == at && to == rule.home));
+            });
+        };
+        for (const RuleId id : c.rules) {
+            const Rule& rule = program_.rules[id];
+            bool all = true;
+            each_atom(rule.body, [&](const Atom& a, bool) {
+                const VariableId at = a.arguments[0].variable;
+                all = all && (!c.contains(a.predicate) || at == rule.home || led(rule, at));
+            });
+            if (!all) return false;
+        }
+        return true;
+    }
+    // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
+    bool warn_growth(const Component& c) {
+        bool warned = false;
+        for (const RuleId id : c.rules) {
+            const Rule& rule = program_.rules[id];
+            const Atom& head = rule.heads[0].atom;
+            const Predicate& p = program_.predicates[head.predicate];
+            for (std::size_t i = 1; i < head.arguments.size(); ++i) {
+                const Term& t = head.arguments[i];
+                if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
+                const bool worse = (keeps_least(p.aggregate) && t.op == Op::Add) || (keeps_greatest(p.aggregate) && t.op == Op::Subtract);
+                if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
+                if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
+                if (!comes_from(rule, t, c)) continue;
+                warned = true;
+                // A bound would not help the value of a min or max: at it, values come and go for ever.
+                report_
+                    .add(Kind::UnboundedArithmetic, t.span,
+                         fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name))
+                    .help = p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition"
+                            : i == p.aggregate_at          ? kGetWorse
+                                                           : "bound it with a condition";
+            }
+        }
+        return warned;
+    }
+
+    // A rule by which a value goes from one predicate of the component to another.
+    struct Way {
+        PredicateId from, to;
+        Span span;
+        bool improves;
+    };
+    // m(B, D + 1) :- m(A, D), with max: at a bound the values would replace those they were made from.
+    bool warn_improvement(const Component& c) {
+        Aggregate best = Aggregate::None;
+        for (const PredicateId p : c.predicates) {
+            const Aggregate a = program_.predicates[p].aggregate;
+            if (keeps_best(a)) best = best == Aggregate::None || best == a ? a : Aggregate::First;
+        }
+        if (!keeps_best(best)) return false;
+        // With fronts, what improves up to a limit comes to rest there.
+        const Improves how = fronts_of(program_, c) == Fronts::Needed ? Improves::Ever : Improves::ToALimit;
+        std::vector<Way> ways;
+        for (const RuleId id : c.rules)
+            each_atom(program_.rules[id].body, [&](const Atom& a, bool negated) {
+                if (!negated && c.contains(a.predicate)) add_ways(program_.rules[id], a, best, how, ways);
+            });
+        for (const Way& w : ways) {
+            const std::vector<const Way*> back = w.improves ? way_back(ways, w) : std::vector<const Way*>{};
+            if (!w.improves || (w.from != w.to && back.empty())) continue;
+            const std::string& name = program_.predicates[w.to].name;
+            auto& d = report_.add(Kind::ImprovesItself, w.span,
+                                  fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
+            d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
+            for (const Way* b : back)
+                d.labels.push_back(
+                    {b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
+            d.help = kGetWorse;
+            return true;
+        }
+        return false;
+    }
+    // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
+    bool warn_replaced(const Component& c) {
+        const auto found = replaced_by_itself(program_, c);
+        if (!found) return false;
+        const std::string& name = program_.predicates[found->predicate].name;
+        auto& d = report_.add(Kind::ImprovesItself, found->made,
+                              fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
+        d.labels.push_back({found->asked, "this is no longer so then"});
+        for (const Replaced::Between& b : found->between)
+            d.labels.push_back(
+                {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
+        d.help = keeps_greatest(program_.predicates[found->predicate].aggregate)
+                     ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
+                     : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
+        return true;
+    }
+    // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
+    void warn_not_monotone(const Component& c) {
+        const auto found = not_monotone(program_, c);
+        if (!found) return;
+        const std::string& name = program_.predicates[found->asked].name;
+        auto& d = report_.add(Kind::NotMonotone, found->ask,
+                              fmt::format("this needs any value of `{}`, and a better one that follows from it may take it away", name));
+        d.labels.push_back({found->breaks, "what holds of one value here need not hold of a better one"});
+        d.help = "compute with values only in the `min` or `max` itself, and ask for at most or at least so much";
+    }
+    void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
+        const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];
+        const auto carries = [](const Predicate& p, std::size_t i) { return p.aggregate == Aggregate::None || i == p.aggregate_at; };
+        for (std::size_t i = 1; i < a.arguments.size(); ++i) {
+            if (!carries(from, i) || !a.arguments[i].is_variable() || !a.arguments[i].type.numeric()) continue;
+            const VariableId value = a.arguments[i].variable;
+            for (std::size_t k = 1; k < to.arguments.size(); ++k) {
+                const Term& made = rule.heads[0].atom.arguments[k];
+                if (!carries(to, k) || !to.arguments[k].type.numeric()) continue;
+                if (computed_from(rule, made, value))
+                    ways.push_back({a.predicate, rule.heads[0].atom.predicate, made.span, improves(rule, made, value, best, how)});
+            }
+        }
+    }
+    // How a value goes from where this way leads to where it begins; the shortest.
+    static std::vector<const Way*> way_back(const std::vector<Way>& ways, const Way& through) {
+        std::map<PredicateId, const Way*> came;
+        std::vector<PredicateId> todo{through.to};
+        for (std::size_t i = 0; i < todo.size(); ++i)
+            for (const Way& w : ways)
+                if (w.from == todo[i] && w.to != through.to && came.emplace(w.to, &w).second) todo.push_back(w.to);
+        std::vector<const Way*> back;
+        for (PredicateId at = through.from; at != through.to; at = back.back()->from) {
+            const auto step = came.find(at);
+            if (step == came.end()) return {};
+            back.push_back(step->second);
+        }
+        std::reverse(back.begin(), back.end());
+        return back;
+    }
+
+    static bool comes_from(const Rule& rule, const Term& t, const Component& c) {
+        bool found = false, bounded = false;
+        each_variable(t, [&](VariableId v) {
+            each_atom(rule.body, [&](const Atom& a, bool negated) {
+                for (const Term& argument : a.arguments)
+                    found = found || (!negated && c.contains(a.predicate) && argument.is_variable() && argument.variable == v);
+            });
+            for (const Clause& clause : rule.body)
+                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual ||
+                                                          clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
+                    each_variable(clause.test, [&](VariableId w) { bounded = bounded || w == v; });
+        });
+        return found && !bounded;
+    }
+
+    const Program& program_;
+    diagnostics::Reporter& report_;
+};
+
+}  // namespace
+
+void warn_of_recursion(const Program& program, diagnostics::Reporter& report) { Recursion(program, report).run(); }
+
+}  // namespace meld::lint
