@@ -1,5 +1,5 @@
-// Pass: fronts. In a strongly connected component where a better value of a min or max may follow from the one that it replaces, the rules work on
-// all derivations that no other beats, and the predicate itself is the best of them:
+// Pass: fronts. In a strongly connected component where a better value of a min or max may follow from the one that it replaces,
+// the rules work on all derivations that no other beats, and the predicate itself is the best of them:
 //     p(A, 5) :- b(A).      q(B) :- neighbor(A, B), p(A, _).      p(B, V + 1) :- neighbor(A, B), p(A, V), V < 9, q(B).
 // becomes
 //     p@front(A, 5) :- b(A).      q(B) :- neighbor(A, B), p@front(A, _).

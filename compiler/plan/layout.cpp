@@ -73,7 +73,8 @@ class Layout {
                 !c.atom.arguments[1].is_variable())
                 continue;
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
-            // A stored route at the execution site may point to a catom that has left; a fact of `neighbor`, or one that the other catom exports, may not.
+            // A stored route at the execution site may point to a catom that has left; a fact of `neighbor`, or one that the other
+            // catom exports, may not.
             const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.home;
             if (surely && ((a == rule.home && b == v) || (b == rule.home && a == v))) return true;
         }

@@ -351,7 +351,8 @@ void Parser::error(const location_type&, const std::string&) { tokens.fail({}); 
 
 namespace meld::syntax {
 
-ItemParser::ItemParser(const std::vector<Token>& tokens, Builder& build) : item_(tokens), parser_(std::make_unique<grammar::Parser>(item_, build)) {}
+ItemParser::ItemParser(const std::vector<Token>& tokens, Builder& build)
+    : item_(tokens), parser_(std::make_unique<grammar::Parser>(item_, build)) {}
 
 ItemParser::~ItemParser() = default;
 

@@ -76,7 +76,8 @@ def obstacles(recording, ground):
             heights, cell = np.array(one["heights"], float), one.get("cell", 1)
             y, x = np.indices(heights.shape)
             points = np.stack([x * cell, y * cell, heights], axis=-1) + centre
-            polygons += [points[[j, j, j + 1, j + 1], [i, i + 1, i + 1, i]] for j, i in np.ndindex(heights.shape[0] - 1, heights.shape[1] - 1)]
+            polygons += [points[[j, j, j + 1, j + 1], [i, i + 1, i + 1, i]]
+                         for j, i in np.ndindex(heights.shape[0] - 1, heights.shape[1] - 1)]
     return polygons, planes
 
 
@@ -124,11 +125,13 @@ def panel(moment, colours, scene, axes, low, size, offset, out):
         x, y = place(points[i, across], points[i, up]).split()
         out.append(f'<circle cx="{x}" cy="{y}" r="{moment.diameters[i] / 2:.3f}" fill="url(#c{colours[i]})"/>')
     for one, other in moment.lines:
-        out.append(f'<path d="M{place(*points[one, [across, up]])}L{place(*points[other, [across, up]])}" stroke="#333" stroke-width="0.06"/>')
+        out.append(f'<path d="M{place(*points[one, [across, up]])}L{place(*points[other, [across, up]])}" '
+                   'stroke="#333" stroke-width="0.06"/>')
     for point, diameter, label in zip(points, moment.diameters, moment.labels):
         x, y = place(point[across], point[up] - diameter / 8).split()
         if label:
-            out.append(f'<text x="{x}" y="{y}" font-size="{0.4 * diameter:.2f}" text-anchor="middle" font-family="sans-serif">{html.escape(label)}</text>')
+            out.append(f'<text x="{x}" y="{y}" font-size="{0.4 * diameter:.2f}" text-anchor="middle" '
+                       f'font-family="sans-serif">{html.escape(label)}</text>')
 
 
 def main():
@@ -149,22 +152,27 @@ def main():
     least, most = ends.min(axis=0), ends.max(axis=0)
     if scene[0]:
         corners = np.concatenate(scene[0])[:, axes[:2]]
-        least, most = np.minimum(least, np.maximum(corners.min(axis=0), least - BEYOND)), np.maximum(most, np.minimum(corners.max(axis=0), most + BEYOND))
+        least, most = (np.minimum(least, np.maximum(corners.min(axis=0), least - BEYOND)),
+                       np.maximum(most, np.minimum(corners.max(axis=0), most + BEYOND)))
     low, size = least - MARGIN, most - least + 2 * MARGIN
     by_number = all((m.colours == GREY).all() for m in moments)
     used = sorted({shade for m in moments for shade in shades(m.colours, by_number)})
-    out = [f'<radialGradient id="c{i}" cx="0.36" cy="0.30" r="0.75"><stop offset="0" stop-color="#ffffff"/><stop offset="0.25" stop-color="{bright}"/>'
-           f'<stop offset="1" stop-color="{dark}"/></radialGradient>' for i, (bright, dark) in enumerate(used)]
+    out = [f'<radialGradient id="c{i}" cx="0.36" cy="0.30" r="0.75"><stop offset="0" stop-color="#ffffff"/>'
+           f'<stop offset="0.25" stop-color="{bright}"/><stop offset="1" stop-color="{dark}"/></radialGradient>'
+           for i, (bright, dark) in enumerate(used)]
     columns = min(options.columns, len(moments))
     height = size[1] + LABEL
     for i, m in enumerate(moments):
         left, bottom = i % columns * size[0], i // columns * height + size[1]
-        out.append(f'<clipPath id="p{i}"><rect x="{left + 0.1:.2f}" y="{bottom - size[1]:.2f}" width="{size[0] - 0.2:.2f}" height="{size[1]:.2f}"/></clipPath><g clip-path="url(#p{i})">')
+        out.append(f'<clipPath id="p{i}"><rect x="{left + 0.1:.2f}" y="{bottom - size[1]:.2f}" width="{size[0] - 0.2:.2f}" '
+                   f'height="{size[1]:.2f}"/></clipPath><g clip-path="url(#p{i})">')
         panel(m, [used.index(shade) for shade in shades(m.colours, by_number)], scene, axes, low, size, (left, bottom), out)
-        out.append(f'</g><text x="{left + size[0] / 2:.2f}" y="{bottom + 0.5:.2f}" font-size="0.55" text-anchor="middle" font-family="sans-serif" fill="#555">tick {m.tick:.0f}</text>')
+        out.append(f'</g><text x="{left + size[0] / 2:.2f}" y="{bottom + 0.5:.2f}" font-size="0.55" '
+                   f'text-anchor="middle" font-family="sans-serif" fill="#555">tick {m.tick:.0f}</text>')
     full = (columns * size[0], -(-len(moments) // columns) * height)
     with open(options.picture, "w") as file:
-        file.write(f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{WIDTH * full[1] / full[0]:.0f}" viewBox="0 0 {full[0]:.2f} {full[1]:.2f}">\n'
+        file.write(f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{WIDTH * full[1] / full[0]:.0f}" '
+                   f'viewBox="0 0 {full[0]:.2f} {full[1]:.2f}">\n'
                    '<rect width="100%" height="100%" fill="#ffffff"/>\n' + "\n".join(out) + "\n</svg>\n")
 
 

@@ -13,7 +13,8 @@ async function start() {
         await client.start();
     } catch (error) {
         client = undefined;
-        vscode.window.showErrorMessage(`Cannot start "${command} lsp" (${error.message}). Put meldc into PATH, or say in the setting meld.meldc where it is.`);
+        vscode.window.showErrorMessage(
+            `Cannot start "${command} lsp" (${error.message}). Put meldc into PATH, or say in the setting meld.meldc where it is.`);
     }
 }
 

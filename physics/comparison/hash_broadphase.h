@@ -7,8 +7,8 @@
 
 namespace meld::physics {
 
-// The seed design: a table of bins for each size of body, filled without locks by exchanging the head of a bin's chain; a body is in every bin its box overlaps, and a vector of n bits for each thread says
-// which partners a body has already met.
+// The seed design: a table of bins for each size of body, filled without locks by exchanging the head of a bin's chain; a body is in
+// every bin its box overlaps, and a vector of n bits for each thread says which partners a body has already met.
 std::unique_ptr<Broadphase> make_hash_broadphase();
 
 }  // namespace meld::physics

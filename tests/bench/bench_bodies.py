@@ -80,14 +80,16 @@ def measure(meldsim, folder, side, case, least_moves):
     environment = dict(os.environ, CLAYMELD_CACHE=str(folder / "cache"))
 
     def run(ticks):
-        command = [meldsim, "run", PROGRAM, "--world", world, "--ticks", str(ticks), "--quiet", "--json", "-n", str(processes), "--threads", str(threads)]
+        command = [meldsim, "run", PROGRAM, "--world", world, "--ticks", str(ticks), "--quiet", "--json", "-n", str(processes),
+                   "--threads", str(threads)]
         return Run(command, environment, folder / "log")
 
     # Stock ODE and the seed design take so long that fewer will do.
     ticks = max(fewest, (least_moves if says["engine"] == "blocks" else least_moves // 20) // side**3)
     short, long = run(BEFORE), run(BEFORE + ticks)
     catoms = long.summary["catoms"]
-    print(f"  {name:<24} {processes} x {threads} | {1e3 * (long.cpu_s - short.cpu_s) / ticks:9.2f} cpu {1e3 * (long.wall_s - short.wall_s) / ticks:9.2f} wall a tick"
+    print(f"  {name:<24} {processes} x {threads} | {1e3 * (long.cpu_s - short.cpu_s) / ticks:9.2f} cpu"
+          f" {1e3 * (long.wall_s - short.wall_s) / ticks:9.2f} wall a tick"
           f" | begin and {BEFORE} ticks {short.cpu_s:7.2f} s cpu | {long.summary['bytes_per_catom']:5.0f} B a catom held,"
           f" {long.peak_bytes / (catoms / processes):5.0f} at the peak", flush=True)
 
@@ -99,7 +101,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         # The program is compiled once, before anything is measured.
-        subprocess.run([f"{sys.argv[1]}/meldc", "compile", PROGRAM], env=dict(os.environ, CLAYMELD_CACHE=str(folder / "cache")), stdout=subprocess.DEVNULL, check=True)
+        subprocess.run([f"{sys.argv[1]}/meldc", "compile", PROGRAM], env=dict(os.environ, CLAYMELD_CACHE=str(folder / "cache")),
+                       stdout=subprocess.DEVNULL, check=True)
         for side in sides:
             print(f"\n{side**3} catoms, ms")
             for case in CASES:

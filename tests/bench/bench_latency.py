@@ -14,7 +14,8 @@ import time
 
 def run(command, cache):
     begin = time.perf_counter()
-    done = subprocess.run(command, env=dict(os.environ, CLAYMELD_CACHE=cache), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
+    done = subprocess.run(command, env=dict(os.environ, CLAYMELD_CACHE=cache), stdout=subprocess.PIPE,
+                          stderr=subprocess.DEVNULL, check=True)
     return (time.perf_counter() - begin) * 1000, done.stdout
 
 
@@ -42,7 +43,8 @@ def main():
                 if i > 0:
                     walls.append(wall)
                     setups.append(json.loads(out)["setup_seconds"] * 1000)
-            print(f"{side**3} catoms: command to first tick and end {statistics.median(walls):.0f} ms warm, world ready in {statistics.median(setups):.0f} ms")
+            print(f"{side**3} catoms: command to first tick and end {statistics.median(walls):.0f} ms warm, "
+                  f"world ready in {statistics.median(setups):.0f} ms")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ endforeach()
 add_test(NAME bench_gradient_small COMMAND bench_gradient ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 12)
 add_test(NAME bench_shape_small COMMAND bench_shape ${CMAKE_SOURCE_DIR}/examples/meld/shape_change.meld 22)
 add_test(NAME bench_latency_small
-         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py
+                 $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 
 add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
@@ -26,5 +27,6 @@ add_test(NAME bench_mechanics COMMAND bench_mechanics)
 add_executable(bench_front_end ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_front_end.cpp)
 target_link_libraries(bench_front_end PRIVATE compiler_driver)
 add_test(NAME bench_front_end_small COMMAND bench_front_end 60)
-add_test(NAME bench_bodies_small COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_bodies.py $<TARGET_FILE_DIR:meldsim> --short 8)
+add_test(NAME bench_bodies_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_bodies.py $<TARGET_FILE_DIR:meldsim> --short 8)
 set_tests_properties(bench_bodies_small PROPERTIES PROCESSORS 2)

@@ -78,7 +78,8 @@ class Usage(Case):
         self.refused("meldc", "chek", "p.meld", code=2, says=["there is no command 'chek'", "did you mean 'check'?"])
         self.refused("meldsim", "rum", "p.meld", code=2, says=["there is no command 'rum'", "did you mean 'run'?"])
         self.refused("meldsim", code=2, says=["a command is needed", "'meldsim help'"])
-        self.refused("meldc", "check", "--jsn", "p.meld", code=2, says=["meldc check: there is no option '--jsn'", "did you mean '--json'?"])
+        self.refused("meldc", "check", "--jsn", "p.meld", code=2,
+                     says=["meldc check: there is no option '--jsn'", "did you mean '--json'?"])
         self.refused("meldsim", "run", "p.meld", "--tick=3", code=2, says=["no option '--tick'", "did you mean '--ticks'?"])
         self.refused("meldsim", "world", "w.toml", "x.toml", code=2, says="'x.toml' is one argument too many")
         self.refused("meldc", "completion", "bsh", code=2, says="did you mean 'bash'?")
@@ -88,7 +89,8 @@ class Usage(Case):
         self.refused("meldsim", "run", code=2, says="PROGRAM")
 
     def test_values_out_of_range(self):
-        for option, value in (("-n", "0"), ("-n", "x"), ("--threads", "0"), ("--ticks", "-1"), ("--ticks", "99999999999999999999"), ("--seed", "-2")):
+        for option, value in (("-n", "0"), ("-n", "x"), ("--threads", "0"), ("--ticks", "-1"),
+                              ("--ticks", "99999999999999999999"), ("--seed", "-2")):
             self.refused("meldsim", "run", "p.meld", option, value, code=2, says=f"Value {value} not in range")
         self.refused("meldc", "compile", "p.meld", "-O", "9", code=2, says="not in range 0 to 3")
 
@@ -99,7 +101,8 @@ class Usage(Case):
 
     def test_settings(self):
         self.write("c.meld", "const size = 3.\ntype p(node, int).\np(A, size).\n")
-        self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "sise=4", code=2, says=["no constant 'sise'", "did you mean 'size'?"])
+        self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "sise=4", code=2,
+                     says=["no constant 'sise'", "did you mean 'size'?"])
         self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "size", code=2, says="--set size")
         self.refused("meldsim", "run", "c.meld", "--world", "w.toml", "--set", "size=big", code=2, says="size")
         self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--set", "failed-turn=1", code=2, says="no constant 'failed-turn'")
@@ -155,7 +158,8 @@ class Programs(Case):
             changed = bytearray(data)
             changed[offset] ^= 0x40
             self.write("changed.so", bytes(changed))
-            done = subprocess.run([TOOLS.meldsim, "run", "./changed.so", "--world", "w.toml", "--quiet"], cwd=self.folder, capture_output=True, timeout=60)
+            done = subprocess.run([TOOLS.meldsim, "run", "./changed.so", "--world", "w.toml", "--quiet"], cwd=self.folder,
+                                  capture_output=True, timeout=60)
             self.assertIn(done.returncode, (0, 5), done.stderr)
             refusals += done.returncode == 5
         self.assertGreater(refusals, 3)
@@ -186,7 +190,8 @@ class Worlds(Case):
         self.world("[[body]]\ncells = [[0, 0, 0], [0, 0, 0]]\n", says=["cell (0, 0, 0) is listed twice", "bad.toml:2:21"][:1])
         self.world(SQUARE + "[limits]\nmax_ticks = -1\n", says="bad.toml:5:13")
         self.world(SQUARE + '[facts]\nqq = ["all"]\n', says=["bad.toml:5:7", "no predicate qq"])
-        self.world(SQUARE + '[facts]\np = ["all"]\n', says=["bad.toml:5:6: p has 1 argument after the catom, and is given 0 arguments", "Rules derive it"])
+        self.world(SQUARE + '[facts]\np = ["all"]\n',
+                   says=["bad.toml:5:6: p has 1 argument after the catom, and is given 0 arguments", "Rules derive it"])
         self.world(SQUARE + '[components]\nfoo = "x"\n', says=["there is no interface 'foo'", "thermometer"])
         self.world(SQUARE + "[set]\nfoo = 1\n", says="no constant 'foo'")
         self.world(SQUARE + '[motion]\nkind = "latice"\n', says="did you mean 'lattice'?")
@@ -222,7 +227,8 @@ class Files(Case):
         self.write("for ever.meld", FOREVER)
         before = self.files()
         for option in OUTPUTS:
-            self.refused("meldsim", "run", "for ever.meld", "--world", "w.toml", "-n", "2", option, "missing/x", code=2, says="cannot write missing/x")
+            self.refused("meldsim", "run", "for ever.meld", "--world", "w.toml", "-n", "2", option, "missing/x", code=2,
+                         says="cannot write missing/x")
         self.assertEqual(self.files(), before)
 
     def test_failed_run_leaves_no_facts(self):
@@ -262,15 +268,16 @@ class Endings(Case):
                   says=["in one tick in rule", "at catom @1 in tick 1", "max_derivations_per_tick"])
 
     def test_view_that_grows_at_one_catom(self):
-        self.ends("type d(node, int).\nd(@2, 0).\nd(A, N + 1) :- d(A, N).\n", code=4, says=["more than 100000 derivations", "rule d@3 at catom @2 in tick 1"])
+        self.ends("type d(node, int).\nd(@2, 0).\nd(A, N + 1) :- d(A, N).\n", code=4,
+                  says=["more than 100000 derivations", "rule d@3 at catom @2 in tick 1"])
 
     def test_view_that_grows_over_links(self):
-        self.ends("type d(node, int).\nd(@0, 0).\nd(B, N + 1) :- neighbor(A, B), d(A, N).\n", limits="[limits]\nmax_facts_per_catom = 50\n", code=4,
-                  says=["more than 50 facts", "at catom @", "max_facts_per_catom"])
+        self.ends("type d(node, int).\nd(@0, 0).\nd(B, N + 1) :- neighbor(A, B), d(A, N).\n", limits="[limits]\nmax_facts_per_catom = 50\n",
+                  code=4, says=["more than 50 facts", "at catom @", "max_facts_per_catom"])
 
     def test_list_that_doubles(self):
-        self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n", code=4,
-                  says=["a list has 192 items, and 100 are the most in rule l@3 at catom @0 in tick 1", "max_list"])
+        self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n",
+                  code=4, says=["a list has 192 items, and 100 are the most in rule l@3 at catom @0 in tick 1", "max_list"])
 
     def test_list_that_grows_for_ever_in_scratch_memory(self):
         self.ends("type linear l(node, list int).\nl(@0, []).\nl(A, L) -o l(A, [1 | L]).\n", code=4, processes=(1,),
@@ -280,7 +287,8 @@ class Endings(Case):
         self.write("d.meld", "type l(node, list int).\ntype n(node, int).\nn(A, llength(L)) :- l(A, L).\n")
         self.write("long.toml", SQUARE + "[limits]\nmax_list = 2\n[facts]\nl = { args = [[1, 2, 3]] }\n")
         for n in (1, 2):
-            self.refused("meldsim", "run", "d.meld", "--world", "long.toml", "--quiet", "-n", n, code=4, says=["an argument of l has a list of 3 items, and 2 are the most", "max_list"])
+            self.refused("meldsim", "run", "d.meld", "--world", "long.toml", "--quiet", "-n", n, code=4,
+                         says=["an argument of l has a list of 3 items, and 2 are the most", "max_list"])
 
     def test_arguments_that_the_program_does_not_read(self):
         self.write("d.meld", "type n(node).\nn(@0).\n")
@@ -288,7 +296,8 @@ class Endings(Case):
         self.refused("meldsim", "run", "d.meld", "--quiet", *["--arg", "1"] * 10, code=2, says="no more than nine")
 
     def test_token_that_never_rests(self):
-        self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4, says=["did not settle within 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
+        self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4,
+                  says=["did not settle within 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
 
     def test_facts_of_runs_that_fail(self):
         token = "type linear t(node).\ntype at(node, int).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\nat(A, N) :- tick(A, N).\n"
@@ -298,10 +307,12 @@ class Endings(Case):
         # A tick whose rules trap is half done: nothing is written, and what is there stays.
         self.write("d.meld", "type p(node, int).\ntype q(node, int).\nq(A, T) :- tick(A, T).\np(A, 1 / (3 - T)) :- tick(A, T).\n")
         for n in (1, 2):
-            self.refused("meldsim", "run", "t.meld", "--world", "ten.toml", "--facts-out", f"{n}.facts", "--quiet", "-n", n, code=4, says="did not settle within 10 ticks")
+            self.refused("meldsim", "run", "t.meld", "--world", "ten.toml", "--facts-out", f"{n}.facts", "--quiet", "-n", n, code=4,
+                         says="did not settle within 10 ticks")
             self.assertEqual((self.folder / f"{n}.facts").read_text(), (self.folder / "ten.facts").read_text())
             self.write("old.facts", "old")
-            self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet", "-n", n, code=1,
+            self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet",
+                         "-n", n, code=1,
                          says=["1 is divided by zero", "No facts are written, since tick 3 ended in the middle of changing them"])
             self.assertEqual((self.folder / "old.facts").read_text(), "old")
             with h5py.File(self.folder / f"{n}.vtkhdf") as recording:
@@ -310,26 +321,32 @@ class Endings(Case):
     def test_arithmetic_that_goes_wrong_names_operands_rule_catom_and_tick(self):
         where = "at catom @1 in tick 1"
         for body, says in (("1 / (N - 1)", "1 is divided by zero in rule p@2"), ("7 % (N - 1)", "7 is divided by zero in rule p@2"),
-                           ("9223372036854775807 + N", "too large"), ("-9223372036854775807 - 1 - N", "too large"), ("(N * 9223372036854775807) * 2", "too large"),
-                           ("(-9223372036854775807 - N) / -1", "too large"), ("truncate(1e30 * N)", "1e+30 has no such value as an int"), ("(N + 1) ^ (64 * N)", "too large")):
+                           ("9223372036854775807 + N", "too large"), ("-9223372036854775807 - 1 - N", "too large"),
+                           ("(N * 9223372036854775807) * 2", "too large"), ("(-9223372036854775807 - N) / -1", "too large"),
+                           ("truncate(1e30 * N)", "1e+30 has no such value as an int"), ("(N + 1) ^ (64 * N)", "too large")):
             self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=[says, where], processes=(1,))
         self.ends("type p(node, float).\np(A, sqrt(0.0 - N)) :- id(A, N), N = 1.\n", code=1, says=["not a number", where])
         self.ends("type p(node, sum int).\np(A, 9223372036854775807) :- id(A, 1), neighbor(A, _).\n", code=1, says=["too large", where])
 
     def test_functions_without_a_value_name_rule_and_catom(self):
         where = "at catom @1 in tick 1"
-        calls = (("lnth([4, 5], N + 1)", "there is no element 2 in a list of 2 in rule p@2"), ("lhead(ltail([N]))", "there is no element 0 in a list of 0"),
-                 ("lmax(ltake([N], 0))", "there is no element 0 in a list of 0"), ('str2int("1x")', '"1x" is no int'), ('str2int("9223372036854775808")', '"9223372036854775808" is no int'),
+        calls = (("lnth([4, 5], N + 1)", "there is no element 2 in a list of 2 in rule p@2"),
+                 ("lhead(ltail([N]))", "there is no element 0 in a list of 0"),
+                 ("lmax(ltake([N], 0))", "there is no element 0 in a list of 0"), ('str2int("1x")', '"1x" is no int'),
+                 ('str2int("9223372036854775808")', '"9223372036854775808" is no int'),
                  ("lsum([9223372036854775807, N])", "too large"), ("down(N)", "functions call each other more than 10000 deep in rule p@2"))
         for body, says in calls:
-            self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\nfun down(int N) : int = 1 + down(N + 1).\n", code=1, says=[says, where], processes=(1,))
+            self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\nfun down(int N) : int = 1 + down(N + 1).\n", code=1,
+                      says=[says, where], processes=(1,))
         for body in ("[log(0.0 - N)]", "[1, acos(2 * N)]", "normalize([sqrt(0.0 - N)])"):
-            self.ends(f"type p(node, list float).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=["not a number", where], processes=(1,))
+            self.ends(f"type p(node, list float).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=["not a number", where],
+                      processes=(1,))
 
     def test_function_that_needs_much_stack_at_each_call(self):
         # Each call keeps a list of 400 elements on the stack; the limit is on bytes, not on calls alone.
         elements = ", ".join(f"f(N + {i})" for i in range(1, 400))
-        self.ends(f"type p(node, int).\np(@1, f(0)).\nfun f(int N) : int = llength([{elements}]).\n", code=1, says=["functions call each other more than", "at catom @1"], processes=(1,))
+        self.ends(f"type p(node, int).\np(@1, f(0)).\nfun f(int N) : int = llength([{elements}]).\n", code=1,
+                  says=["functions call each other more than", "at catom @1"], processes=(1,))
 
     def test_linked_files_that_are_wrong(self):
         self.write("e.meld", "extern int f(int).\ntype p(node, int).\np(A, f(1)).\n")
@@ -346,8 +363,8 @@ class Endings(Case):
     def interrupt(self, *more):
         self.write("for ever.meld", FOREVER)
         # Its own session, so that a signal to the group is what Ctrl-C sends: to the command and all it started.
-        run = subprocess.Popen([TOOLS.meldsim, "run", "for ever.meld", "--world", "w.toml", *more], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, start_new_session=True, text=True)
+        run = subprocess.Popen([TOOLS.meldsim, "run", "for ever.meld", "--world", "w.toml", *more], cwd=self.folder,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True)
         try:
             # The digest file exists as soon as ticks are made.
             for _ in range(600):
@@ -398,7 +415,8 @@ class Hostile(Case):
         self.check(bytes(range(256)) * 40, 1, "error")
 
     def test_deep_nesting(self):
-        for deep in ("(" * 100_000 + "1" + ")" * 100_000, "-" * 100_000 + "1", "1" + " + 1" * 100_000, "if true then " * 100_000 + "1", "abs(" * 100_000):
+        for deep in ("(" * 100_000 + "1" + ")" * 100_000, "-" * 100_000 + "1", "1" + " + 1" * 100_000, "if true then " * 100_000 + "1",
+                     "abs(" * 100_000):
             self.check(f"type p(node, int).\np(@0, {deep}).\n", 1, "error[E01")
         self.check("/*" * 100_000, 1, "E0102")
         self.check("type p(node).\np(A) :- " + "not (" * 100_000, 1, "error[E01")

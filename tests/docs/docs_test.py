@@ -109,7 +109,8 @@ class Page:
 
     def call(self, command):
         done = subprocess.run(command, cwd=self.scratch, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=SECONDS, shell=isinstance(command, str), executable="/bin/bash" if isinstance(command, str) else None)
+                              stderr=subprocess.STDOUT, timeout=SECONDS, shell=isinstance(command, str),
+                              executable="/bin/bash" if isinstance(command, str) else None)
         return done.returncode, done.stdout.decode(errors="replace")
 
     def wrong(self, block, what, output=""):
@@ -239,7 +240,8 @@ def functions_page():
            "Functions that every program can call. A function of the program hides a library function of the same name.", "",
            "`T` is any type, `N` is `int` or `float`, `S` a struct of floats.",
            "A function without a value for an argument, such as an element past the end, stops the run with a message."]
-    entry = re.compile(r'^MELD_(SECTION|OPERATOR|\w*FUNCTION)\("([^"]*)"(?:, "([^"]*)")?.*?(?:"([^"]*)")?\)$', re.MULTILINE)
+    # An entry may go on in the next line.
+    entry = re.compile(r'^MELD_(SECTION|OPERATOR|\w*FUNCTION)\("([^"]*)"(?:, "([^"]*)")?.*?(?:"([^"]*)")?\)$', re.MULTILINE | re.DOTALL)
     for kind, name, signature, text in entry.findall(table):
         if kind == "SECTION" and not name:
             break

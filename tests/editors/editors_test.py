@@ -45,16 +45,17 @@ COLOURS = {
     "AtName": (("entity.other",), (Name.Decorator,)),
     "Delay": (("constant.numeric.delay",), (Number,)),
     "Period": STOP, "ExistsPeriod": STOP, "Comma": SEPARATOR, "Semicolon": SEPARATOR, "Bar": SEPARATOR, "Colon": SEPARATOR,
-    "LeftParen": BRACKET, "RightParen": BRACKET, "LeftBracket": BRACKET, "RightBracket": BRACKET, "LeftBrace": BRACKET, "RightBrace": BRACKET, "StructOpen": BRACKET,
-    "NeighbourOpen": (("keyword.operator", "punctuation.section"), (Operator,)),
-    "Cons": OPERATOR, "ViewArrow": OPERATOR, "LinearArrow": OPERATOR, "ResultArrow": OPERATOR, "Equal": OPERATOR, "NotEqual": OPERATOR, "Less": OPERATOR,
-    "LessEqual": OPERATOR, "Greater": OPERATOR, "GreaterEqual": OPERATOR, "And": OPERATOR, "Or": OPERATOR, "Tilde": OPERATOR, "Plus": OPERATOR, "Minus": OPERATOR,
+    "LeftParen": BRACKET, "RightParen": BRACKET, "LeftBracket": BRACKET, "RightBracket": BRACKET, "LeftBrace": BRACKET,
+    "RightBrace": BRACKET, "StructOpen": BRACKET, "NeighbourOpen": (("keyword.operator", "punctuation.section"), (Operator,)),
+    "Cons": OPERATOR, "ViewArrow": OPERATOR, "LinearArrow": OPERATOR, "ResultArrow": OPERATOR, "Equal": OPERATOR, "NotEqual": OPERATOR,
+    "Less": OPERATOR, "LessEqual": OPERATOR, "Greater": OPERATOR, "GreaterEqual": OPERATOR, "And": OPERATOR, "Or": OPERATOR,
+    "Tilde": OPERATOR, "Plus": OPERATOR, "Minus": OPERATOR,
     "Star": OPERATOR, "Slash": OPERATOR, "Percent": OPERATOR, "Caret": OPERATOR, "Append": OPERATOR,
     "Bang": SIGIL, "Question": SIGIL, "Dollar": SIGIL,
-    "Type": DECLARATION, "Const": DECLARATION, "Fun": DECLARATION, "Extern": DECLARATION, "Node": DECLARATION, "Import": DECLARATION, "Export": DECLARATION,
-    "Module": DECLARATION, "Hint": DECLARATION,
-    "If": CONTROL, "Then": CONTROL, "Else": CONTROL, "Otherwise": CONTROL, "EndWord": CONTROL, "Let": CONTROL, "In": CONTROL, "Not": CONTROL, "Forall": CONTROL,
-    "Exists": CONTROL, "Delta": CONTROL,
+    "Type": DECLARATION, "Const": DECLARATION, "Fun": DECLARATION, "Extern": DECLARATION, "Node": DECLARATION, "Import": DECLARATION,
+    "Export": DECLARATION, "Module": DECLARATION, "Hint": DECLARATION,
+    "If": CONTROL, "Then": CONTROL, "Else": CONTROL, "Otherwise": CONTROL, "EndWord": CONTROL, "Let": CONTROL, "In": CONTROL,
+    "Not": CONTROL, "Forall": CONTROL, "Exists": CONTROL, "Delta": CONTROL,
     "Aggregate": (("support.function.aggregate",), (Name.Builtin,)),
     "SizedAggregate": (("support.function.aggregate",), (Name.Builtin,)),
     "Include": INCLUDE, "IncludePath": (("keyword.control.import", "string."), (Keyword.Namespace, String)), "Use": INCLUDE,
@@ -84,8 +85,8 @@ def precise_files():
 
 def wrongly_scanned(path):
     """Files that are wrong on purpose below the level of tokens."""
-    return path.name in ("fail_unexpected_character.meld", "fail_invalid_text.meld", "fail_unterminated_comment.meld", "fail_number_out_of_range.meld",
-                         "fail_other_languages.meld")
+    return path.name in ("fail_unexpected_character.meld", "fail_invalid_text.meld", "fail_unterminated_comment.meld",
+                         "fail_number_out_of_range.meld", "fail_other_languages.meld")
 
 
 def all_files():
@@ -128,9 +129,11 @@ class Pygments(unittest.TestCase):
             colours = self.colours(text)
             for kind, start, end in tokens_of(path):
                 allowed = COLOURS[kind][1]
-                wrong = [c for c, letter in zip(colours[start:end], text[start:end]) if not letter.isspace() and not any(c in one for one in allowed) and c not in String]
+                wrong = [c for c, letter in zip(colours[start:end], text[start:end])
+                         if not letter.isspace() and not any(c in one for one in allowed) and c not in String]
                 self.assertEqual(wrong, [], f"{path}: {kind} {text[start:end]!r} in {text[max(0, start - 30):end + 10]!r}")
-                self.assertTrue(kind in ("String", "IncludePath") or not any(c in String for c in colours[start:end]), f"{path}: {kind} {text[start:end]!r}")
+                self.assertTrue(kind in ("String", "IncludePath") or not any(c in String for c in colours[start:end]),
+                                f"{path}: {kind} {text[start:end]!r}")
 
     def test_it_is_found_by_pygments(self):
         lexer = load_lexer_from_file(str(ROOT / "editors/pygments/meld_lexer/__init__.py"), "MeldLexer")
@@ -159,7 +162,8 @@ class TextMate(unittest.TestCase):
                         continue
                     names = [name for name in scopes[index] if not name.startswith("constant.character.escape")]
                     self.assertTrue(names, f"{path}: {kind} {text[start:end]!r} has no scope")
-                    self.assertTrue(names[-1].startswith(COLOURS[kind][0]), f"{path}: {kind} {text[start:end]!r} is {names} in {text[max(0, start - 30):end + 10]!r}")
+                    self.assertTrue(names[-1].startswith(COLOURS[kind][0]),
+                                    f"{path}: {kind} {text[start:end]!r} is {names} in {text[max(0, start - 30):end + 10]!r}")
 
     def test_comments_are_comments_all_through(self):
         text = "/* a /* b */ c\n d */ p(A). // e\n;; f\n"
@@ -183,7 +187,8 @@ class Extension(unittest.TestCase):
     def test_words_are_those_of_the_language(self):
         configuration = json.loads((self.FOLDER / "language-configuration.json").read_text())
         word = re.compile(configuration["wordPattern"])
-        for text, first in (("a-b(X)", "a-b"), ("A-B", "A"), ("new-neighbor-belief", "new-neighbor-belief"), ("setColor2(X)", "setColor2"), ("0.5.", "0.5"), ("is-it? ", "is-it?")):
+        for text, first in (("a-b(X)", "a-b"), ("A-B", "A"), ("new-neighbor-belief", "new-neighbor-belief"), ("setColor2(X)", "setColor2"),
+                            ("0.5.", "0.5"), ("is-it? ", "is-it?")):
             self.assertEqual(word.match(text)[0], first)
 
 

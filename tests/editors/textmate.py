@@ -45,7 +45,8 @@ class Grammar:
         return result
 
     def step(self, line, at, stack, scopes):
-        rules = list(self.flat(stack[-1]["patterns"] if stack else self.grammar["patterns"])) if not stack or "patterns" in stack[-1] else []
+        rules = (list(self.flat(stack[-1]["patterns"] if stack else self.grammar["patterns"]))
+                 if not stack or "patterns" in stack[-1] else [])
         best, rule = None, None
         if stack:
             best = self.regex(stack[-1]["end"]).search(line.rstrip("\n"), at)

@@ -76,7 +76,8 @@ class Tokens:
     def with_comments(self, text):
         """Tokens and comments in their order."""
         comments = [(start, "comment", trimmed(text[start:end])) for start, end in comments_of(text)]
-        both = sorted([(place, *rest) for (place, *_), rest in zip(self.list, self.kinds())] + comments, key=lambda piece: (piece[0], piece[1] == "End"))
+        both = sorted([(place, *rest) for (place, *_), rest in zip(self.list, self.kinds())] + comments,
+                      key=lambda piece: (piece[0], piece[1] == "End"))
         return [rest for _, *rest in both]
 
 
@@ -159,7 +160,8 @@ class Programs(Case):
                         result += " " if before == "IncludePath" else ""
                         # Behind a slash a comment needs a blank: `//` starts another one.
                         result += " " if result.endswith("/") else ""
-                        result += generator.choice([f"/* {number} */", f" /* {number} */ ", f"// {number}{line_end}", f"\n// {number}{line_end}", "/**/",
+                        result += generator.choice([f"/* {number} */", f" /* {number} */ ", f"// {number}{line_end}",
+                                                    f"\n// {number}{line_end}", "/**/",
                                                     f"\n\n/* {number}\n  * /* in */ */{line_end}", f";; {number}{line_end}"])
                     before = kind
                 self.keeps_everything(result + text[last:], path)

@@ -10,6 +10,7 @@ foreach(target front_end compile)
     target_link_options(fuzz_${target} PRIVATE -fsanitize=fuzzer)
   endif()
 endforeach()
-set(fuzz_seeds ${CMAKE_SOURCE_DIR}/tests/fuzz/found ${CMAKE_SOURCE_DIR}/tests/meld ${CMAKE_SOURCE_DIR}/examples/meld ${CMAKE_SOURCE_DIR}/tests/retraction)
+set(fuzz_seeds ${CMAKE_SOURCE_DIR}/tests/fuzz/found ${CMAKE_SOURCE_DIR}/tests/meld ${CMAKE_SOURCE_DIR}/examples/meld
+               ${CMAKE_SOURCE_DIR}/tests/retraction)
 add_test(NAME fuzz_front_end_replay COMMAND fuzz_front_end_replay --mutations 40 ${fuzz_seeds})
 add_test(NAME fuzz_compile_replay COMMAND fuzz_compile_replay ${CMAKE_SOURCE_DIR}/tests/fuzz/found)

@@ -41,7 +41,8 @@ class Case:
         found, wanted = self.rows(predicate), sorted(wanted)
         if len(found) == len(wanted) and all(map(alike, found, wanted)):
             return
-        wrong = next((f"{a} where {b} was expected" for a, b in zip(found, wanted) if not alike(a, b)), f"{len(found)} facts, not {len(wanted)}")
+        wrong = next((f"{a} where {b} was expected" for a, b in zip(found, wanted) if not alike(a, b)),
+                     f"{len(found)} facts, not {len(wanted)}")
         raise AssertionError(f"{predicate}: {wrong}")
 
     def expect_one_nearer(self, predicate, found):
@@ -56,7 +57,8 @@ class Case:
 
 
 def alike(one, other):
-    return len(one) == len(other) and all(a == b or (isinstance(a, float) and math.isclose(a, b, rel_tol=1e-12)) for a, b in zip(one, other))
+    return len(one) == len(other) and all(a == b or (isinstance(a, float) and math.isclose(a, b, rel_tol=1e-12))
+                                          for a, b in zip(one, other))
 
 
 def gradient(case):
@@ -184,7 +186,8 @@ def terminated(case):
 
 def khop(case):
     reach = 3
-    near = [(catom, centre, hop) for centre in case.links if centre % 3 == 0 for catom, hop in hops(case.links, [centre]).items() if hop <= reach]
+    near = [(catom, centre, hop) for centre in case.links if centre % 3 == 0
+            for catom, hop in hops(case.links, [centre]).items() if hop <= reach]
     case.expect("khop-near", near)
     case.expect("khop-seen", collections.Counter(catom for catom, _, _ in near).items())
 

@@ -118,7 +118,8 @@ class Texts(Case):
         self.assertEqual(messages[0]["relatedInformation"][0]["location"]["range"]["start"]["line"], 1)
 
     def test_what_has_no_use_is_marked_also_beside_other_open_programs(self):
-        idle = "const limit = 3.\nfun same(int X, int Y) : int = X.\ntype p(node, int).\ntype forgotten(node).\np(A, same(N, 1)) :- id(A, N).\n"
+        idle = ("const limit = 3.\nfun same(int X, int Y) : int = X.\ntype p(node, int).\ntype forgotten(node).\n"
+                "p(A, same(N, 1)) :- id(A, N).\n")
         expected = [("W0406", 0, 2, [1]), ("W0407", 1, 2, [1]), ("W0405", 3, 2, [1])]
         for name in ("a.meld", "z.meld"):  # In front of and behind the other one.
             self.server.open(self.folder / name, "type q(node).\nq(A) :- id(A, 0).\n")
@@ -139,9 +140,11 @@ class Texts(Case):
     def test_several_changes_in_one_message_apply_in_order(self):
         self.open("type p(node).\n")
         first = {"range": {"start": {"line": 0, "character": 5}, "end": {"line": 0, "character": 6}}, "text": "quack"}
-        second = {"range": {"start": {"line": 1, "character": 0}, "end": {"line": 1, "character": 0}}, "text": "quack(A) :- neighbor(A, _).\nother(A) :- quack(A).\n"}
+        second = {"range": {"start": {"line": 1, "character": 0}, "end": {"line": 1, "character": 0}},
+                  "text": "quack(A) :- neighbor(A, _).\nother(A) :- quack(A).\n"}
         messages = self.server.change(self.path, 2, first, second)
-        self.assertEqual([(m["code"], m["range"]["start"]) for m in messages if m["severity"] == 1], [("E0301", {"line": 2, "character": 0})])
+        self.assertEqual([(m["code"], m["range"]["start"]) for m in messages if m["severity"] == 1],
+                         [("E0301", {"line": 2, "character": 0})])
 
     def test_columns_are_utf_16(self):
         # A rocket is two units, four bytes; an umlaut one unit, two bytes.
@@ -187,7 +190,8 @@ class Questions(Case):
     def test_hover_on_a_predicate(self):
         self.open()
         text = self.hover("dist(B, D + 1)")
-        for part in ("type dist(node, min int D).", "Hops from a source.\nThe least counts.", "In links.", "persistent", "aggregate: min of D", "stored as: single",
+        for part in ("type dist(node, min int D).", "Hops from a source.\nThe least counts.", "In links.", "persistent",
+                     "aggregate: min of D", "stored as: single",
                      "recursive over links", "Derived by:\n```meld\ndist(A, 0) :- source(A).\ndist(B, D + 1)", "Read by:"):
             self.assertIn(part, text)
         self.assertIn("linear", self.hover("ball(A, N)"))
@@ -237,7 +241,8 @@ class Questions(Case):
         where = lambda place, declared: self.texts(self.about("references", place, context={"includeDeclaration": declared}))
         self.assertEqual([line for _, line, _ in where("dist(A, 0)", True)], [7, 11, 12, 12, 13, 14])
         self.assertEqual([line for _, line, _ in where("dist(A, 0)", False)], [11, 12, 12, 13, 14])
-        self.assertEqual(sorted(where("source(A)", True)), [("main.meld", 11, "source"), ("shared.meld", 0, "source"), ("shared.meld", 1, "source")])
+        self.assertEqual(sorted(where("source(A)", True)),
+                         [("main.meld", 11, "source"), ("shared.meld", 0, "source"), ("shared.meld", 1, "source")])
         # A variable stays in its rule.
         self.assertEqual([line for _, line, _ in where("D < limit", True)], [12, 12, 12])
 
@@ -257,7 +262,8 @@ class Questions(Case):
         self.assertIn("Hops from a source.", items["dist"]["documentation"]["value"])
         self.assertEqual(items["dist"]["detail"], "type dist(node, min int D).")
         line, column = self.at("di\n", "\n")
-        self.assertEqual(items["dist"]["textEdit"]["range"], {"start": {"line": line, "character": column - 2}, "end": {"line": line, "character": column}})
+        self.assertEqual(items["dist"]["textEdit"]["range"],
+                         {"start": {"line": line, "character": column - 2}, "end": {"line": line, "character": column}})
         self.assertEqual(items["D"]["kind"], 6)
         self.assertIn("forall", items)
         self.assertIn("limit", items)
@@ -280,11 +286,13 @@ class Questions(Case):
     def test_symbols(self):
         self.open()
         symbols = self.server.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri(self.path)}})
-        self.assertEqual([s["name"] for s in symbols], ["shared.meld", "limit", "dist", "setColor", "ball", "dist", "dist", "setColor", "ball"])
+        self.assertEqual([s["name"] for s in symbols],
+                         ["shared.meld", "limit", "dist", "setColor", "ball", "dist", "dist", "setColor", "ball"])
         self.assertEqual(symbols[2]["detail"], "type dist(node, min int D).")
         for symbol in symbols:
             inner, outer = symbol["selectionRange"], symbol["range"]
-            self.assertLessEqual((outer["start"]["line"], outer["start"]["character"]), (inner["start"]["line"], inner["start"]["character"]))
+            self.assertLessEqual((outer["start"]["line"], outer["start"]["character"]),
+                                 (inner["start"]["line"], inner["start"]["character"]))
             self.assertLessEqual((inner["end"]["line"], inner["end"]["character"]), (outer["end"]["line"], outer["end"]["character"]))
 
 
@@ -294,7 +302,8 @@ class Names(Case):
 
     def refused(self, needle, name):
         line, column = self.at(needle)
-        answer = self.server.answer("textDocument/rename", {"textDocument": {"uri": uri(self.path)}, "position": {"line": line, "character": column}, "newName": name})
+        asked = {"textDocument": {"uri": uri(self.path)}, "position": {"line": line, "character": column}, "newName": name}
+        answer = self.server.answer("textDocument/rename", asked)
         return answer["error"]["message"]
 
     def check(self, text):
@@ -312,7 +321,8 @@ class Names(Case):
         self.assertEqual(changed, PROGRAM.replace("const limit", "const far").replace("< limit", "< far"))
         # A variable is renamed in its rule and nowhere else.
         changed = self.applied(self.rename("B <> A", "Other")[uri(self.path)], PROGRAM)
-        self.assertEqual(changed, PROGRAM.replace("{ B | neighbor(A, B), B <> A | ball(B,", "{ Other | neighbor(A, Other), Other <> A | ball(Other,"))
+        self.assertEqual(changed, PROGRAM.replace("{ B | neighbor(A, B), B <> A | ball(B,",
+                                                  "{ Other | neighbor(A, Other), Other <> A | ball(Other,"))
         self.check(changed)
 
     def test_in_every_open_program_that_shares_the_file(self):
@@ -347,14 +357,17 @@ class Names(Case):
 
 class Hostile(Case):
     def every_question(self, path, line, character):
-        for method, more in (("hover", {}), ("definition", {}), ("references", {"context": {"includeDeclaration": True}}), ("rename", {"newName": "another"}), ("completion", {})):
-            self.server.answer("textDocument/" + method, {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
+        for method, more in (("hover", {}), ("definition", {}), ("references", {"context": {"includeDeclaration": True}}),
+                             ("rename", {"newName": "another"}), ("completion", {})):
+            self.server.answer("textDocument/" + method,
+                               {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
         for method in ("documentSymbol", "formatting"):
             self.server.answer("textDocument/" + method, {"textDocument": {"uri": uri(path)}, "options": {}})
 
     def test_half_written_programs(self):
         generator = random.Random(5)
-        names = [ROOT / "examples/meld/shape_change.meld", ROOT / "tests/format/golden/rules.meld", ROOT / "tests/format/golden/declarations.meld"]
+        names = [ROOT / "examples/meld/shape_change.meld", ROOT / "tests/format/golden/rules.meld",
+                 ROOT / "tests/format/golden/declarations.meld"]
         for name in names:
             text = name.read_text()
             self.server.open(self.folder / name.name, "")
@@ -369,8 +382,9 @@ class Hostile(Case):
     def test_texts_that_are_no_programs(self):
         version = 1
         self.open("")
-        for text in ("\0", "\ufeff", "/* /* */", '"', "((((((((", "}}}}", "[", "p([", "p({", "type", "type p(", "const", "fun f(", ":-", "-o", "exists X", "import p as", "priority p/",
-                     "\r\n\r\n", "// \U0001f680", "p(" * 3000, "type p(node).\n" * 300, "include \"main.meld\".", "include \"..\".", "[sum => ", "p(A)@+", "delta(", "export p",
+        for text in ("\0", "\ufeff", "/* /* */", '"', "((((((((", "}}}}", "[", "p([", "p({", "type", "type p(", "const", "fun f(", ":-",
+                     "-o", "exists X", "import p as", "priority p/", "\r\n\r\n", "// \U0001f680", "p(" * 3000, "type p(node).\n" * 300,
+                     "include \"main.meld\".", "include \"..\".", "[sum => ", "p(A)@+", "delta(", "export p",
                      "type route linear p(node, min int [<- "):
             version += 1
             self.server.change(self.path, version, {"text": text})
@@ -381,12 +395,15 @@ class Hostile(Case):
     def test_broken_messages(self):
         self.server.raw(b"{ this is no json")
         self.server.raw(b'{"jsonrpc": "2.0", "method": "textDocument/didOpen", "params": {"textDocument": 7}}')
-        self.server.notify("textDocument/didChange", {"textDocument": {"uri": uri(self.path), "version": 3}, "contentChanges": [{"text": "x"}]})
+        self.server.notify("textDocument/didChange",
+                           {"textDocument": {"uri": uri(self.path), "version": 3}, "contentChanges": [{"text": "x"}]})
         self.server.notify("textDocument/didClose", {"textDocument": {"uri": uri(self.path)}})
         self.server.notify("no/such/notification")
         self.assertEqual(self.server.answer("no/such/method")["error"]["code"], -32601)
         self.assertEqual(self.server.answer("textDocument/hover", {"textDocument": {}})["error"]["code"], -32602)
-        self.assertIn("not open", self.server.answer("textDocument/hover", {"textDocument": {"uri": uri(self.path)}, "position": {"line": 0, "character": 0}})["error"]["message"])
+        start = {"textDocument": {"uri": uri(self.path)}, "position": {"line": 0, "character": 0}}
+        answer = self.server.answer("textDocument/hover", start)
+        self.assertIn("not open", answer["error"]["message"])
         self.assertEqual(self.open(), [])
 
     def test_ranges_outside_of_the_text(self):

@@ -101,7 +101,8 @@ class Session:
         return self.diagnostics[pathlib.Path(path).name]
 
     def about(self, method, path, line, character, **more):
-        return self.ask("textDocument/" + method, {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
+        return self.ask("textDocument/" + method,
+                        {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
 
     def end(self):
         """Says goodbye; returns the exit code."""

@@ -65,7 +65,8 @@ class Test:
 
 def call(command, folder):
     try:
-        done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=SECONDS)
+        done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              timeout=SECONDS)
     except subprocess.TimeoutExpired:
         raise Failure(f"not done after {SECONDS} s: {shlex.join(command)}")
     return done.returncode, done.stdout.decode(errors="surrogateescape")
@@ -94,7 +95,8 @@ def run_modes(command, folder):
         if first is None:
             first = (code, output)
         elif first != (code, output):
-            difference = difflib.unified_diff(first[1].split("\n"), output.split("\n"), "1 process, 1 thread", f"-n {processes} --threads {threads}", lineterm="")
+            difference = difflib.unified_diff(first[1].split("\n"), output.split("\n"), "1 process, 1 thread",
+                                              f"-n {processes} --threads {threads}", lineterm="")
             raise Failure(f"exit {first[0]} and {code}; the facts depend on processes or threads:\n" + "\n".join(difference))
     return first
 

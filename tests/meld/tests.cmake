@@ -14,4 +14,5 @@ add_test(NAME meld_every_pass_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CU
   --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp ${CMAKE_CURRENT_LIST_DIR}/emit)
 add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
-add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py --meldc $<TARGET_FILE:meldc>)
+add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py
+  --meldc $<TARGET_FILE:meldc>)

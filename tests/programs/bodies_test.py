@@ -20,13 +20,14 @@ class Bodies:
     def __init__(self, meldsim, folder):
         self.meldsim = meldsim
         self.folder = pathlib.Path(folder)
-        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                                OMPI_MCA_rmaps_base_oversubscribe="1")
+        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1",
+                                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
 
     def command(self, program, world, ticks, *options):
         (self.folder / "p.meld").write_text(program)
         (self.folder / "w.toml").write_text(world)
-        command = [self.meldsim, "run", self.folder / "p.meld", "--world", self.folder / "w.toml", "--ticks", str(ticks), "--json", *options]
+        command = [self.meldsim, "run", self.folder / "p.meld", "--world", self.folder / "w.toml", "--ticks", str(ticks), "--json",
+                   *options]
         return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
 
     def run(self, program, world, ticks, *options):
@@ -117,7 +118,8 @@ def senses(bodies):
     """Contacts with obstacles by number, pressure m g / (4 pi r^2), and nothing that changes by less than it says."""
     program = "type on(node, int O).\non(A, O) :- contact(A, O).\ntype pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
     world = ('[[body]]\npositions = [[0, 0, 0.5], [5, 0, 0.7]]\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\nmass = 2\n'
-             '[[motion.obstacle]]\nkind = "box"\ncentre = [5, 0, 0.05]\nsize = [1, 1, 0.3]\n[[motion.catoms]]\nwhere = "id == 1"\nmass = 4\n')
+             '[[motion.obstacle]]\nkind = "box"\ncentre = [5, 0, 0.05]\nsize = [1, 1, 0.3]\n'
+             '[[motion.catoms]]\nwhere = "id == 1"\nmass = 4\n')
     facts, _ = bodies.run(program, world, 60)
     same(sorted(facts["on"]), [(0, 0), (1, 1)], "which obstacle each touches")
     for catom, mass in ((0, 2), (1, 4)):
@@ -125,7 +127,8 @@ def senses(bodies):
         wanted = mass * 9.81 / math.pi
         close(found, wanted, 0.06 * wanted, "the pressure on a catom that lies")
     # In a fall of 1.2 m, a tenth at a time is noted 11 or 12 times.
-    counting = "type count-place(node, count int N).\ntype linear seen(node, float).\ntype was(node, float).\nwas(A, Z) :- position(A, _, _, Z).\n"
+    counting = ("type count-place(node, count int N).\ntype linear seen(node, float).\ntype was(node, float).\n"
+                "was(A, Z) :- position(A, _, _, Z).\n")
     quiet = bodies.run(counting, ONE + "[motion.sense]\nposition = 0.1\n", 120)[1]["evaluations"]
     often = bodies.run(counting, ONE + "[motion.sense]\nposition = 0\n", 120)[1]["evaluations"]
     same((11 <= quiet <= 13, often), (True, 120), f"evaluations of a program that reads places ({quiet})")
@@ -141,17 +144,21 @@ def fixed_ones_touch(bodies):
         for ticks, more in ((1, set()), (12, {(5, 41), (6, 41)})):
             facts, _ = bodies.run(program, world, ticks, "-n", processes)
             wanted = row | more
-            same(sorted(facts["beside"]), sorted(wanted | {(b, a) for a, b in wanted}), f"neighbours on {processes} processes after {ticks} ticks")
+            same(sorted(facts["beside"]), sorted(wanted | {(b, a) for a, b in wanted}),
+                 f"neighbours on {processes} processes after {ticks} ticks")
 
 
 def switches(bodies):
     """Energy: 2 W for the 20 ticks in which it is on, and 0.25 J for switching. What is not there is refused."""
-    features = '[[motion.feature]]\ndirections = 6\npower = 2\nswitching = 0.25\n[[motion.feature]]\nkind = "latch"\ndirections = [[0, 0, 1]]\n'
+    features = ('[[motion.feature]]\ndirections = 6\npower = 2\nswitching = 0.25\n'
+                '[[motion.feature]]\nkind = "latch"\ndirections = [[0, 0, 1]]\n')
     program = ("type spent(node, float J).\nspent(A, J) :- energy(A, J).\ntype refused(node, int C).\nfailed(A, C) -o refused(A, C).\n"
                "type go(node, int T).\ngo(A, T) :- tick(A, T).\n"
-               "magnet(A, 2, 1) :- go(A, 3).\nmagnet(A, 2, 0) :- go(A, 23).\nmagnet(A, 6, 1) :- go(A, 5).\nmagnet(A, 7, 1) :- go(A, 6).\nlatch(A, 1, 1) :- go(A, 7).\nlatch(A, 6, 1) :- go(A, 8).\n")
+               "magnet(A, 2, 1) :- go(A, 3).\nmagnet(A, 2, 0) :- go(A, 23).\nmagnet(A, 6, 1) :- go(A, 5).\n"
+               "magnet(A, 7, 1) :- go(A, 6).\nlatch(A, 1, 1) :- go(A, 7).\nlatch(A, 6, 1) :- go(A, 8).\n")
     for engine in ("blocks", "hash", "ode"):
-        facts, _ = bodies.run(program, ONE + f'engine = "{engine}"\ngravity = [0, 0, 0]\nsteps = 2\n[motion.sense]\nenergy = 0\n' + features, 40)
+        facts, _ = bodies.run(
+            program, ONE + f'engine = "{engine}"\ngravity = [0, 0, 0]\nsteps = 2\n[motion.sense]\nenergy = 0\n' + features, 40)
         close(facts["spent"][0][1], 2 * 20 * 2 / 240 + 0.25, 1e-6, f"the energy drawn, engine {engine}")
         same(sorted(facts["refused"]), [(0, 20), (0, 21)], f"refusals of magnets and latches that are not there, engine {engine}")
 
@@ -159,17 +166,21 @@ def switches(bodies):
 def pull(bodies):
     """Under every engine magnets pull two catoms of 1 kg together with the force between two dipoles on an axis, and a latch then
     carries one from the other, as long as it is on."""
-    far = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1.3]]\n[motion]\nkind = "bodies"\nengine = "ENGINE"\nsolver = "pgs20"\ngravity = [0, 0, 0]\nsubsteps = 4\n' + FINE +
+    far = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1.3]]\n[motion]\nkind = "bodies"\nengine = "ENGINE"\nsolver = "pgs20"\n'
+           'gravity = [0, 0, 0]\nsubsteps = 4\n' + FINE +
            '[[motion.feature]]\ndirections = [[0, 0, 1], [0, 0, -1]]\nstrength = 200\ndepth = 0.2\nrange = 1.2\n'
            '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n')
     on = SPEED + "type go(node, int).\ngo(A, I) :- id(A, I).\nmagnet(A, 1, 1) :- go(A, 0).\nmagnet(A, 0, 0 - 1) :- go(A, 1).\n"
-    near = far.replace("-1.3", "-1").replace("[0, 0, 0]\nsub", "[0, 0, -9.81]\nsub").replace("strength = 200", 'kind = "latch"\nstrength = 30').replace("range = 1.2", "range = 0.05").replace("depth = 0.2\n", "")
-    hold = PLACE + "type go(node, int).\ngo(A, T) :- tick(A, T).\nlatch(A, 0, 1) :- go(A, 1).\nlatch(A, 1, 1) :- go(A, 1).\nlatch(A, 1, 0) :- go(A, 120), id(A, 0).\n"
+    near = (far.replace("-1.3", "-1").replace("[0, 0, 0]\nsub", "[0, 0, -9.81]\nsub")
+            .replace("strength = 200", 'kind = "latch"\nstrength = 30').replace("range = 1.2", "range = 0.05").replace("depth = 0.2\n", ""))
+    hold = PLACE + ("type go(node, int).\ngo(A, T) :- tick(A, T).\n"
+                    "latch(A, 0, 1) :- go(A, 1).\nlatch(A, 1, 1) :- go(A, 1).\nlatch(A, 1, 0) :- go(A, 120), id(A, 0).\n")
     for engine in ("blocks", "hash", "ode"):
         facts, _ = bodies.run(on, far.replace("ENGINE", engine), 5)
         # In the tick after the switching and three more it has hardly moved: 6 mu0 m^2 / (4 pi r^4), r = 0.3 + 2 * 0.2 m.
         force = 6e-7 * 200**2 / 0.7**4
-        close(dict((row[0], row[3]) for row in facts["speed"])[1], force * 4 / 240, 0.01 * force * 4 / 240, f"the speed that magnets give, engine {engine}")
+        close(dict((row[0], row[3]) for row in facts["speed"])[1], force * 4 / 240, 0.01 * force * 4 / 240,
+              f"the speed that magnets give, engine {engine}")
         for ticks, least, most in ((115, -1.03, -0.97), (200, -9, -1.2)):
             facts, _ = bodies.run(hold, near.replace("ENGINE", engine), ticks)
             z = {row[0]: row[3] for row in facts["place"]}[1]
@@ -197,18 +208,21 @@ def ends_with_the_last_good_tick(bodies, falling):
     for every, times in ((1, list(range(120))), (50, [0, 50, 100, 119])):
         for processes in ("1", "2"):
             facts.write_text("old")
-            done = bodies.command(program, falling + f"[record]\nevery = {every}\n", 200, "--facts-out", facts, "--record", recording, "-n", processes)
+            done = bodies.command(program, falling + f"[record]\nevery = {every}\n", 200, "--facts-out", facts, "--record", recording,
+                                  "-n", processes)
             same((done.returncode, facts.read_text()), (4, wanted), f"the facts of a failed run on {processes} processes: {done.stderr}")
             recorded = Recorded(recording)
             same((list(recorded.times), bool((recorded.positions[-1] == places).all())), (times, True), "its recording")
     # Here tick 2 fails in step 11, after catoms 2 and 3 have met in step 9: links have changed, so the facts would be of no tick.
-    meeting = ('[[body]]\npositions = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [1.012, 9, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 6\n'
-               'greatest_speed = 30\n[[motion.catoms]]\nwhere = "id == 3"\nvelocity = [-0.2, 0, 0]\n')
+    meeting = ('[[body]]\npositions = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [1.012, 9, 0]]\n'
+               '[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 6\ngreatest_speed = 30\n'
+               '[[motion.catoms]]\nwhere = "id == 3"\nvelocity = [-0.2, 0, 0]\n')
     pushing = "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\nforce(A, 1600, 0, 0) :- tick(A, 1), id(A, 0).\n"
     for processes in ("1", "2"):
         facts.write_text("old")
         done = bodies.command(pushing, meeting, 20, "--facts-out", facts, "--record", recording, "-n", processes)
-        same((done.returncode, facts.read_text()), (4, "old"), f"the facts of a tick that failed half-way on {processes} processes: {done.stderr}")
+        same((done.returncode, facts.read_text()), (4, "old"),
+             f"the facts of a tick that failed half-way on {processes} processes: {done.stderr}")
         same("No facts are written, since tick 2 ended in the middle of changing them" in done.stderr, True, done.stderr)
         same(list(Recorded(recording).times), [0, 1], "the recording of a tick that failed half-way")
 
@@ -226,12 +240,17 @@ def refuses(bodies):
     """A run ends with the catom, the tick and a cure, and the recording holds the last good state."""
     two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\n'
     cases = [
-        (two.format(0.2), "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
-        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n', "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its surface turns at 0 m/s, more than [motion] greatest_speed = 1e+03."),
+        (two.format(0.2),
+         "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
+        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n',
+         "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its surface turns at 0 m/s, more than [motion] greatest_speed = 1e+03."),
         (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]"), "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
-        (two.format(9) + 'ground = 0.6\n', "w.toml: [motion] catom @0 is 1.1 m deep in obstacle 0, a plane, more than 50 % of its diameter. Move it out of there"),
-        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n', "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
-        (two.format(9) + '[[motion.feature]]\ndirections = [[0, 0, 0]]\n', "w.toml:6:1: feature 0 points nowhere. Give it a direction that is not zero"),
+        (two.format(9) + 'ground = 0.6\n',
+         "w.toml: [motion] catom @0 is 1.1 m deep in obstacle 0, a plane, more than 50 % of its diameter. Move it out of there"),
+        (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n',
+         "w.toml: [motion] catom @1 has the mass 1e-60 kg. Give it a positive mass, or make it fixed"),
+        (two.format(9) + '[[motion.feature]]\ndirections = [[0, 0, 0]]\n',
+         "w.toml:6:1: feature 0 points nowhere. Give it a direction that is not zero"),
         (two.format(9) + '[[motion.obstacle]]\nkind = "box"\nsize = [0, 1, 1]\n', "w.toml:6:1: the box is 0 x 1 x 1 m, which is no box"),
     ]
     for world, message in cases:
@@ -241,7 +260,8 @@ def refuses(bodies):
     ends_with_the_last_good_tick(bodies, cases[2][0])
     # A part that fails alone, here that of one catom of two far from each other, ends all in the same way.
     far = two.format(90) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [998, 0, 0]\n'
-    told = [bodies.command(PLACE + "force(A, 900, 0, 0) :- id(A, 1), tick(A, 5).\n", far, 20, "-n", processes) for processes in ("1", "2", "3")]
+    told = [bodies.command(PLACE + "force(A, 900, 0, 0) :- id(A, 1), tick(A, 5).\n", far, 20, "-n", processes)
+            for processes in ("1", "2", "3")]
     same([done.returncode for done in told], [4, 4, 4], "how runs on 1, 2 and 3 processes end")
     for done in told:
         same(done.stderr.strip().splitlines()[-1], told[0].stderr.strip().splitlines()[-1], "what they say")
@@ -256,8 +276,9 @@ def have_sizes(bodies):
     """Radius and mass by group and by column: where balls lie, how they part after a central collision without loss (with the
     velocities of the formula), what the recording says."""
     (bodies.folder / "sizes.csv").write_text("x,y,z,radius,mass\n0,0,2,1,8\n9,0,0.25,0.125,1\n")
-    lie = ('[[body]]\nshape = "box(1, 1, 1)"\n[[body]]\npositions = "sizes.csv"\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\n' + FINE +
-           '[[motion.catoms]]\nwhere = "id == 0"\nradius = 0.4\n[[motion.obstacle]]\nkind = "box"\ncentre = [0, 0, 0.5]\nsize = [2, 2, 1]\n')
+    lie = ('[[body]]\nshape = "box(1, 1, 1)"\n[[body]]\npositions = "sizes.csv"\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\n' +
+           FINE + '[[motion.catoms]]\nwhere = "id == 0"\nradius = 0.4\n'
+           '[[motion.obstacle]]\nkind = "box"\ncentre = [0, 0, 0.5]\nsize = [2, 2, 1]\n')
     lie = lie.replace('"box(1, 1, 1)"', '"move(box(1, 1, 1), 5, 0, 1)"')
     pressing = PLACE + "type pressed(node, float P).\npressed(A, P) :- pressure(A, P).\n"
     for processes in ("1", "3"):
@@ -269,8 +290,10 @@ def have_sizes(bodies):
             wanted = mass * 9.81 / (4 * math.pi * radius**2)
             close(dict(facts["pressed"])[catom], wanted, 0.06 * wanted, f"the pressure on catom {catom}")
         same(list(Recorded(bodies.folder / "out.vtkhdf").values("diameter")[-1]), [0.8, 2, 0.25], "the recorded diameters")
-    meet = ('[[body]]\npositions = [[0, 0, 0], [4, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nrestitution = 1\nfriction = 0\n' + FINE +
-            '[[motion.catoms]]\nwhere = "id == 0"\nradius = 1\nmass = 8\nvelocity = [3, 0, 0]\n[[motion.catoms]]\nwhere = "id == 1"\nradius = 0.25\nmass = 2\n')
+    meet = ('[[body]]\npositions = [[0, 0, 0], [4, 0, 0]]\n'
+            '[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nrestitution = 1\nfriction = 0\n' + FINE +
+            '[[motion.catoms]]\nwhere = "id == 0"\nradius = 1\nmass = 8\nvelocity = [3, 0, 0]\n'
+            '[[motion.catoms]]\nwhere = "id == 1"\nradius = 0.25\nmass = 2\n')
     for processes in ("1", "2"):
         facts, _ = bodies.run(SPEED, meet, 400, "-n", processes)
         speeds = {catom: x for catom, x, _, _ in facts["speed"]}
@@ -287,10 +310,12 @@ def wait_for_ports(bodies):
         r, turn = math.sqrt(1 - z * z), i * math.pi * (3 - math.sqrt(5))
         around.append([r * math.cos(turn), r * math.sin(turn), z])
     places = [[0, 0, 0]] + [[2.25 * x for x in point] for point in around]
-    world = (f'[[body]]\npositions = {places}\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 4\n[[motion.catoms]]\nwhere = "id >= 0"\n'
-             'radius = 0.25\nvelocity = [VELOCITY, 0, 0]\n[[motion.catoms]]\nwhere = "id == 0"\nradius = 2\nfixed = true\n')
+    world = (f'[[body]]\npositions = {places}\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\nsteps = 4\n'
+             '[[motion.catoms]]\nwhere = "id >= 0"\nradius = 0.25\nvelocity = [VELOCITY, 0, 0]\n'
+             '[[motion.catoms]]\nwhere = "id == 0"\nradius = 2\nfixed = true\n')
     away = " ".join(f"out(A, {x}, {y}, {z}) :- id(A, {i + 1})." for i, (x, y, z) in enumerate(around))
-    program = ("type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\ntype out(node, float, float, float).\ntype leaves(node, int T).\n"
+    program = ("type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n"
+               "type out(node, float, float, float).\ntype leaves(node, int T).\n"
                f"{away}\nleaves(A, 20 + I) :- id(A, I), I > 0, I < 9.\n"
                "force(A, 40 * X, 40 * Y, 40 * Z) :- leaves(A, T), out(A, X, Y, Z), tick(A, T).\n")
     still = world.replace("VELOCITY", "0")
@@ -306,7 +331,8 @@ def wait_for_ports(bodies):
         else:
             same(beside, first if ticks == 10 else last, f"who is beside the large catom in tick {ticks}")
         for processes in ("2", "4"):
-            same(sorted(bodies.run(program, still, ticks, "-n", processes)[0]["beside"]), beside, f"neighbours in tick {ticks} on {processes} processes")
+            same(sorted(bodies.run(program, still, ticks, "-n", processes)[0]["beside"]), beside,
+                 f"neighbours in tick {ticks} on {processes} processes")
     flying = world.replace("VELOCITY", "30")
     facts, _ = bodies.run(program, flying, 60)
     same(sorted(facts["beside"]), last, "who is beside the large catom in flight")
@@ -323,7 +349,8 @@ def divides_anew(bodies):
     program, world = ((folder / f"crossing.{kind}").read_text() for kind in ("meld", "toml"))
     found = {}
     for processes, threads in ((1, 1), (2, 1), (4, 1), (2, 2)):
-        done = bodies.command(program, world, 130, "--facts-out", bodies.folder / "out.facts", "--digest", bodies.folder / "out.digest", "-n", str(processes), "--threads", str(threads))
+        done = bodies.command(program, world, 130, "--facts-out", bodies.folder / "out.facts", "--digest", bodies.folder / "out.digest",
+                              "-n", str(processes), "--threads", str(threads))
         same(done.returncode, 0, done.stderr)
         found[processes, threads] = (bodies.folder / "out.facts").read_text(), (bodies.folder / "out.digest").read_text()
         same(found[processes, threads] == found[1, 1], True, f"whether {processes} processes of {threads} threads do the same")
@@ -339,8 +366,8 @@ def divides_anew(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce, have_sizes, wait_for_ports, divides_anew,
-                      warns, refuses):
+        for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce,
+                      have_sizes, wait_for_ports, divides_anew, warns, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

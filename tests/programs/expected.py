@@ -105,7 +105,8 @@ def walk(case):
     tops = {start: (*goal, 1 + max(z for x, y, z in ground if (x, y) == goal)) for start, goal in case.goals.items()}
     final = case.outcome.cell_of
     if sorted(final.values()) != sorted(ground | set(tops.values())):
-        raise AssertionError(f"cells are taken that should not be: {sorted(set(final.values()) - ground)}, expected {sorted(tops.values())}")
+        raise AssertionError(f"cells are taken that should not be: {sorted(set(final.values()) - ground)}, "
+                             f"expected {sorted(tops.values())}")
     walkers = {cell: catom for catom, cell in final.items() if cell in tops.values()}
     return {"goal": [(walkers[top], *top[:2]) for top in tops.values()], "arrived": [(walkers[top],) for top in tops.values()]}
 

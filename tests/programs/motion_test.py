@@ -26,7 +26,8 @@ def check_neighbours(rows, places):
         raise AssertionError("a neighbour does not see the other")
     near, apart = moving.pairs_within(places, 1.005), moving.pairs_within(places, 1.0201)
     if not near <= seen <= apart:
-        raise AssertionError(f"neighbours that do not touch: {[tuple(p) for p in seen - apart][:5]}; that touch and are none: {[tuple(p) for p in near - seen][:5]}")
+        raise AssertionError(f"neighbours that do not touch: {[tuple(p) for p in seen - apart][:5]}; "
+                             f"that touch and are none: {[tuple(p) for p in near - seen][:5]}")
 
 
 def main():

@@ -151,7 +151,8 @@ def climber(outcome, recorded, in_other_world):
     expect(numpy.max(numpy.abs(climbs[0] - [1, 0, 0])) < 1e-6, "it does not begin on the ground")
     expect(numpy.max(numpy.abs(climbs[-1] - [0, 0, 4])) < 0.02, f"it has come to {climbs[-1]}")
     nearest = numpy.min(numpy.linalg.norm(stack - climbs[:, None], axis=2), axis=1)
-    expect(0.99 < numpy.min(nearest) and numpy.max(nearest) < 1.03, f"it has been {nearest.min():.3f} to {nearest.max():.3f} from the stack")
+    expect(0.99 < numpy.min(nearest) and numpy.max(nearest) < 1.03,
+           f"it has been {nearest.min():.3f} to {nearest.max():.3f} from the stack")
     expect(numpy.min(numpy.diff(climbs[:, 2])) > -0.02, "it has fallen back on the way")
     weak, fell = in_other_world(lambda text: text.replace("strength = 2500", "strength = 250"))
     expect(not weak.facts["arrived"] and numpy.max(fell.positions[-1][4, 2]) < 0.5, "magnets too weak for its weight have carried it")

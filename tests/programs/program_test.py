@@ -47,7 +47,8 @@ class Case:
     def check_cells(self):
         if self.outcome.summary["ended"] != "quiet":
             raise AssertionError(f"the run ended with {self.outcome.summary['ended']}")
-        if not isinstance(self.world, str) and not hasattr(self, "goals") and sorted(self.outcome.cell_of.values()) != sorted(self.world.cells):
+        if (not isinstance(self.world, str) and not hasattr(self, "goals")
+                and sorted(self.outcome.cell_of.values()) != sorted(self.world.cells)):
             raise AssertionError("the catoms do not stand in the cells of the world")
         if len(self.sources) != len(self.source_cells):
             raise AssertionError(f"catoms at {len(self.sources)} of {len(self.source_cells)} sources")
@@ -159,7 +160,8 @@ def life():
     yield Case("life.toml", lattice="square", generations=24, first=own)
     odd = World("three plates", "square", box((-9, -7, 0), (9, 8, 1)) + box((12, 0, 0), (17, 1, 1)) + box((20, 3, 0), (21, 9, 1)))
     first = set(random.Random(5).sample(odd.cells, 90))
-    yield Case(odd, "alive = [" + ", ".join(f'"{at(cell)}"' for cell in sorted(first)) + "]", ("--set", "generations=9"), generations=9, first=first)
+    yield Case(odd, "alive = [" + ", ".join(f'"{at(cell)}"' for cell in sorted(first)) + "]", ("--set", "generations=9"), generations=9,
+               first=first)
 
 
 def shortest_paths():
@@ -226,10 +228,13 @@ def quicksort():
 
 def belief_propagation():
     wrong = {(-10, 3, 0): 2, (0, 0, 0): 2, (-13, -4, 0): 1, (9, 2, 0): 1, (-9, -8, 0): 1, (2, 7, 0): 0, (12, -6, 0): 0}
-    yield Case("belief_propagation.toml", lattice="square", rounds=12, colour=lambda c: wrong.get(c, 0 if c[0] < -5 else 1 if c[0] < 5 else 2))
+    yield Case("belief_propagation.toml", lattice="square", rounds=12,
+               colour=lambda c: wrong.get(c, 0 if c[0] < -5 else 1 if c[0] < 5 else 2))
     disc = [cell for cell in ball("hex", 6, 1)]
-    given = 'seen = [{ where = "x < 0", args = [0] }, { where = "x >= 0 && y < 2", args = [1] }, { where = "x >= 0 && y >= 2", args = [2] }]'
-    yield Case(World("a disc", "hex", disc), given, ("--set", "rounds=5"), rounds=5, colour=lambda c: 0 if c[0] < 0 else 1 if c[1] < 2 else 2)
+    given = ('seen = [{ where = "x < 0", args = [0] }, { where = "x >= 0 && y < 2", args = [1] }, '
+             '{ where = "x >= 0 && y >= 2", args = [2] }]')
+    yield Case(World("a disc", "hex", disc), given, ("--set", "rounds=5"), rounds=5,
+               colour=lambda c: 0 if c[0] < 0 else 1 if c[1] < 2 else 2)
 
 
 def mutual_exclusion():
@@ -250,7 +255,8 @@ def localization():
 def heat():
     yield Case("heat.toml", lattice="cubic", step=0.05, held=lambda c: 100.0 if c[0] < -14 else 0.0 if c[0] >= 14 else None)
     for world in few_worlds():
-        yield Case(world, 'hot = ["x < -9"]\ncold = ["x >= 9"]', ("--set", "step=0.5"), step=0.5, held=lambda c: 100.0 if c[0] < -9 else 0.0 if c[0] >= 9 else None)
+        yield Case(world, 'hot = ["x < -9"]\ncold = ["x >= 9"]', ("--set", "step=0.5"), step=0.5,
+                   held=lambda c: 100.0 if c[0] < -9 else 0.0 if c[0] >= 9 else None)
 
 
 PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk,
@@ -293,7 +299,8 @@ def main():
             except AssertionError as error:
                 sys.exit(f"{program} in {case.name}: {error}")
             told = case.outcome.summary
-            print(f"{case.name}: {told['catoms']} catoms, {told['ticks']} ticks, {told['exported_changes'] / told['catoms']:.1f} exported changes "
+            print(f"{case.name}: {told['catoms']} catoms, {told['ticks']} ticks, "
+                  f"{told['exported_changes'] / told['catoms']:.1f} exported changes "
                   f"and {told['linear_messages'] / told['catoms']:.1f} linear messages a catom")
 
 

@@ -42,7 +42,8 @@ def drawn(path):
             count, lines = data["NumberOfPoints"][part], data["Lines/NumberOfCells"][part]
             rows = {name: data["PointData"][name][offset[step]:offset[step] + count] for name, offset in steps["PointDataOffsets"].items()}
             places = data["Points"][steps["PointOffsets"][step]:][:count]
-            catoms = {int(i): (place.tolist(), colour.tolist(), labels[label]) for i, place, colour, label in zip(rows["id"], places, rows["colour"], rows["label"])}
+            catoms = {int(i): (place.tolist(), colour.tolist(), labels[label])
+                      for i, place, colour, label in zip(rows["id"], places, rows["colour"], rows["label"])}
             ends = data["Lines/Connectivity"][steps["ConnectivityIdOffsets"][step, 1]:][:2 * lines].reshape(-1, 2)
             yield int(steps["Values"][step]), catoms, [(int(rows["id"][a]), int(rows["id"][b])) for a, b in ends]
 
@@ -90,7 +91,8 @@ def main():
                     if list(steps["Values"]) != ticks:
                         sys.exit(f"every {every}: the recorded ticks are {list(steps['Values'])}, not {ticks}")
                     rows = file["VTKHDF/PointData/colour"]
-                    first, last = (rows[at:at + len(layers)] for at in (steps["PointDataOffsets/colour"][0], steps["PointDataOffsets/colour"][-1]))
+                    first, last = (rows[at:at + len(layers)]
+                                   for at in (steps["PointDataOffsets/colour"][0], steps["PointDataOffsets/colour"][-1]))
                     if {tuple(map(int, row)) for row in first} != {GREY}:
                         sys.exit(f"the catoms are not grey at first: {collections.Counter(map(tuple, first))}")
                     if [tuple(map(int, row)) for row in last] != [COLOURS[layer] for layer in layers]:

@@ -22,7 +22,8 @@ foreach(program swarm rolling row bridge ring climber)
   set_tests_properties(motion_${program} PROPERTIES TIMEOUT 600 PROCESSORS 2)
 endforeach()
 add_test(NAME motion_crowd
-         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/bodies crowd)
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py
+                 $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/bodies crowd)
 set_tests_properties(motion_crowd PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_wishes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/wishes_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_wishes PROPERTIES TIMEOUT 300 PROCESSORS 2)

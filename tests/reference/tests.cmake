@@ -1,7 +1,8 @@
 # Random programs against the reference evaluator.
 file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
 list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
-add_library(tests_reference STATIC ${reference_sources} ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
+add_library(tests_reference STATIC ${reference_sources}
+            ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
 target_link_libraries(tests_reference PUBLIC compiler_driver runtime_record runtime_module)
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)

@@ -6,7 +6,8 @@ from typing import Iterator
 
 from rules import Problem
 
-COMMENTS = {".h": "//", ".cpp": "//", ".def": "//", ".l": "//", ".y": "//", ".meld": "//", ".py": "#", ".cmake": "#", ".toml": "#", ".txt": "#"}
+COMMENTS = {".h": "//", ".cpp": "//", ".def": "//", ".l": "//", ".y": "//", ".meld": "//",
+            ".py": "#", ".cmake": "#", ".toml": "#", ".txt": "#"}
 # The name of a file, not in <> and not behind a letter, an option or a wildcard.
 FILE = re.compile(r"(?<![\w<*/.{}-])((?:[\w-]+/)*[\w-]+\.(?:md|h|cpp|def|py|cmake|meld|toml|l|y))\b(?![\w>*])")
 # docs/design.md, "Ranks and quarantine"

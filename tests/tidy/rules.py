@@ -70,14 +70,17 @@ PROJECT = ("compiler/", "runtime/", "physics/")
 RESTRICTED_HEADERS = [
     (re.compile(r"^mpi\.h$"), ("runtime/comm/", "tests/"), "only runtime/comm talks to MPI"),
     (re.compile(r"^ode/"), ("physics/", "tests/bench/", "tests/unit/physics/"), "only physics talks to ODE"),
-    (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"), "only compiler/build and compiler/diagnostics use LLVM"),
+    (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"),
+     "only compiler/build and compiler/diagnostics use LLVM"),
     (re.compile(r"^mlir/"), ("compiler/lsp/",), "only compiler/lsp uses MLIR"),
-    (re.compile(r"^(thread|future)$"), ("runtime/base/parallel_for.cpp", "runtime/comm/", "tests/"), "threads come from runtime/base/parallel_for.h"),
+    (re.compile(r"^(thread|future)$"), ("runtime/base/parallel_for.cpp", "runtime/comm/", "tests/"),
+     "threads come from runtime/base/parallel_for.h"),
     (re.compile(r"^pthread\.h$"), ("runtime/base/parallel_for.cpp",), "threads come from runtime/base/parallel_for.h"),
 ]
 THREAD = re.compile(r"\bstd::(jthread|thread|async)\b(?!::hardware_concurrency)|\bpthread_create\b")
 THREAD_FILES = ("runtime/base/parallel_for.cpp", "runtime/comm/threads.", "tests/")
 MAX_LINES = 600
+MAX_COLUMNS = 140
 
 
 def includes(lines):
@@ -134,6 +137,8 @@ def check_text(path, lines) -> Iterator[Problem]:
     if len(lines) > MAX_LINES:
         yield Problem(path, MAX_LINES + 1, f"{len(lines)} lines are more than {MAX_LINES}; split the file")
     for number, line in enumerate(lines, 1):
+        if len(line) > MAX_COLUMNS:
+            yield Problem(path, number, f"{len(line)} columns are more than {MAX_COLUMNS}; break the line")
         if "\t" in line:
             yield Problem(path, number, "a tab; indent with spaces")
         if line.endswith((" ", "\r")):
@@ -141,7 +146,7 @@ def check_text(path, lines) -> Iterator[Problem]:
 
 
 def check_file(path, text, layers: Layers) -> Iterator[Problem]:
-    """All rules for one file of C++, CMake, Python or Meld."""
+    """All rules for one file of C++, CMake, Python, Meld or the shell."""
     lines = text.split("\n")
     if lines[-1] == "":
         lines.pop()

@@ -47,7 +47,8 @@ class LayerRules(unittest.TestCase):
 
 class HeaderRules(unittest.TestCase):
     def test_outside_libraries_stay_in_their_layer(self):
-        for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"), ("llvm/IR/Module.h", "compiler/build/backend/a.h")):
+        for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"),
+                             ("llvm/IR/Module.h", "compiler/build/backend/a.h")):
             self.assertEqual(rules_broken(home, f"#include <{header}>\n"), [])
             self.assertEqual(len(rules_broken("runtime/abi/a.h", f"#include <{header}>\n")), 1)
 
@@ -79,13 +80,21 @@ class TextRules(unittest.TestCase):
         self.assertEqual(len(rules_broken("tests/a.cpp", "int x;\n" * 598)), 0)
         self.assertEqual(len(rules_broken("tests/a.cpp", "int x;\n" * 599)), 1)
 
+    def test_width(self):
+        for path in ("tests/a.cpp", "compiler/check/a.def", "tests/a.py", "cmake/a.cmake", "scripts/a"):
+            self.assertEqual(rules_broken(path, "x" * 140 + "\n"), [])
+            self.assertEqual(len(rules_broken(path, "x" * 141 + "\n" + "x" * 200 + "\n")), 2)
+        # Characters count, not bytes.
+        self.assertEqual(rules_broken("tests/a.py", "é" * 140 + "\n"), [])
+
     def test_the_last_line_ends(self):
         self.assertEqual(len(rules_broken("tests/a.cpp", "int x;")), 1)
 
 
 class ReferenceRules(unittest.TestCase):
     def broken(self, path, text):
-        here = References({"docs/a.md": "# A\n\n## What is there\n", "runtime/abi/a.h": "void begin();\n", "runtime/abi/b.cpp": "", "stdlib/tree.meld": ""})
+        here = References({"docs/a.md": "# A\n\n## What is there\n", "runtime/abi/a.h": "void begin();\n", "runtime/abi/b.cpp": "",
+                           "stdlib/tree.meld": ""})
         return [problem.rule for problem in here.problems(path, text.split("\n"))]
 
     def test_comments_point_to_files(self):
@@ -106,7 +115,8 @@ class ReferenceRules(unittest.TestCase):
 
     def test_code_and_placeholders_are_left_alone(self):
         self.assertEqual(self.broken("docs/a.md", "```cpp\n// c.h\n```\n    c.h\n"), [])
-        self.assertEqual(self.broken("runtime/abi/a.h", '#include "c.h"\nauto s = "// c.h";\n// <c.h>, file.meld, PROGRAM.toml, --link=FILE.c\n'), [])
+        body = '#include "c.h"\nauto s = "// c.h";\n// <c.h>, file.meld, PROGRAM.toml, --link=FILE.c\n'
+        self.assertEqual(self.broken("runtime/abi/a.h", body), [])
 
 
 if __name__ == "__main__":

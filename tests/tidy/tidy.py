@@ -6,10 +6,12 @@ import sys
 from references import References
 from rules import Layers, Problem, check_file, check_table_of_folders
 
-FOLDERS = ("cmake", "compiler", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
+FOLDERS = ("cmake", "compiler", "docs/pictures", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
-SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".cmake", ".meld")
-# A test of the scanner may contain any byte.
+SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".js", ".cmake", ".meld")
+# Programs for the shell have no suffix.
+SHELL = ("scripts", ".ci")
+# A program that tests the scanner may contain any byte, and its expected output lines of any width.
 FREE_TEXT = "tests/meld/"
 
 
@@ -19,6 +21,8 @@ def files_of(root: pathlib.Path):
         for path in sorted((root / folder).rglob("*")):
             if path.is_file() and (path.suffix in SUFFIXES or path.name == "CMakeLists.txt") and "__pycache__" not in path.parts:
                 yield path
+    for folder in SHELL:
+        yield from sorted(path for path in (root / folder).iterdir() if path.is_file())
 
 
 def check_repository(root: pathlib.Path):
@@ -31,7 +35,7 @@ def check_repository(root: pathlib.Path):
             yield from references.problems(path, references.text(path).split("\n"))
     for file in files_of(root):
         path = file.relative_to(root).as_posix()
-        if path.startswith(FREE_TEXT):
+        if path.startswith(FREE_TEXT) and file.suffix == ".meld":
             continue
         try:
             text = file.read_bytes().decode("utf-8")

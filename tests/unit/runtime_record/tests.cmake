@@ -4,6 +4,7 @@ target_link_libraries(test_runtime_record_writer PRIVATE runtime_record)
 add_dependencies(unit_tests test_runtime_record_writer)
 foreach(check layout killed full-disk)
   add_test(NAME test_runtime_record_${check}
-           COMMAND ${CLAYMELD_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/check_recording.py $<TARGET_FILE:test_runtime_record_writer> ${check})
+           COMMAND ${CLAYMELD_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/check_recording.py
+                   $<TARGET_FILE:test_runtime_record_writer> ${check})
   set_tests_properties(test_runtime_record_${check} PROPERTIES TIMEOUT 300)
 endforeach()
