@@ -8,31 +8,13 @@
 #include "compiler/check/library.h"
 #include "compiler/check/types.h"
 #include "runtime/abi/actions.h"
+#include "runtime/abi/senses.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
 namespace {
-
-// The world predicates by name and number of arguments.
-WorldSource world_source(const Predicate& p) {
-    static const std::map<std::pair<std::string, std::size_t>, WorldSource> sources = {{{"neighbor", 2}, WorldSource::Neighbor},
-                                                                                       {{"neighbor", 3}, WorldSource::NeighborPort},
-                                                                                       {{"neighborCount", 2}, WorldSource::NeighborCount},
-                                                                                       {{"vacant", 2}, WorldSource::Vacant},
-                                                                                       {{"cell", 4}, WorldSource::Cell},
-                                                                                       {{"position", 4}, WorldSource::Position},
-                                                                                       {{"position", 2}, WorldSource::PositionVector},
-                                                                                       {{"at", 4}, WorldSource::Position},
-                                                                                       {{"at", 2}, WorldSource::PositionVector},
-                                                                                       {{"id", 2}, WorldSource::Id},
-                                                                                       {{"tick", 2}, WorldSource::Tick},
-                                                                                       {{"target", 1}, WorldSource::Target},
-                                                                                       {{"target", 2}, WorldSource::TargetPort}};
-    const auto found = sources.find({p.name, p.arguments.size()});
-    return p.prelude && p.sensed && found != sources.end() ? found->second : WorldSource::None;
-}
 
 bool of_bodies(const std::string& name) {
     static const std::set<std::string> senses = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy"};
@@ -304,7 +286,8 @@ void find_returns(Program& program, diagnostics::Reporter& report) {
 
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report) {
     Declarer(tree, prelude_files, program, report).run();
-    for (Predicate& p : program.predicates) p.world = world_source(p);
+    for (Predicate& p : program.predicates)
+        if (p.prelude && p.sensed) p.world = world_source(p.name, p.arguments.size() - 1);
     find_returns(program, report);
 }
 

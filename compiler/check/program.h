@@ -9,6 +9,7 @@
 
 #include "compiler/source/source.h"
 #include "compiler/syntax/aggregates.h"
+#include "runtime/abi/senses.h"
 #include "runtime/base/ids.h"
 
 namespace meld::check {
@@ -44,22 +45,7 @@ std::string aggregate_name(Aggregate aggregate);
 struct Function;
 using FunctionId = Id<Function>;
 
-// Sensed predicates that are read from the ensemble and stored nowhere.
-enum class WorldSource {
-    None,
-    Neighbor,
-    NeighborPort,
-    NeighborCount,
-    Vacant,
-    Cell,
-    Position,
-    PositionVector,
-    Id,
-    Tick,
-    Target,
-    TargetPort,
-    Facts
-};
+using meld::WorldSource;
 
 struct Constant;
 using ConstantId = Id<Constant>;

@@ -145,8 +145,7 @@ class Useless {
         });
     }
     bool links_itself(const Atom& a) const {
-        const WorldSource w = program_.predicates[a.predicate].world;
-        return (w == WorldSource::Neighbor || w == WorldSource::NeighborPort) && a.arguments[1].is_variable() &&
+        return is_link(program_.predicates[a.predicate].world) && a.arguments[1].is_variable() &&
                a.arguments[0].variable == a.arguments[1].variable;
     }
 

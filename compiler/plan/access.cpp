@@ -1,6 +1,8 @@
 // The costs of the join order.
 #include "compiler/plan/access.h"
 
+#include "runtime/abi/senses.h"
+
 namespace meld::plan {
 
 using namespace check;
@@ -36,9 +38,7 @@ constexpr int kEachNeighbourThatPointsHere = 70;
 
 // Predicates of the world that hold for several values at a catom. They are read from the geometry at no more than kMaxPorts
 // places, or searched in a table, so they cost what one fact costs.
-bool several_in_world(WorldSource world) {
-    return world == WorldSource::Vacant || world == WorldSource::TargetPort || world == WorldSource::Facts;
-}
+bool several_in_world(WorldSource world) { return info(world).facts == SenseInfo::Facts::Several; }
 
 }  // namespace
 
@@ -48,10 +48,7 @@ bool Known::has(const Term& term) const {
     return all;
 }
 
-bool AccessPlanner::is_link(const Atom& atom) const {
-    const WorldSource world = plan_.program.predicates[atom.predicate].world;
-    return world == WorldSource::Neighbor || world == WorldSource::NeighborPort;
-}
+bool AccessPlanner::is_link(const Atom& atom) const { return meld::is_link(plan_.program.predicates[atom.predicate].world); }
 
 bool AccessPlanner::reads(const Clause& clause) {
     return clause.kind != Clause::Kind::Test && clause.kind != Clause::Kind::Not && clause.kind != Clause::Kind::Aggregate;

@@ -1,5 +1,6 @@
 // Which dirty bits steps look at: after a change of anything else they have the outcome that they had.
 #include "compiler/plan/order.h"
+#include "runtime/abi/senses.h"
 
 namespace meld::plan {
 
@@ -7,32 +8,9 @@ using namespace check;
 
 namespace {
 
-std::uint64_t of_world(WorldSource world) {
-    switch (world) {
-        case WorldSource::Neighbor:
-        case WorldSource::NeighborPort:
-        case WorldSource::NeighborCount:
-        case WorldSource::Vacant:
-            return kDirtyLinks;
-        case WorldSource::Cell:
-        case WorldSource::Position:
-        case WorldSource::PositionVector:
-        case WorldSource::Target:
-        case WorldSource::TargetPort:
-            return kDirtyPlace;
-        case WorldSource::Tick:
-            return kDirtyTick;
-        case WorldSource::Id:
-        case WorldSource::Facts:
-        case WorldSource::None:
-            return 0;
-    }
-    return 0;
-}
-
 std::uint64_t of_match(const Plan& plan, const Match& m) {
     const WorldSource world = plan.program.predicates[m.predicate].world;
-    if (world != WorldSource::None) return of_world(world);
+    if (world != WorldSource::None) return info(world).wakes;
     const Column& column = plan.column_of(m.predicate);
     const std::uint64_t per_link = plan.of(m.predicate).storage == Storage::PerLink ? std::uint64_t{kDirtyLinks} : 0;
     return per_link | (m.at_site ? column.own_dirty : column.reader_dirty | kDirtyLinks);

@@ -23,10 +23,7 @@ using Variables = std::set<VariableId>;
 bool is_link(const Program& program, const Atom& a) {
     return program.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable();
 }
-bool is_neighbor(const Program& program, const Atom& a) {
-    const WorldSource w = program.predicates[a.predicate].world;
-    return w == WorldSource::Neighbor || w == WorldSource::NeighborPort;
-}
+bool is_neighbor(const Program& program, const Atom& a) { return meld::is_link(program.predicates[a.predicate].world); }
 
 class Localizer {
   public:

@@ -174,20 +174,17 @@ class Narrower {
             }
             return;
         }
-        constexpr Range port{0, kMaxPorts - 1};
-        MELD_EXPECT(p.world != WorldSource::NeighborPort || ranges.size() == 3, "{} has {} arguments", p.name, ranges.size());
-        switch (p.world) {
-            case WorldSource::NeighborPort:
-                ranges[2] = port;
+        if (p.world == WorldSource::None) return;
+        const SenseInfo& sense = info(p.world);
+        MELD_EXPECT(ranges.size() == sense.arguments + 1, "{} has {} arguments", p.name, ranges.size());
+        switch (sense.values) {
+            case SenseInfo::Values::Any:
                 break;
-            case WorldSource::Vacant:
-            case WorldSource::TargetPort:
-                ranges[1] = port;
+            case SenseInfo::Values::Port:
+                ranges.back() = {0, kMaxPorts - 1};
                 break;
-            case WorldSource::NeighborCount:
-                ranges[1] = {0, kMaxPorts};
-                break;
-            default:
+            case SenseInfo::Values::PortCount:
+                ranges.back() = {0, kMaxPorts};
                 break;
         }
     }

@@ -1,5 +1,4 @@
 #include "runtime/sim/bodies/body_senses.h"
-#include "runtime/base/assert.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +7,10 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <string_view>
+
+#include "runtime/abi/senses.h"
+#include "runtime/base/assert.h"
 
 namespace meld::sim {
 
@@ -49,13 +52,12 @@ bool BodySenses::senses_acceleration(const Subdomain& part) { return stored(part
 Result<void> BodySenses::start(Subdomain& part, const world::World& world) {
     world_ = &world;
     const world::SenseOptions& s = world.physics.sense;
-    const auto reads = [&](const char* name, std::size_t arity) {
+    const auto reads = [&](std::string_view name, std::size_t arity) {
         const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
         return p && part.module.predicates[*p].storage == Storage::World && part.module.predicates[*p].read;
     };
-    const std::pair<const char*, std::size_t> of_lattices[] = {{"cell", 3}, {"vacant", 1}, {"target", 1}};
-    for (const auto& [name, arity] : of_lattices)
-        if (reads(name, arity))
+    for (const auto& [name, arity, source] : sense_names())
+        if (info(source).has(SenseInfo::kCells) && reads(name, arity))
             return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
                         "Read position, or give the world [motion] kind = \"lattice\"");
     find_sensor(part, "orientation", 4, Quantity::Orientation, s.orientation);

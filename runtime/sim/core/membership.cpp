@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/abi/senses.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
 #include "runtime/tuple/facts.h"
@@ -12,11 +13,11 @@ namespace meld::sim {
 namespace {
 
 bool reads_positions(const ModuleInfo& module) {
-    for (const char* name : {"position", "at"})
-        for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
-            const std::optional<u32> p = tuple::find_sensed(module, name, arity);
-            if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
-        }
+    for (const auto& [name, arity, source] : sense_names()) {
+        if (!info(source).has(SenseInfo::kCentre)) continue;
+        const std::optional<u32> p = tuple::find_sensed(module, name, arity);
+        if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
+    }
     return false;
 }
 

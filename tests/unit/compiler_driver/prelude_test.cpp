@@ -10,6 +10,7 @@
 
 #include "compiler/driver/front_end.h"
 #include "runtime/abi/actions.h"
+#include "runtime/abi/senses.h"
 
 namespace meld::driver {
 namespace {
@@ -33,6 +34,26 @@ TEST(Prelude, DeclaresTheActionsOfTheTable) {
     for (const ActionInfo& action : known_actions()) known.emplace(action.word, action.arguments);
     EXPECT_EQ(declared, known);
     EXPECT_EQ(known.size(), known_actions().size()) << "an action is twice in the table";
+}
+
+TEST(Prelude, DeclaresTheSensesOfTheTable) {
+    std::set<Signature> declared, known;
+    for (const check::Predicate& p : prelude().predicates)
+        if (p.world != WorldSource::None) declared.emplace(p.name, p.arguments.size() - 1);
+    for (const SenseName& sense : sense_names()) {
+        known.emplace(sense.word, sense.arguments);
+        EXPECT_EQ(world_source(sense.word, sense.arguments), sense.source) << sense.word;
+    }
+    EXPECT_EQ(declared, known);
+    EXPECT_EQ(known.size(), sense_names().size()) << "a sense is twice in the table";
+}
+
+TEST(Prelude, HasIntsWhereTheTableHasBounds) {
+    for (const check::Predicate& p : prelude().predicates) {
+        if (info(p.world).values != SenseInfo::Values::Any) {
+            EXPECT_EQ(p.arguments.back().type, check::Type::Int) << p.name;
+        }
+    }
 }
 
 TEST(Prelude, NamesTheCodesOfActionsThatFail) {

@@ -1,0 +1,47 @@
+// The predicates that are read from the ensemble and stored nowhere, as the table senses.def describes them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace meld {
+
+enum class WorldSource {
+#define MELD_SENSE(source, word, arguments, wakes, facts, values, traits) source,
+#include "runtime/abi/senses.def"
+};
+
+// What the table says of a sense; senses.def explains each column.
+struct SenseInfo {
+    enum class Facts { One, Several, Links };
+    enum class Values { Any, Port, PortCount };
+    enum Trait : unsigned { kCells = 1, kCentre = 2 };
+
+    WorldSource source = WorldSource::None;
+    std::string_view word;
+    std::size_t arguments = 0;
+    std::uint64_t wakes = 0;
+    Facts facts = Facts::One;
+    Values values = Values::Any;
+    unsigned traits = 0;
+
+    bool has(Trait trait) const { return (traits & trait) != 0; }
+};
+const SenseInfo& info(WorldSource source);
+
+struct SenseName {
+    std::string_view word;
+    std::size_t arguments = 0;
+    WorldSource source = WorldSource::None;
+};
+// All that programs may write, other words for the same too.
+std::span<const SenseName> sense_names();
+// None: the ensemble has nothing of the kind.
+WorldSource world_source(std::string_view word, std::size_t arguments);
+
+// Whether it says which catoms touch, so that a rule may go over it to a neighbour.
+inline bool is_link(WorldSource source) { return info(source).facts == SenseInfo::Facts::Links; }
+
+}  // namespace meld
