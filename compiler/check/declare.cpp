@@ -138,6 +138,7 @@ class Declarer {
         }
         before.repeats = before.repeats || p.repeats;
         before.route = before.route || p.route;
+        before.repeated = true;
     }
 
     // A predicate of the prelude declared with another number of arguments is a mistake, not a new predicate.

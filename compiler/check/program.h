@@ -141,6 +141,7 @@ struct Predicate {
     bool route = false;      // The second argument is the catom it points to.
     bool repeats = false;    // type action ... while.
     bool prelude = false;    // Declared in stdlib/prelude.meld.
+    bool repeated = false;   // And again by the program.
     bool auxiliary = false;  // Made by the compiler.
     bool refused = false;    // Its declaration has been reported; rules that use it are not looked at further.
     Aggregate aggregate = Aggregate::None;

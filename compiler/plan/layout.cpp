@@ -46,8 +46,11 @@ class Layout {
     Facts& of(PredicateId p) { return facts_[p.index()]; }
 
     void study_rules() {
-        for (const PredicateId p : program_.predicates.ids())
-            of(p).used = !program_.predicates[p].prelude && !program_.predicates[p].auxiliary;
+        // An action that the program declares, though no rule asks for it, is for modules in C++ to ask for.
+        for (const PredicateId id : program_.predicates.ids()) {
+            const Predicate& p = program_.predicates[id];
+            of(id).used = (!p.prelude || (p.repeated && p.kind == PredicateKind::Action)) && !p.auxiliary;
+        }
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) {
                 of(a.predicate).used = true;

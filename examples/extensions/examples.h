@@ -1,4 +1,4 @@
-// The three kinds of extension, one example each. They are registered in register.cpp.
+// Examples of the three kinds of extension. They are registered in register.cpp.
 #pragma once
 
 #include <memory>
@@ -7,4 +7,5 @@
 
 std::unique_ptr<meld::sim::SimModule> make_census();
 std::unique_ptr<meld::sim::CodeModule> make_odometer();
+std::unique_ptr<meld::sim::CodeModule> make_pile();
 std::unique_ptr<meld::sim::Component> make_tide();

@@ -1,7 +1,5 @@
 // A CodeModule with an object for each catom: it counts the moves of its catom and follows it from process to process. It also
 // reads a fact of the program and writes a string and a list: who stands in the water says so, with its last position.
-#include <cstring>
-
 #include "examples.h"
 
 namespace {
@@ -30,14 +28,8 @@ class Odometer : public meld::sim::CodeModule {
         catom.sense(log_, {wet ? "wet" : "dry", std::vector<meld::sim::Argument>{now[0], now[1], now[2]}});
     }
 
-    std::vector<std::byte> save() const override {
-        std::vector<std::byte> bytes(sizeof state_);
-        std::memcpy(bytes.data(), &state_, sizeof state_);
-        return bytes;
-    }
-    void load(const std::vector<std::byte>& bytes) override {
-        if (bytes.size() == sizeof state_) std::memcpy(&state_, bytes.data(), sizeof state_);
-    }
+    void save(meld::ByteWriter& out) const override { out.write(state_); }
+    void load(meld::ByteReader& in) override { state_ = in.read<State>(); }
 
   private:
     struct State {

@@ -135,7 +135,7 @@ struct Evaluator::Thread : Eval {
 Evaluator::Thread& Evaluator::of(Eval* e) { return *static_cast<Thread*>(e); }
 
 Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions)
-    : module_(module), columns_(columns), workers_(workers), positions_(std::move(positions)) {
+    : module_(module), columns_(columns), workers_(workers), positions_(std::move(positions)), requests_(module, columns) {
     host_.more_arena = [](Eval* e, u64 bytes) {
         Thread& t = of(e);
         const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
@@ -232,6 +232,7 @@ Evaluator::~Evaluator() {
 Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
     agenda_.take(awake_, dirty_, [&](u32 catom) { return part.geometry.catom_state[catom] == kCatomOwned; });
     part.tombstones = !tombstones_.empty() || linear_;
+    requests_.begin_evaluation();
     for (auto& t : threads_) {
         t->part = &part;
         t->trap = Trap::None;
@@ -312,8 +313,9 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
 void Evaluator::gather(const Part& part) {
     statistics_ = {};
     statistics_.awake = awake_.size();
-    unsorted_.clear();
-    actions_.clear();
+    unsorted_ = requests_.messages();
+    actions_ = requests_.actions();
+    statistics_.messages = unsorted_.size();
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
         statistics_.dropped += t->dropped;

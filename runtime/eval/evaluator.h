@@ -13,24 +13,10 @@
 #include "runtime/eval/agenda.h"
 #include "runtime/eval/failure.h"
 #include "runtime/eval/memory.h"
+#include "runtime/eval/requests.h"
 #include "runtime/tuple/columns.h"
 
 namespace meld::eval {
-
-// A linear or given fact on its way to a catom of this part or to a ghost.
-struct Message {
-    u32 to = 0;  // Index on this part.
-    u16 predicate = 0;
-    u64 from = 0;  // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
-    u32 sequence = 0;
-    const Value* arguments = nullptr;  // Valid until the next evaluation.
-};
-
-struct Action {
-    u32 catom = 0;
-    u16 predicate = 0;
-    const Value* arguments = nullptr;  // Valid until the next evaluation.
-};
 
 struct Statistics {
     u64 awake = 0;  // Catoms evaluated.
@@ -54,6 +40,8 @@ class Evaluator {
     const Tombstones& tombstones() const { return tombstones_; }
     Timers& timers() { return timers_; }
     const Timers& timers() const { return timers_; }
+    // Facts and actions that do not come from rules, for the next evaluation.
+    Requests& requests() { return requests_; }
 
     // Told of every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
@@ -83,6 +71,7 @@ class Evaluator {
     Agenda agenda_;
     Tombstones tombstones_;
     Timers timers_;
+    Requests requests_;
     bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<u32> awake_;

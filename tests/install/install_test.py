@@ -15,6 +15,21 @@ import unittest
 BUILD = pathlib.Path()  # Set from the command line.
 
 
+# What examples/extensions/pile.cpp does, as rules.
+PILE_AS_RULES = """
+type linear greeting(node, node From, string Words, list float At).
+type linear greetings(node, int Count).
+type met(node, node Whom, string Words, float Height).
+type linear go(node).
+greetings(A, 0).
+greeting(A, B, Words, [_, _, Z]), greetings(A, N) -o greetings(A, N + 1), met(A, B, Words, Z).
+go(A).
+go(A), position(A, X, Y, Z) -o go(A)@+1, {B | neighbor(A, B) | greeting(B, A, "hello", [X, Y, Z])}.
+moveTo(A, 0, 0, T) :- tick(A, T), cell(A, _, _, 0).
+print(A, "arrived after " ++ int2str(Z) ++ " requests") :- tick(A, T), cell(A, _, _, Z), Z > 0, Z = T - 1.
+"""
+
+
 class Installed(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -73,10 +88,14 @@ class Installed(unittest.TestCase):
             for path in (f"zsh/vendor-completions/_{program}", f"fish/vendor_completions.d/{program}.fish"):
                 self.assertIn("--help" if "zsh" in path else "-l help", (self.prefix / "share" / path).read_text())
 
-    def test_extensions_are_built_against_what_is_installed(self):
+    def built_extensions(self):
         source, build = self.prefix / "share/claymeld/extensions", self.folder / "extensions"
         self.call("cmake", "-S", str(source), "-B", str(build), f"-DCMAKE_PREFIX_PATH={self.prefix}")
         self.call("cmake", "--build", str(build))
+        return source, build
+
+    def test_extensions_are_built_against_what_is_installed(self):
+        source, build = self.built_extensions()
         flood = ["run", str(source / "flood.meld"), "--ticks", "4", "--extension", str(build / "examples.so")]
         world = str(source / "flood.toml")
         facts = self.call("meldsim", *flood, "--world", world, "--quiet", "--facts-out", "-")
@@ -88,6 +107,42 @@ class Installed(unittest.TestCase):
         self.assertIn("at most 128 catoms", summary["outcomes"])
         self.call("meldsim", *flood, "--world", world, "--quiet", "-n", "2", "--facts-out", "two.facts")
         self.assertEqual((self.folder / "two.facts").read_text(), facts)
+
+    def run_pile(self, program, *options):
+        """The printed lines, and the facts that both programs have."""
+        lines = self.call("meldsim", "run", str(program), "--ticks", "12", "--quiet", "--facts-out", "pile.facts", *options)
+        facts = (self.folder / "pile.facts").read_text().splitlines()
+        return lines, [fact for fact in facts if fact.startswith(("met(", "greeting"))]
+
+    def test_what_an_extension_does_and_sends_is_as_if_rules_did(self):
+        source, build = self.built_extensions()
+        (self.folder / "rules.meld").write_text(PILE_AS_RULES)
+        body = (source / "pile.toml").read_text().split("[components]")[0]
+        (self.folder / "rules.toml").write_text(body)
+        lines, facts = self.run_pile("rules.meld", "--world", "rules.toml")
+        # One catom arrives in each tick but the first. Links on the plate and within the pile carry greetings.
+        self.assertEqual(lines.count("arrived"), 11)
+        self.assertIn('@10: arrived after 11 requests', lines)
+        self.assertGreater(len(facts), 100)
+        pile = ["--world", str(source / "pile.toml"), "--extension", str(build / "examples.so")]
+        for options in ([], ["--threads", "2"], ["-n", "2"], ["-n", "3"]):
+            self.assertEqual(self.run_pile(source / "pile.meld", *pile, *options), (lines, facts), options)
+        # What a module asks for comes before what the rules of the same catom ask for, of which only the first can be granted.
+        program = (source / "pile.meld").read_text()
+        (self.folder / "both.meld").write_text(program + "moveTo(A, 2, 2, T) :- tick(A, T), cell(A, _, _, 0).\n")
+        for options in ([], ["-n", "2"]):
+            self.assertEqual(self.run_pile("both.meld", *pile, *options), (lines, facts), options)
+        for before, after, says in (("linear greeting(", "greeting(", "no predicate greeting with 3 arguments"),
+                                    ("greeting(node, node From, ", "greeting(node, ", "no predicate greeting with 3 arguments"),
+                                    ("linear greeting(", "linear greetin(", "did you mean 'greetin'?"),
+                                    ("action moveTo(node, int X, int Y, int Z)", "other(node)", "no predicate moveTo with 3 arguments")):
+            self.assertIn(before, program)
+            declarations = program.replace(before, after).split("greetings(A, 0)")[0]
+            (self.folder / "wrong.meld").write_text(declarations)
+            done = subprocess.run(["meldsim", "run", "wrong.meld", "--quiet", "--ticks", "1", *pile], env=self.environment,
+                                  cwd=self.folder, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(says, done.stderr)
 
     def test_a_predicate_that_an_extension_does_not_find_is_an_error(self):
         text = (self.prefix / "share/claymeld/examples/thermometer.meld").read_text().replace("temperature", "temperatur")

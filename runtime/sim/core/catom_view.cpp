@@ -11,6 +11,8 @@ namespace meld::sim {
 namespace {
 
 bool takes_facts(const PredicateInfo& p) { return !p.auxiliary && p.base != kNone16 && p.column != kNone16; }
+bool is_action(const PredicateInfo& p) { return !p.auxiliary && p.kind == PredicateKind::Action; }
+bool is_linear(const PredicateInfo& p) { return takes_facts(p) && p.kind == PredicateKind::Linear; }
 bool has_facts(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16; }
 
 Result<Predicate> look_up(const ModuleInfo& module, std::string_view name, std::size_t arguments, bool (*fits)(const PredicateInfo&),
@@ -43,6 +45,14 @@ Result<Predicate> Names::stored(std::string_view name, std::size_t arguments) co
     return look_up(module_, name, arguments, has_facts, "read");
 }
 
+Result<Predicate> Names::action(std::string_view name, std::size_t arguments) const {
+    return look_up(module_, name, arguments, is_action, "ask for as an action");
+}
+
+Result<Predicate> Names::linear(std::string_view name, std::size_t arguments) const {
+    return look_up(module_, name, arguments, is_linear, "send as a linear fact");
+}
+
 std::uint64_t CatomView::id() const { return subdomain_.ensemble.id(catom_); }
 world::Vec3 CatomView::position() const { return subdomain_.ensemble.position(catom_); }
 std::int64_t CatomView::tick() const { return subdomain_.tick(); }
@@ -68,6 +78,34 @@ std::vector<std::vector<Argument>> CatomView::facts(Predicate predicate) const {
         for (u32 i = 0; i < p.arity; ++i) fact.push_back(to_argument(tuple::type_of(module, p.fields[i]), values[i]));
     });
     return all;
+}
+
+std::vector<CatomId> CatomView::neighbors() const {
+    std::vector<CatomId> ids;
+    subdomain_.each_neighbour(catom_, [&](Catom other) { ids.push_back({subdomain_.ensemble.id(other)}); });
+    return ids;
+}
+
+void CatomView::act(Predicate action, const std::vector<Argument>& arguments) {
+    const PredicateInfo& p = subdomain_.module.predicates[action.number()];
+    MELD_CHECK(is_action(p), "a module acts with {}, which is not an action", p.name);
+    tuple::Arena arena;
+    const std::vector<Value> values = values_of(subdomain_.module, p, arguments, arena);
+    subdomain_.facts_.evaluator.requests().act(catom_, static_cast<u16>(action.number()), values.data());
+}
+
+bool CatomView::send(CatomId to, Predicate linear, const std::vector<Argument>& arguments) {
+    const PredicateInfo& p = subdomain_.module.predicates[linear.number()];
+    MELD_CHECK(is_linear(p), "a module sends {}, which is not linear", p.name);
+    std::optional<Catom> neighbour;
+    subdomain_.each_neighbour(catom_, [&](Catom other) {
+        if (subdomain_.ensemble.id(other) == to.number) neighbour = other;
+    });
+    if (!neighbour) return false;
+    tuple::Arena arena;
+    const std::vector<Value> values = values_of(subdomain_.module, p, arguments, arena);
+    subdomain_.facts_.evaluator.requests().send(*neighbour, p.base, id(), values.data());
+    return true;
 }
 
 }  // namespace meld::sim

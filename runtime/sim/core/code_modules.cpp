@@ -54,21 +54,22 @@ void CodeModules::follow(Subdomain& part, Entry& entry) {
             ++it;
             continue;
         }
-        const std::vector<std::byte> state = it->second->save();
+        ByteWriter state;
+        it->second->save(state);
         leaving.write(it->first);
-        leaving.write_block(state);
+        leaving.write_block(state.view());
         it = entry.own.erase(it);
     }
     for (const auto& from : part.comm.allgather_any(leaving.view())) {
         ByteReader in(from, "hand-written modules that follow their catoms");
         while (!in.done()) {
             const auto id = in.read<std::uint64_t>();
-            const auto block = in.read_block();
-            const std::vector<std::byte> state(block.begin(), block.end());
+            ByteReader state(in.read_block(), "the state of a hand-written module");
             const std::optional<Catom> catom = part.ensemble.find(id);
             if (!catom || !part.owned(*catom)) continue;
             std::unique_ptr<CodeModule> instance = instance_of(entry, part.module);
             instance->load(state);
+            MELD_CHECK(state.done(), "the module of catom @{} leaves {} bytes of its saved state unread", id, state.left());
             entry.own[id] = std::move(instance);
         }
     }

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/version.h"
 #include "runtime/sim/core/argument.h"
@@ -61,6 +62,10 @@ class Names {
     Result<Predicate> sensed(std::string_view name, std::size_t arguments) const;
     // A predicate whose facts a module may read, also one that rules derive.
     Result<Predicate> stored(std::string_view name, std::size_t arguments) const;
+    // An action that the program uses or declares, for CatomView::act.
+    Result<Predicate> action(std::string_view name, std::size_t arguments) const;
+    // A linear predicate, for CatomView::send.
+    Result<Predicate> linear(std::string_view name, std::size_t arguments) const;
 
   private:
     const ModuleInfo& module_;
@@ -78,6 +83,14 @@ class CatomView {
     void unsense(Predicate predicate, const std::vector<Argument>& arguments);
     // The facts that a predicate has at this catom, as the last tick left them: the arguments of each after the catom.
     std::vector<std::vector<Argument>> facts(Predicate predicate) const;
+    // The catoms it is linked with, in the order of the ports.
+    std::vector<CatomId> neighbors() const;
+    // Asks for an action as a rule of this catom does: it is carried out in the central phase of the next tick. Where several catoms
+    // or requests compete, those of a module come before those of its catom's rules, in the order of the calls.
+    void act(Predicate action, const std::vector<Argument>& arguments);
+    // Sends a linear fact to a neighbour, as a rule of this catom does: the neighbour's rules find it in the next tick. Returns
+    // false and sends nothing if the catom is not linked with that one.
+    bool send(CatomId to, Predicate linear, const std::vector<Argument>& arguments);
 
   private:
     Subdomain& subdomain_;
@@ -94,9 +107,10 @@ class CodeModule {
     virtual Result<void> look_up(const Names&) { return {}; }
     // Runs at every catom in every tick, before rules are evaluated. Must depend on the catom and the tick alone.
     virtual void run(CatomView& catom) = 0;
-    // The state of a per-catom instance, so that it can follow its catom to another part.
-    virtual std::vector<std::byte> save() const { return {}; }
-    virtual void load(const std::vector<std::byte>&) {}
+    // The state of a per-catom instance, which follows its catom to another process: load() is called on a new object after look_up()
+    // and must read all that save() has written. An object that is shared does not move, and is not asked.
+    virtual void save(ByteWriter&) const {}
+    virtual void load(ByteReader&) {}
 };
 
 // Both sides in one object a part: in every tick step(), on every part at the same time, then run() at each catom, so the

@@ -37,12 +37,7 @@ void Subdomain::mark_around(Cell cell, u64 bits) {
 }
 
 void Subdomain::mark_neighbours(Catom catom, u64 bits) {
-    if (ensemble.is_free()) {
-        for (int port = 0; port < kMaxPorts; ++port)
-            if (const std::optional<Catom> other = ensemble.linked(catom, port)) mark(*other, bits);
-    } else {
-        mark_around(ensemble.cell(catom), bits);
-    }
+    each_neighbour(catom, [&](Catom other) { mark(other, bits); });
 }
 
 Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {

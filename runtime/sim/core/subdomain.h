@@ -95,6 +95,15 @@ class Subdomain {
     // Marks the catoms next to a cell, or to a catom.
     void mark_around(Cell cell, u64 bits);
     void mark_neighbours(Catom catom, u64 bits);
+    // Calls visit(Catom) for the catoms that a catom is linked with, in the order of its ports. Some may be ghosts.
+    template <class Visit>
+    void each_neighbour(Catom catom, const Visit& visit) const {
+        const bool free = ensemble.is_free();
+        const Cell cell = free ? Cell{} : ensemble.cell(catom);
+        for (int port = 0; port < (free ? kMaxPorts : lattice.ports()); ++port)
+            if (const std::optional<Catom> other = free ? ensemble.linked(catom, port) : ensemble.at(lattice.neighbour(cell, port)))
+                visit(*other);
+    }
 
     // ---- catoms on a lattice. They come and go; links around the cell are marked. Arrays may move.
     Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
@@ -140,6 +149,7 @@ class Subdomain {
     void set_motion_bytes(std::size_t bytes) { motion_bytes_ = bytes; }
 
   private:
+    friend class CatomView;
     friend class Setup;
     friend class GivenFacts;
     friend class Exchange;

@@ -3,7 +3,6 @@
 // "plane"`, "drift" or "weather" use it.
 #pragma once
 
-#include <cstring>
 #include <string>
 
 #include "runtime/sim/core/extension.h"
@@ -33,14 +32,8 @@ class DriftingThermometer : public CodeModule {
         if (tenths_ < 300) ++tenths_;
         catom.sense(temperature_, {tenths_ / 10.0});
     }
-    std::vector<std::byte> save() const override {
-        std::vector<std::byte> bytes(sizeof tenths_);
-        std::memcpy(bytes.data(), &tenths_, sizeof tenths_);
-        return bytes;
-    }
-    void load(const std::vector<std::byte>& bytes) override {
-        if (bytes.size() == sizeof tenths_) std::memcpy(&tenths_, bytes.data(), sizeof tenths_);
-    }
+    void save(ByteWriter& out) const override { out.write(tenths_); }
+    void load(ByteReader& in) override { tenths_ = in.read<int>(); }
 
   private:
     Predicate temperature_;

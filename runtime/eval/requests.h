@@ -1,0 +1,59 @@
+// Facts and actions that evaluated catoms send and ask for, and those that C++ outside of the program asks for in their name.
+#pragma once
+
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/eval/kept.h"
+#include "runtime/tuple/columns.h"
+
+namespace meld::eval {
+
+// A linear or given fact on its way to a catom of this part or to a ghost.
+struct Message {
+    u32 to = 0;  // Index on this part.
+    u16 predicate = 0;
+    u64 from = 0;  // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
+    u32 sequence = 0;
+    const Value* arguments = nullptr;  // Valid until the next evaluation.
+};
+
+struct Action {
+    u32 catom = 0;
+    u16 predicate = 0;
+    const Value* arguments = nullptr;  // Valid until the next evaluation.
+};
+
+// What was asked for between two evaluations. The next evaluation treats it as if each catom's rules had asked for it first.
+class Requests {
+  public:
+    Requests(const ModuleInfo& module, tuple::Columns& columns) : module_(module), columns_(columns) {}
+    ~Requests();
+    Requests(const Requests&) = delete;
+    Requests& operator=(const Requests&) = delete;
+
+    // The arguments are copied. Catoms keep their indices until the evaluation. One thread at a time.
+    void act(u32 catom, u16 predicate, const Value* arguments);
+    void send(u32 to, u16 predicate, u64 from, const Value* arguments);
+
+    // From now on the lists below are what was asked for since the last call.
+    void begin_evaluation();
+    const std::vector<Message>& messages() const { return current_.messages; }
+    const std::vector<Action>& actions() const { return current_.actions; }
+
+  private:
+    struct Batch {
+        std::vector<Message> messages;
+        std::vector<Action> actions;
+        Kept<Value> values;
+        std::vector<const List*> owned;
+    };
+    const Value* keep(u16 predicate, const Value* arguments);
+    void clear(Batch& batch);
+
+    const ModuleInfo& module_;
+    tuple::Columns& columns_;
+    Batch next_, current_;
+};
+
+}  // namespace meld::eval
