@@ -39,12 +39,15 @@ void BlockEngine::forget_blocks() {
     for (auto& list : coloured_) list.clear();
 }
 
-// Follows size and gravity. A body that nothing holds gains g T while its block is watched, so a quarter of that is not still; and
-// without gravity only what does not move at all stays where it is.
+// Follows size and gravity. A body that nothing holds gains g T while its block is watched, so a quarter of that is not still.
+// Without gravity a slow body may go on for ever, so unless the world names a speed, only what rounding moves is still: at 1e-5
+// diameters a second, one diameter takes a day.
 double BlockEngine::still_speed_m_s(double dt_s) const {
     constexpr double kShareOfFall = 0.25;
+    constexpr double kRounding_diameters_s = 1e-5;
     const Settings& settings = world_.settings;
     const double gravity = length(settings.gravity_m_s2);
+    if (gravity == 0) return settings.sleep_speed_m_s > 0 ? settings.sleep_speed_m_s : kRounding_diameters_s * 2 * smallest_radius_m_;
     const double natural = settings.sleep_speed_share * std::sqrt(gravity * 2 * smallest_radius_m_);
     return std::min(settings.sleep_speed_m_s > 0 ? settings.sleep_speed_m_s : natural,
                     kShareOfFall * gravity * settings.sleep_ticks * dt_s);

@@ -350,7 +350,9 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
         std::size_t same = 0;
         while (same < known && alone.states[same] == other.states[same]) ++same;
         if (same < known)
-            return fmt::format("states differ: {} parts, {} threads, after tick {}", setting.parts, setting.threads, same + 1);
+            return fmt::format("states differ: {} parts, {} threads, after tick {}: {} facts, {} derivations instead of {}", setting.parts,
+                               setting.threads, same + 1, alone.states[same].digest == other.states[same].digest ? "equal" : "other",
+                               other.states[same].derivations, alone.states[same].derivations);
     }
     return "";
 }

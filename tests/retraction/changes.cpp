@@ -78,6 +78,7 @@ void Changes::move(Subdomain& part, std::uint64_t id, Cell from, Cell to) {
         for (const int other : part.halo->listeners(to)) {
             if (other == me) continue;
             ByteWriter& bytes = out[static_cast<std::size_t>(other)];
+            bytes.write(id);  // Without it, the packet of a catom that exports nothing would be empty and not be sent.
             if (other == owner)
                 part.pack_catom(*known, bytes);
             else
@@ -103,6 +104,7 @@ void Changes::move(Subdomain& part, std::uint64_t id, Cell from, Cell to) {
     for (const comm::Packet& packet : received) {
         const Catom catom = part.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
         ByteReader in(packet.bytes, "a catom that has moved");
+        MELD_CHECK(in.read<std::uint64_t>() == id, "process {} sent another catom than @{}", packet.part, id);
         if (me == owner) {
             part.unpack_catom(catom, in);
             part.mark(catom, kDirtyLinks | kDirtyPlace);
