@@ -32,7 +32,7 @@ bool bind_parts(const Term& test, Bound& bound) {
 
 class Bindings {
   public:
-    Bindings(const Program& program, const Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
+    Bindings(const Rule& rule, diagnostics::Reporter& report) : rule_(rule), report_(report) {}
 
     void run() {
         uses_.assign(rule_.variables.count(), 0);
@@ -175,7 +175,6 @@ class Bindings {
         }
     }
 
-    const Program& program_;
     const Rule& rule_;
     diagnostics::Reporter& report_;
     Bound reported_;
@@ -188,7 +187,7 @@ void check_bindings(Program& program, diagnostics::Reporter& report) {
     for (Rule& rule : program.rules) {
         if (rule.refused) continue;
         const std::size_t errors = report.error_count();
-        Bindings(program, rule, report).run();
+        Bindings(rule, report).run();
         rule.refused = report.error_count() > errors;
     }
 }

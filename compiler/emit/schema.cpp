@@ -192,7 +192,7 @@ std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, 
             named = static_cast<std::uint64_t>(program.predicates[c.atom.predicate].facts.back().catom);
         if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
         const auto& sides = c.test.operands;
-        for (const std::size_t i : {0, 1})
+        for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
             if (sides[i].is_variable() && sides[i].variable == r.home && sides[1 - i].op == Op::Node)
                 named = static_cast<std::uint64_t>(sides[1 - i].integer);
     }

@@ -92,7 +92,7 @@ struct Set {
 // unless                                  none of the ways to satisfy the steps exists
 //   dist(B, D)
 struct Unless {
-    std::vector<Step> steps = {};
+    std::vector<Step> steps;
 };
 
 // for each E in L
@@ -111,7 +111,7 @@ struct AggregateOver {
     check::FunctionId function = {};  // Custom
     Term initial = {};                // Custom: what it starts from, if not from the first match
     Term value = {};                  // Of one match; Anonymous for a count.
-    std::vector<Step> steps = {};
+    std::vector<Step> steps;
 };
 
 // if delta X > e                          the fact matched last, of p(A, X), against what held before the tick
