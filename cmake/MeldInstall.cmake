@@ -51,7 +51,9 @@ set(CPACK_PACKAGE_NAME claymeld)
 set(CPACK_PACKAGE_VENDOR "The Claymeld project")
 set(CPACK_PACKAGE_CONTACT "The Claymeld project <claymeld@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Compiler and runtime for Meld programs on ensembles of modular robots")
-set(CPACK_PACKAGE_FILE_NAME claymeld_${PROJECT_VERSION})
+# CPack gives its own variable of this name to source packages once it is included; tests need this one.
+set(CLAYMELD_PACKAGE_NAME claymeld_${PROJECT_VERSION})
+set(CPACK_PACKAGE_FILE_NAME ${CLAYMELD_PACKAGE_NAME})
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # mpirun starts more processes. Extern functions in C need the C library's headers, pictures of recordings Python's packages,

@@ -6,6 +6,6 @@ execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHIT
 if(DEBOOTSTRAP AND user_id STREQUAL "0")
   add_test(NAME install_package COMMAND ${CMAKE_CPACK_COMMAND} -G DEB)
   set_tests_properties(install_package PROPERTIES WORKING_DIRECTORY ${CMAKE_BINARY_DIR} LABELS campaign FIXTURES_SETUP package)
-  add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CPACK_PACKAGE_FILE_NAME}.deb)
+  add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CLAYMELD_PACKAGE_NAME}.deb)
   set_tests_properties(install_clean_root PROPERTIES LABELS campaign FIXTURES_REQUIRED package TIMEOUT 1800)
 endif()
