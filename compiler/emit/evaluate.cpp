@@ -124,8 +124,10 @@ void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer&
         for (const PredicateId p : stratum.predicates) w.line("carried += {}.count;", view(plan, p));
         made += " + carried / 16";
     }
-    w.line("if ({} > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, static_cast<i64>(s.e->part->max_derivations));",
-           made, culprit(plan, stratum).index());
+    w.line(
+        "if ({} > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->subdomain->max_derivations));",
+        made, culprit(plan, stratum).index());
     w.close();
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -166,8 +168,8 @@ void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w
         w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
     w.line(
-        "if (++rounds > s.e->part->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
-        "static_cast<i64>(s.e->part->max_derivations));",
+        "if (++rounds > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->subdomain->max_derivations));",
         culprit(plan, stratum).index());
     w.close();
     each("again = again || m_{0}.replaced;");
@@ -187,7 +189,7 @@ void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::si
     w.open(fmt::format("MELD_STEP static bool evaluate_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
     w.line("Touched<{}_t> affected;", name);
     if (stratum.deltas.inputs & kDirtyGroups)
-        w.line("if (todo & kDirtyGroups) affected.add_woken(*s.e, s.e->part->changes[{}][s.catom]);",
+        w.line("if (todo & kDirtyGroups) affected.add_woken(*s.e, s.e->subdomain->changes[{}][s.catom]);",
                plan.of(stratum.predicates[0]).column.index());
     for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) {
         const RulePlan& r = stratum.deltas.affected[i];
@@ -270,7 +272,7 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
             w.line("values[{}].{} = row.{};", i - 1, value_member(p.arguments[i].type), field_name(i));
         w.line("s.e->host->act(s.e, {}, values);", id.index());
         w.close();
-        if (p.repeats) w.line("if (s.{}.count > 0) s.e->host->wake(s.e, s.e->part->now + 1, kDirtyTick);", name);
+        if (p.repeats) w.line("if (s.{}.count > 0) s.e->host->wake(s.e, s.e->subdomain->now + 1, kDirtyTick);", name);
         w.close();
     }
     w.close();
@@ -314,8 +316,8 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
         w.raw(
-            "if (++fired > e.part->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
-            "static_cast<i64>(e.part->max_derivations));");
+            "if (++fired > e.subdomain->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
+            "static_cast<i64>(e.subdomain->max_derivations));");
         w.raw("break;");
         w.close();
         w.raw("s.active[r] = false;");
@@ -329,7 +331,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("if (e.trap != Trap::None) return;");
     w.raw("e.rule = kNone32;");
     w.raw("act(s);");
-    if (plan.reads_tick) w.raw("e.host->wake(&e, e.part->now + 1, kDirtyTick);");
+    if (plan.reads_tick) w.raw("e.host->wake(&e, e.subdomain->now + 1, kDirtyTick);");
     w.raw("save(s);");
     w.close();
 }
@@ -362,7 +364,7 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
     w.raw("Self s;");
     w.raw("s.e = e;");
-    w.raw("s.g = &e->part->geometry;");
+    w.raw("s.g = &e->subdomain->geometry;");
     w.open("for (u32 i = 0; i < count && e->trap == Trap::None; ++i) {");
     w.raw("e->catom = s.catom = catoms[i];");
     w.raw("e->dirty = dirty[i];");

@@ -119,7 +119,7 @@ void RuleEmitter::match_changed(const Match& s) {
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,
                         derived ? fmt::format("own_changes(*s.e, s.{})", name)
-                                : fmt::format("s.e->part->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
+                                : fmt::format("s.e->subdomain->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
     w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
@@ -207,7 +207,7 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
         case WorldSource::Id:
             return value("static_cast<i64>(s.g->catom_id[s.catom])");
         case WorldSource::Tick:
-            return value("s.e->part->now");
+            return value("s.e->subdomain->now");
         case WorldSource::Cell:
             return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, s.site, {})}}", k - 1); });
         case WorldSource::Position: {

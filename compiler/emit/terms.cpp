@@ -187,7 +187,7 @@ std::string comparison(const Scope& scope, const Term& t) {
 std::string parameter(const Scope& scope, const Term& t) {
     if (const FunctionId computed = scope.plan.program.constants[t.constant].computed; computed.valid()) return call(scope, computed, {});
     const Type& type = scope.plan.program.constants[t.constant].type;
-    const std::string text = fmt::format("s.e->part->parameters[{}].{}", t.constant.index(), value_member(type));
+    const std::string text = fmt::format("s.e->subdomain->parameters[{}].{}", t.constant.index(), value_member(type));
     return type == Type::Bool ? "(" + text + " != 0)" : text;
 }
 
@@ -265,7 +265,7 @@ std::string term(const Scope& scope, const Term& t) {
         case Op::Constant:
             return parameter(scope, t);
         case Op::WorldSize:
-            return "s.e->part->world_catoms";
+            return "s.e->subdomain->world_catoms";
         case Op::String:
         case Op::List:
         case Op::Struct:
@@ -315,7 +315,7 @@ std::string term(const Scope& scope, const Term& t) {
         case Op::Fresh:
             return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
         case Op::Now:
-            return "s.e->part->now";
+            return "s.e->subdomain->now";
         case Op::Ticks:
             return fmt::format("ticks_of(*s.e, {})", operand(0));
         case Op::Due:

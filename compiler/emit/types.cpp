@@ -224,10 +224,10 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.raw("template <class R>");
     w.open("const R& record(const Self& s, u16 column, u32 catom) {");
-    w.raw("return reinterpret_cast<const R*>(s.e->part->columns[column])[catom];");
+    w.raw("return reinterpret_cast<const R*>(s.e->subdomain->columns[column])[catom];");
     w.close();
     w.open("inline const RowsHead& rows_of(const Self& s, u16 column, u32 catom) {");
-    w.raw("return reinterpret_cast<const RowsHead*>(s.e->part->columns[column])[catom];");
+    w.raw("return reinterpret_cast<const RowsHead*>(s.e->subdomain->columns[column])[catom];");
     w.close();
     w.raw("// The port of the neighbour with this id, or -1.");
     w.open("inline i32 port_of(const Self& s, u64 id) {");
@@ -364,7 +364,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         if (c.exported || has_lists(plan, column))
             w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
         else
-            w.line("if (changed) reinterpret_cast<{}*>(s.e->part->columns[{}])[s.catom] = r;", record_name(column), column.index());
+            w.line("if (changed) reinterpret_cast<{}*>(s.e->subdomain->columns[{}])[s.catom] = r;", record_name(column), column.index());
         w.close();
     }
     w.close();

@@ -23,8 +23,8 @@ inline constexpr i32 kMaxPorts = 12;
 
 enum CatomState : u8 {
     kCatomFree = 0,   // An index nobody uses.
-    kCatomOwned = 1,  // Lives on this part.
-    kCatomGhost = 2,  // Lives on another part; its exported columns are mirrored here.
+    kCatomOwned = 1,  // Lives on this process.
+    kCatomGhost = 2,  // Lives on another process; its exported columns are mirrored here.
 };
 
 struct Geometry {
@@ -37,7 +37,7 @@ struct Geometry {
     const i32* brick_origin = nullptr;      // [slot * 3]: coordinates of the brick's first cell.
     i32 cell_bits[3] = {3, 3, 3};           // How a cell's number splits: x in the lowest bits, then y, then z.
     const u32* catom_site = nullptr;        // [catom]
-    const u64* catom_id = nullptr;          // [catom]: the global id, the same on every part.
+    const u64* catom_id = nullptr;          // [catom]: the global id, the same on every process.
     const u8* catom_state = nullptr;        // [catom]: CatomState
     u32 catoms = 0;                         // Indices in use, owned, ghost and free.
     // [site + port]: the port that looks back, where it depends on the link and not on the port alone; else null.

@@ -9,7 +9,7 @@
 //   2. It opens the module and calls claymeld_module() once. The ModuleInfo and all it points to live as long as the run.
 //   3. It makes the columns, gives the parameters their values, and marks every catom with kDirtyBirths.
 //
-// In every tick, after Part::now has been raised, timers have marked the catoms that asked to be woken, and the central modules,
+// In every tick, after SubdomainView::now has been raised, timers have marked the catoms that asked to be woken, and the central modules,
 // events of the world and hand-written modules have had their turn:
 //   4. Threads take blocks of the catoms that are marked, ascending, and call evaluate(Eval*, catoms, dirty, count) for each
 //      block; several threads at a time, each with an Eval of its own. No catom is in two blocks. While any of these calls
@@ -27,7 +27,7 @@
 //      After a trap evaluate returns; the rest of its block is not evaluated, other blocks are.
 //   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
 //      column's reader_dirty. Then losses are remembered, timers set, and messages put in order of receiver, sender and number.
-//   7. Messages are delivered as given facts, those for other parts and changed exports are exchanged, and receivers are marked.
+//   7. Messages are delivered as given facts, those for other processes and changed exports are exchanged, and receivers are marked.
 //      They see these facts in the next tick. Actions are carried out at the start of the next tick, in order of catom id.
 //
 // A run ends between two ticks; a module is never called to end it.
@@ -132,7 +132,7 @@ struct RowChanges {
     u32 removed;
     u32 added;
     // Rows of groups whose quarantine has ended. They concern the catom itself: its neighbours skip them, for they are not sent
-    // to other parts, and what is derived must not depend on the parts.
+    // to other processes, and what is derived must not depend on the processes.
     u32 woken;
     u32 unused;
     // Followed by the removed rows as they were, the added ones as they are, and the woken ones.
@@ -157,8 +157,8 @@ struct RuleInfo {
 };
 inline constexpr u64 kEverywhere = ~u64{0};
 
-// One part of the ensemble as a module sees it. The runtime owns all arrays.
-struct Part {
+// What one process owns, as a module sees it. The runtime owns all arrays.
+struct SubdomainView {
     Geometry geometry;
     u8* const* columns = nullptr;  // [column]: the first catom's entry.
     // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null where the column
@@ -171,7 +171,7 @@ struct Part {
     double tick_seconds = 1e-3;
     u32 latency = 1;          // The bound on link latency in ticks.
     u32 greatest_rank = 0;    // Of all facts that ever lived, anywhere, as of the last tick.
-    bool tombstones = false;  // Whether this part may remember a loss.
+    bool tombstones = false;  // Whether this process may remember a loss.
     u64 max_derivations = 0;
     u64 max_facts = 0;
     u64 max_list = kNone32;  // The most elements of a list, or bytes of a string.
@@ -192,7 +192,7 @@ enum class Trap : u32 {
     TooManyFacts,
     BadIndex,
     TooDeep,
-    TooLong,        // A list; of how many items, and how many are the most (Part::max_list).
+    TooLong,        // A list; of how many items, and how many are the most (SubdomainView::max_list).
     TooMuchMemory,  // Scratch memory of one catom's evaluation, in bytes.
     TextTooLong,    // A string; of how many bytes, and how many are the most.
     NotAnInt,       // A text that should say one.
@@ -208,7 +208,7 @@ struct Host;
 
 // One thread's evaluation.
 struct Eval {
-    const Part* part = nullptr;
+    const SubdomainView* subdomain = nullptr;
     const Host* host = nullptr;
     u32 catom = 0;
     u64 dirty = 0;        // Of the catom under evaluation.

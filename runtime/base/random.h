@@ -1,4 +1,4 @@
-// Counter-based random numbers: the same key gives the same bits on any part, thread and machine.
+// Counter-based random numbers: the same key gives the same bits on any process, thread and machine.
 #pragma once
 
 #include <cstdint>

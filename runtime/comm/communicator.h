@@ -1,4 +1,4 @@
-// How parts talk: one process, threads standing for processes (tests), or MPI. The only door to MPI.
+// How processes talk: one process, threads standing for processes (tests), or MPI. The only door to MPI.
 #pragma once
 
 #include <cstddef>
@@ -11,38 +11,38 @@
 
 namespace meld::comm {
 
-// One packed message to or from another part.
+// One packed message to or from another process.
 struct Packet {
-    int part = 0;
+    int process = 0;
     std::vector<std::byte> bytes;
 };
 
 class Communicator {
   public:
     virtual ~Communicator() = default;
-    virtual int part() const = 0;  // 0 .. parts-1
-    virtual int parts() const = 0;
+    virtual int process() const = 0;  // 0 .. processes-1
+    virtual int processes() const = 0;
 
-    // Sparse exchange: every part calls it together, each with the packets it has (at most one per destination, never to
-    // itself, none needs to be known to the receiver). Returns what the others sent here, sorted by sending part.
-    // Cost: the number of parts that have something to say to each other, plus one small agreement.
+    // Sparse exchange: every process calls it together, each with the packets it has (at most one per destination, never to
+    // itself, none needs to be known to the receiver). Returns what the others sent here, sorted by sending process.
+    // Cost: the number of processes that have something to say to each other, plus one small agreement.
     virtual std::vector<Packet> exchange(std::vector<Packet> packets) = 0;
 
-    // Every part gives the same number of bytes; all get all of them, in order of parts.
+    // Every process gives the same number of bytes; all get all of them, in order of processes.
     virtual std::vector<std::byte> allgather(std::span<const std::byte> bytes) = 0;
-    // As allgather, with any number of bytes from each part.
+    // As allgather, with any number of bytes from each process.
     virtual std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) = 0;
     virtual void barrier() = 0;
-    // Ends all parts at once with this exit code (only for errors that one part found alone).
+    // Ends all processes at once with this exit code (only for errors that one process found alone).
     [[noreturn]] virtual void abort(int exit_code) = 0;
 };
 
 std::unique_ptr<Communicator> make_single();
 
-// Runs body(communicator) on `parts` threads of this process that exchange through memory: the test double of MPI,
-// with the same semantics. Rethrows the first exception; a part that waits for one that has failed, has finished, or calls
+// Runs body(communicator) on `processes` threads of this process that exchange through memory: the test double of MPI,
+// with the same semantics. Rethrows the first exception; a process that waits for one that has failed, has finished, or calls
 // another operation gets an exception too (runtime/comm/threads.h) and does not hang. abort() throws PartAborted.
-void run_threads_as_parts(int parts, const std::function<void(Communicator&)>& body);
+void run_threads_as_processes(int processes, const std::function<void(Communicator&)>& body);
 
 // Under mpirun/srun: the process's communicator. Initialises MPI (FUNNELED) on first call, finalises when the last
 // communicator is gone, and cannot be started again after that. One that is destroyed by an exception on its way ends all

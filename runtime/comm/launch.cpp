@@ -26,7 +26,7 @@ namespace {
 constexpr int kCannotStart = 127;
 
 // What mpirun needs to hear, each only where the user has not said otherwise.
-std::map<std::string, std::string> settings_for(int parts) {
+std::map<std::string, std::string> settings_for(int processes) {
     std::map<std::string, std::string> settings = {
         {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
         {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
@@ -35,7 +35,7 @@ std::map<std::string, std::string> settings_for(int parts) {
         // direct copy between processes is forbidden in many containers.
         {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
     };
-    if (parts > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
+    if (processes > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
     if (stderr_is_terminal()) {
         settings[kTerminalVariable] = "1";
         settings["COLUMNS"] = std::to_string(terminal_columns());
@@ -43,14 +43,14 @@ std::map<std::string, std::string> settings_for(int parts) {
     return settings;
 }
 
-// Variables by which an enclosing launcher tells a process its own place; the new parts must not take them for theirs.
+// Variables by which an enclosing launcher tells a process its own place; the new processes must not take them for theirs.
 bool tells_place_in_another_run(std::string_view variable) {
     return std::ranges::any_of(std::initializer_list<std::string_view>{"OMPI_COMM_WORLD_", "PMIX_", "PMI_", "OMPI_UNIVERSE_SIZE"},
                                [&](std::string_view prefix) { return variable.starts_with(prefix); });
 }
 
-std::vector<std::string> environment_for(int parts) {
-    std::map<std::string, std::string> settings = settings_for(parts);
+std::vector<std::string> environment_for(int processes) {
+    std::map<std::string, std::string> settings = settings_for(processes);
     std::vector<std::string> result;
     for (char** variable = environ; *variable != nullptr; ++variable) {
         const std::string_view text = *variable;
@@ -111,13 +111,13 @@ int wait_for(pid_t child, const sigset_t& awaited) {
 
 }  // namespace
 
-int launch_mpi(int parts, const std::vector<std::string>& command) {
-    MELD_CHECK(parts >= 1 && !command.empty(), "parts = {}, words in the command = {}", parts, command.size());
-    // Processes are not bound to cores: a part may have several threads, and other programs run here too. mpirun's own
-    // remarks about a part that failed are kept back: the caller says it better.
-    std::vector<std::string> words = {"mpirun", "--quiet", "--bind-to", "none", "-n", std::to_string(parts)};
+int launch_mpi(int processes, const std::vector<std::string>& command) {
+    MELD_CHECK(processes >= 1 && !command.empty(), "processes = {}, words in the command = {}", processes, command.size());
+    // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own
+    // remarks about a process that failed are kept back: the caller says it better.
+    std::vector<std::string> words = {"mpirun", "--quiet", "--bind-to", "none", "-n", std::to_string(processes)};
     words.insert(words.end(), command.begin(), command.end());
-    std::vector<std::string> variables = environment_for(parts);
+    std::vector<std::string> variables = environment_for(processes);
     const std::vector<char*> arguments = pointers_to(words);
     const std::vector<char*> environment = pointers_to(variables);
 
@@ -143,13 +143,13 @@ std::string describe_launch_failure(int exit_code) {
         case 124:
             return "the run exceeded its time limit";
         case 126:
-            return "the program of the parts cannot be executed";
+            return "the program to run cannot be executed";
         case kCannotStart:
             return "mpirun cannot be started, or it does not find the program";
         case 128 + SIGKILL:
-            return "a part was killed (signal 9), most often because memory ran out";
+            return "a process was killed (signal 9), most often because memory ran out";
         case 128 + SIGTERM:
-            return "the parts were ended by a signal (15)";
+            return "the processes were ended by a signal (15)";
         default:
             break;
     }
@@ -157,7 +157,7 @@ std::string describe_launch_failure(int exit_code) {
     if (signal <= 0 || signal >= NSIG) return "";
     const char* description = sigdescr_np(signal);
     if (description == nullptr) return "";
-    return fmt::format("a part crashed (signal {}: {})", signal, description);
+    return fmt::format("a process crashed (signal {}: {})", signal, description);
 }
 
 }  // namespace meld::comm

@@ -1,4 +1,4 @@
-// Starts a command as several parts on this machine, so that a user needs to know nothing of mpirun.
+// Starts a command as several processes on this machine, so that a user needs to know nothing of mpirun.
 #pragma once
 
 #include <csignal>
@@ -7,19 +7,19 @@
 
 namespace meld::comm {
 
-// What the parts receive when the user wants the run to end well: at the next tick boundary, with checkpoint and summary.
+// What the processes receive when the user wants the run to end well: at the next tick boundary, with checkpoint and summary.
 // (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT.
 inline constexpr int kEndWellSignal = SIGUSR1;
 
-// Runs `command` (looked up along PATH) as that many parts under mpirun and waits. Standard output and error of the parts come
-// through as they are (and when stderr is a terminal, the parts are told so, see runtime/base/progress.h); standard input goes to
-// part 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given to the parts as kEndWellSignal, the second ends
-// them at once. If this process dies, so do they. Returns the exit code of the first part that failed, 0 when none did; 128 +
-// signal for a part killed by a signal; 127 when mpirun cannot be started. Call it from a process that has no other threads and
+// Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
+// through as they are (and when stderr is a terminal, the processes are told so, see runtime/base/progress.h); standard input goes to
+// process 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given to the processes as kEndWellSignal, the second ends
+// them at once. If this process dies, so do they. Returns the exit code of the first process that failed, 0 when none did; 128 +
+// signal for a process killed by a signal; 127 when mpirun cannot be started. Call it from a process that has no other threads and
 // has not started MPI itself.
-int launch_mpi(int parts, const std::vector<std::string>& command);
+int launch_mpi(int processes, const std::vector<std::string>& command);
 
-// Why a run of parts ended with this code, for codes that no command of ours documents: "a part was killed (signal 9), ...".
+// Why a run of processes ended with this code, for codes that no command of ours documents: "a process was killed (signal 9), ...".
 // Empty for all other codes.
 std::string describe_launch_failure(int exit_code);
 

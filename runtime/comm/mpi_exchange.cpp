@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-// A part may begin round k+1 while another is still in round k, but not round k+2: that needs the other in the barrier of
+// A process may begin round k+1 while another is still in round k, but not round k+2: that needs the other in the barrier of
 // k+1. So two tags, used in turn, keep the rounds apart.
 constexpr int kConsensusTags[2] = {1, 2};
 // Here the receiver knows how many messages come from whom, and messages of one pair do not overtake each other.
@@ -23,16 +23,16 @@ constexpr int kCountsTag = 3;
 MpiExchange::MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes) : communicator_(communicator), chunk_bytes_(chunk_bytes) {
     MELD_CHECK(chunk_bytes > 0 && chunk_bytes <= static_cast<std::size_t>(std::numeric_limits<int>::max()), "chunk of {} bytes",
                chunk_bytes);
-    MPI_Comm_rank(communicator_, &part_);
-    MPI_Comm_size(communicator_, &parts_);
-    const auto parts = static_cast<std::size_t>(parts_);
-    place_of_part_.assign(parts, kNowhere);
-    send_counts_.resize(parts);
-    receive_counts_.resize(parts);
+    MPI_Comm_rank(communicator_, &process_);
+    MPI_Comm_size(communicator_, &processes_);
+    const auto processes = static_cast<std::size_t>(processes_);
+    place_of_process_.assign(processes, kNowhere);
+    send_counts_.resize(processes);
+    receive_counts_.resize(processes);
 }
 
 // The NBX algorithm: T. Hoefler, C. Siebert, A. Lumsdaine, "Scalable Communication Protocols for Dynamic Sparse Data
-// Exchange", PPoPP 2010, algorithm 2. A synchronous send is complete when its receiver has begun to receive; a part whose
+// Exchange", PPoPP 2010, algorithm 2. A synchronous send is complete when its receiver has begun to receive; a process whose
 // sends are complete enters the barrier; when the barrier is complete, every message of the round has been received.
 std::vector<Packet> MpiExchange::by_consensus(const std::vector<Packet>& packets) {
     const int tag = kConsensusTags[round_++ % 2];
@@ -61,8 +61,8 @@ std::vector<Packet> MpiExchange::by_consensus(const std::vector<Packet>& packets
         backoff.wait();
     }
     sends_.clear();
-    for (const Packet& packet : received) place_of_part_[static_cast<std::size_t>(packet.part)] = kNowhere;
-    std::ranges::sort(received, {}, &Packet::part);
+    for (const Packet& packet : received) place_of_process_[static_cast<std::size_t>(packet.process)] = kNowhere;
+    std::ranges::sort(received, {}, &Packet::process);
     return received;
 }
 
@@ -70,7 +70,8 @@ void MpiExchange::send_chunks(const Packet& packet, int tag) {
     std::size_t begin = 0;
     do {
         const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
-        MPI_Issend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, tag, communicator_, &sends_.emplace_back());
+        MPI_Issend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.process, tag, communicator_,
+                   &sends_.emplace_back());
         begin += size;
     } while (begin < packet.bytes.size());
 }
@@ -91,11 +92,11 @@ bool MpiExchange::receive_one(int tag, std::vector<Packet>& received) {
     return true;
 }
 
-Packet& MpiExchange::packet_from(int part, std::vector<Packet>& received) {
-    std::size_t& place = place_of_part_[static_cast<std::size_t>(part)];
+Packet& MpiExchange::packet_from(int process, std::vector<Packet>& received) {
+    std::size_t& place = place_of_process_[static_cast<std::size_t>(process)];
     if (place == kNowhere) {
         place = received.size();
-        received.push_back({part, {}});
+        received.push_back({process, {}});
     }
     return received[place];
 }
@@ -103,27 +104,27 @@ Packet& MpiExchange::packet_from(int part, std::vector<Packet>& received) {
 std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
     // A word says size + 1, and 0 that there is no packet: a packet may be empty.
     std::ranges::fill(send_counts_, 0);
-    for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.part)] = packet.bytes.size() + 1;
+    for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.process)] = packet.bytes.size() + 1;
     MPI_Request counts = MPI_REQUEST_NULL;
     MPI_Ialltoall(send_counts_.data(), 1, MPI_UINT64_T, receive_counts_.data(), 1, MPI_UINT64_T, communicator_, &counts);
     wait_patiently(counts);
 
     std::vector<Packet> received;
-    for (int from = 0; from < parts_; ++from) {
+    for (int from = 0; from < processes_; ++from) {
         const std::uint64_t count = receive_counts_[static_cast<std::size_t>(from)];
         if (count > 0) received.push_back({from, std::vector<std::byte>(count - 1)});
     }
     for (Packet& packet : received) {
         for (std::size_t begin = 0; begin < packet.bytes.size(); begin += chunk_bytes_) {
             const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
-            MPI_Irecv(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, kCountsTag, communicator_,
+            MPI_Irecv(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.process, kCountsTag, communicator_,
                       &receives_.emplace_back());
         }
     }
     for (const Packet& packet : packets) {
         for (std::size_t begin = 0; begin < packet.bytes.size(); begin += chunk_bytes_) {
             const std::size_t size = std::min(chunk_bytes_, packet.bytes.size() - begin);
-            MPI_Isend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.part, kCountsTag, communicator_,
+            MPI_Isend(packet.bytes.data() + begin, static_cast<int>(size), MPI_BYTE, packet.process, kCountsTag, communicator_,
                       &sends_.emplace_back());
         }
     }

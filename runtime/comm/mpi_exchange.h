@@ -15,24 +15,24 @@ class MpiExchange {
     // The communicator must be used by nothing else. Packets longer than chunk_bytes travel as several messages.
     MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes);
 
-    // Cost: one message for each packet and a barrier that runs while they travel; nothing depends on the number of parts
+    // Cost: one message for each packet and a barrier that runs while they travel; nothing depends on the number of processes
     // but the logarithm in the barrier.
     std::vector<Packet> by_consensus(const std::vector<Packet>& packets);
 
-    // Cost: one word from each part to each part, then one message for each packet.
+    // Cost: one word from each process to each process, then one message for each packet.
     std::vector<Packet> by_counts(const std::vector<Packet>& packets);
 
   private:
     void send_chunks(const Packet& packet, int tag);
     bool receive_one(int tag, std::vector<Packet>& received);
-    Packet& packet_from(int part, std::vector<Packet>& received);
+    Packet& packet_from(int process, std::vector<Packet>& received);
 
     MPI_Comm communicator_;
-    int part_ = 0;
-    int parts_ = 1;
+    int process_ = 0;
+    int processes_ = 1;
     std::size_t chunk_bytes_;
     unsigned round_ = 0;
-    std::vector<std::size_t> place_of_part_;  // In the packets received in this round; kNowhere before the first chunk.
+    std::vector<std::size_t> place_of_process_;  // In the packets received in this round; kNowhere before the first chunk.
     std::vector<MPI_Request> sends_;
     std::vector<MPI_Request> receives_;
     std::vector<std::uint64_t> send_counts_;

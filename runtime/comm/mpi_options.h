@@ -9,7 +9,7 @@
 namespace meld::comm {
 
 enum class ExchangeKind {
-    Automatic,  // By counts for few parts, by consensus for many.
+    Automatic,  // By counts for few processes, by consensus for many.
     Consensus,
     Counts,
 };

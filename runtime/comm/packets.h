@@ -1,4 +1,4 @@
-// Packets from what was written for each part, and what every communicator asks of the packets it is given.
+// Packets from what was written for each process, and what every communicator asks of the packets it is given.
 #pragma once
 
 #include <span>
@@ -10,26 +10,26 @@
 
 namespace meld::comm {
 
-// What was written for each part, by its number; the writers start again with nothing.
-inline std::vector<Packet> take_packets(std::span<ByteWriter> by_part) {
+// What was written for each process, by its number; the writers start again with nothing.
+inline std::vector<Packet> take_packets(std::span<ByteWriter> by_process) {
     std::vector<Packet> packets;
-    for (std::size_t part = 0; part < by_part.size(); ++part)
-        if (!by_part[part].empty()) packets.push_back({static_cast<int>(part), by_part[part].take()});
+    for (std::size_t process = 0; process < by_process.size(); ++process)
+        if (!by_process[process].empty()) packets.push_back({static_cast<int>(process), by_process[process].take()});
     return packets;
 }
 
-// A packet to itself or to a part that does not exist is a bug of the caller, as are two packets to one part.
-inline void check_packets(const std::vector<Packet>& packets, int part, int parts) {
+// A packet to itself or to a process that does not exist is a bug of the caller, as are two packets to one process.
+inline void check_packets(const std::vector<Packet>& packets, int process, int processes) {
     [[maybe_unused]] std::vector<bool> seen;
 #ifdef CLAYMELD_ASSERTIONS
-    seen.resize(static_cast<std::size_t>(parts));
+    seen.resize(static_cast<std::size_t>(processes));
 #endif
     for (const Packet& packet : packets) {
-        MELD_CHECK(packet.part >= 0 && packet.part < parts && packet.part != part, "packet of part {} to part {} of {}", part, packet.part,
-                   parts);
-        MELD_EXPECT(!seen[static_cast<std::size_t>(packet.part)], "two packets of part {} to part {}", part, packet.part);
+        MELD_CHECK(packet.process >= 0 && packet.process < processes && packet.process != process,
+                   "packet of process {} to process {} of {}", process, packet.process, processes);
+        MELD_EXPECT(!seen[static_cast<std::size_t>(packet.process)], "two packets of process {} to process {}", process, packet.process);
 #ifdef CLAYMELD_ASSERTIONS
-        seen[static_cast<std::size_t>(packet.part)] = true;
+        seen[static_cast<std::size_t>(packet.process)] = true;
 #endif
     }
 }

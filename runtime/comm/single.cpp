@@ -1,4 +1,4 @@
-// The communicator of one part alone.
+// The communicator of one process alone.
 #include <cstdio>
 #include <cstdlib>
 
@@ -10,8 +10,8 @@ namespace {
 
 class Single final : public Communicator {
   public:
-    int part() const override { return 0; }
-    int parts() const override { return 1; }
+    int process() const override { return 0; }
+    int processes() const override { return 1; }
 
     std::vector<Packet> exchange(std::vector<Packet> packets) override {
         check_packets(packets, 0, 1);

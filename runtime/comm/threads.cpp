@@ -1,5 +1,5 @@
 // Threads that stand for processes. Every operation is: put what I have on the board, meet all others, take what is mine.
-// There are two boards, used in turn: a part that is already in the next operation writes to the other one, and nobody can
+// There are two boards, used in turn: a process that is already in the next operation writes to the other one, and nobody can
 // be two operations ahead, so one meeting an operation is enough.
 #include <array>
 #include <condition_variable>
@@ -33,7 +33,7 @@ const char* name_of(Operation operation) {
 
 using Bytes = std::vector<std::byte>;
 
-// What one part has put down for the others.
+// What one process has put down for the others.
 struct Offer {
     std::vector<Packet> packets;
     Bytes bytes;
@@ -41,21 +41,22 @@ struct Offer {
 
 class Hall {
   public:
-    explicit Hall(int parts) : parts_(static_cast<std::size_t>(parts)), boards_{std::vector<Offer>(parts_), std::vector<Offer>(parts_)} {}
+    explicit Hall(int processes)
+        : processes_(static_cast<std::size_t>(processes)), boards_{std::vector<Offer>(processes_), std::vector<Offer>(processes_)} {}
 
-    std::size_t parts() const { return parts_; }
+    std::size_t processes() const { return processes_; }
     std::vector<Offer>& board(std::size_t round) { return boards_[round % 2]; }
 
-    // Returns when all parts have arrived at the same operation; throws when that cannot happen any more.
+    // Returns when all processes have arrived at the same operation; throws when that cannot happen any more.
     void meet(Operation operation) {
         std::unique_lock lock(mutex_);
         leave_if_failed();
-        if (finished_ > 0) break_with(fmt::format("a part calls {} after another part has finished", name_of(operation)));
+        if (finished_ > 0) break_with(fmt::format("a process calls {} after another process has finished", name_of(operation)));
         if (arrived_ == 0) operation_ = operation;
         if (operation_ != operation)
-            break_with(fmt::format("a part calls {} while another one calls {}", name_of(operation), name_of(operation_)));
+            break_with(fmt::format("a process calls {} while another one calls {}", name_of(operation), name_of(operation_)));
         const std::size_t meeting = meeting_;
-        if (++arrived_ == parts_) {
+        if (++arrived_ == processes_) {
             arrived_ = 0;
             ++meeting_;
             changed_.notify_all();
@@ -65,19 +66,19 @@ class Hall {
         if (meeting_ == meeting) leave_if_failed();
     }
 
-    // A part has returned from its body.
+    // A process has returned from its body.
     void finish() {
         const std::lock_guard lock(mutex_);
         ++finished_;
         if (arrived_ > 0 && !failed_) {
             failure_ = std::make_exception_ptr(
-                std::logic_error(fmt::format("a part has finished while another one calls {}", name_of(operation_))));
+                std::logic_error(fmt::format("a process has finished while another one calls {}", name_of(operation_))));
             failed_ = true;
             changed_.notify_all();
         }
     }
 
-    // A part has left its body by an exception: all others leave theirs at their next meeting.
+    // A process has left its body by an exception: all others leave theirs at their next meeting.
     void fail(std::exception_ptr failure) {
         const std::lock_guard lock(mutex_);
         if (!failed_) failure_ = std::move(failure);
@@ -91,7 +92,7 @@ class Hall {
 
   private:
     void leave_if_failed() const {
-        if (failed_) throw OtherPartFailed();
+        if (failed_) throw OtherProcessFailed();
     }
     [[noreturn]] void break_with(const std::string& what) {
         failure_ = std::make_exception_ptr(std::logic_error(what));
@@ -100,7 +101,7 @@ class Hall {
         std::rethrow_exception(failure_);
     }
 
-    const std::size_t parts_;
+    const std::size_t processes_;
     std::array<std::vector<Offer>, 2> boards_;
     std::mutex mutex_;
     std::condition_variable changed_;
@@ -112,20 +113,20 @@ class Hall {
     std::exception_ptr failure_;
 };
 
-class ThreadPart final : public Communicator {
+class ThreadProcess final : public Communicator {
   public:
-    ThreadPart(Hall& hall, int part) : hall_(hall), part_(part) {}
+    ThreadProcess(Hall& hall, int process) : hall_(hall), process_(process) {}
 
-    int part() const override { return part_; }
-    int parts() const override { return static_cast<int>(hall_.parts()); }
+    int process() const override { return process_; }
+    int processes() const override { return static_cast<int>(hall_.processes()); }
 
     std::vector<Packet> exchange(std::vector<Packet> packets) override {
-        check_packets(packets, part_, parts());
+        check_packets(packets, process_, processes());
         auto& board = put({.packets = std::move(packets), .bytes = {}}, Operation::Exchange);
         std::vector<Packet> received;
         for (std::size_t from = 0; from < board.size(); ++from) {
             for (Packet& packet : board[from].packets) {
-                if (packet.part == part_) received.push_back({static_cast<int>(from), std::move(packet.bytes)});
+                if (packet.process == process_) received.push_back({static_cast<int>(from), std::move(packet.bytes)});
             }
         }
         return received;
@@ -135,7 +136,7 @@ class ThreadPart final : public Communicator {
         const auto& board = put({.packets = {}, .bytes = Bytes(bytes.begin(), bytes.end())}, Operation::Allgather);
         Bytes all;
         for (const Offer& offer : board) {
-            if (offer.bytes.size() != bytes.size()) throw std::logic_error("parts call allgather with different sizes");
+            if (offer.bytes.size() != bytes.size()) throw std::logic_error("processes call allgather with different sizes");
             all.insert(all.end(), offer.bytes.begin(), offer.bytes.end());
         }
         return all;
@@ -151,34 +152,34 @@ class ThreadPart final : public Communicator {
     void barrier() override { put({}, Operation::Barrier); }
 
     [[noreturn]] void abort(int exit_code) override {
-        hall_.fail(std::make_exception_ptr(PartAborted(exit_code)));
-        throw PartAborted(exit_code);
+        hall_.fail(std::make_exception_ptr(ProcessAborted(exit_code)));
+        throw ProcessAborted(exit_code);
     }
 
   private:
     std::vector<Offer>& put(Offer offer, Operation operation) {
         std::vector<Offer>& board = hall_.board(round_++);
-        board[static_cast<std::size_t>(part_)] = std::move(offer);
+        board[static_cast<std::size_t>(process_)] = std::move(offer);
         hall_.meet(operation);
         return board;
     }
 
     Hall& hall_;
-    const int part_;
+    const int process_;
     std::size_t round_ = 0;
 };
 
 }  // namespace
 
-void run_threads_as_parts(int parts, const std::function<void(Communicator&)>& body) {
-    MELD_CHECK(parts >= 1, "parts = {}", parts);
-    Hall hall(parts);
-    // As many workers as parts: a part that waits for the others keeps its worker, so every part gets one.
-    Workers workers(parts);
-    workers.run(static_cast<std::size_t>(parts), [&](int, std::size_t index) {
-        ThreadPart part(hall, static_cast<int>(index));
+void run_threads_as_processes(int processes, const std::function<void(Communicator&)>& body) {
+    MELD_CHECK(processes >= 1, "processes = {}", processes);
+    Hall hall(processes);
+    // As many workers as processes: a process that waits for the others keeps its worker, so every process gets one.
+    Workers workers(processes);
+    workers.run(static_cast<std::size_t>(processes), [&](int, std::size_t index) {
+        ThreadProcess process(hall, static_cast<int>(index));
         try {
-            body(part);
+            body(process);
             hall.finish();
         } catch (...) {
             hall.fail(std::current_exception());

@@ -1,19 +1,19 @@
-// What a part that is a thread may meet: the failures of the other parts.
+// What a process that is a thread may meet: the failures of the other processes.
 #pragma once
 
 #include <stdexcept>
 
 namespace meld::comm {
 
-// Thrown in every part that waits for, or next calls, the others after one of them has failed.
-struct OtherPartFailed : std::runtime_error {
-    OtherPartFailed() : std::runtime_error("another part has failed") {}
+// Thrown in every process that waits for, or next calls, the others after one of them has failed.
+struct OtherProcessFailed : std::runtime_error {
+    OtherProcessFailed() : std::runtime_error("another process has failed") {}
 };
 
-// Thrown by abort() where parts are threads; run_threads_as_parts rethrows it.
-class PartAborted : public std::runtime_error {
+// Thrown by abort() where processes are threads; run_threads_as_processes rethrows it.
+class ProcessAborted : public std::runtime_error {
   public:
-    explicit PartAborted(int exit_code) : std::runtime_error("a part has aborted the run"), exit_code_(exit_code) {}
+    explicit ProcessAborted(int exit_code) : std::runtime_error("a process has aborted the run"), exit_code_(exit_code) {}
     int exit_code() const { return exit_code_; }
 
   private:

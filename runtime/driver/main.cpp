@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     r->add_option("--ticks", run.ticks, "Stop after this many ticks")
         ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
         ->type_name("INT");
-    r->add_option("-n,--processes", run.parts, "Processes, started through mpirun")
+    r->add_option("-n,--processes", run.processes, "Processes, started through mpirun")
         ->check(CLI::Range(1, 100000).description(""))
         ->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")

@@ -30,12 +30,12 @@ constexpr double kRowBytes = 32;
 
 }  // namespace
 
-Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int parts, int parts_here) {
+Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int processes, int processes_here) {
     const Result<world::WorldSize> size = world::measure(world);
     if (!size) return tl::unexpected<Error>(size.error());
     double bytes = kBookkeeping + (world.is_free() ? kBodyBytes : 0);
     for (u32 i = 0; i < module.column_count; ++i) bytes += module.columns[i].stride + (module.columns[i].rows ? kRowBytes : 0);
-    const double here = size->cells_estimate * bytes * static_cast<double>(parts_here) / static_cast<double>(parts);
+    const double here = size->cells_estimate * bytes * static_cast<double>(processes_here) / static_cast<double>(processes);
     const std::uint64_t limit = world.limits.memory_bytes > 0 ? world.limits.memory_bytes : available_bytes();
     const auto needed = here < 1.8e19 ? static_cast<std::uint64_t>(here) : ~std::uint64_t{0};
     if (limit > 0 && needed > limit)
@@ -43,7 +43,7 @@ Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& 
                                 format_count(size->cells_estimate), bytes, format_bytes(limit),
                                 world.limits.memory_bytes > 0 ? "allowed by [limits] memory" : "available"),
                     "Make the body smaller, or run on more machines", ExitCode::LimitHit);
-    return static_cast<std::uint64_t>(static_cast<double>(needed) / parts_here);
+    return static_cast<std::uint64_t>(static_cast<double>(needed) / processes_here);
 }
 
 }  // namespace meld::driver

@@ -10,7 +10,7 @@
 namespace meld::driver {
 
 // Refuses a world whose catoms need more memory than this machine has free (or than [limits] memory allows), naming both.
-// parts_here: how many parts share this machine. Returns the estimate in bytes for one part.
-Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int parts, int parts_here);
+// processes_here: how many processes share this machine. Returns the estimate in bytes for one process.
+Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int processes, int processes_here);
 
 }  // namespace meld::driver

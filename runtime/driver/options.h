@@ -13,7 +13,7 @@ struct RunOptions {
     std::string world = {};                       // Empty: PROGRAM.toml if it is there, else a cube of 1,000 catoms.
     std::vector<std::string> library_paths = {};  // For the program's includes and libraries.
     std::int64_t ticks = -1;
-    int parts = 1;
+    int processes = 1;
     int threads = 1;
     std::int64_t seed = -1;
     std::vector<std::string> set = {};         // name=value
@@ -24,10 +24,10 @@ struct RunOptions {
     std::string facts_out = {};
     std::string record = {};
     std::string digest = {};  // A file, or "-" for standard output.
-    std::string module = {};  // Given to the parts by the command that started them.
+    std::string module = {};  // Given to the processes by the command that started them.
     bool json = false;
     bool quiet = false;
-    std::vector<std::string> arguments = {};  // As typed, for the recording and for the parts.
+    std::vector<std::string> arguments = {};  // As typed, for the recording and for the processes.
 };
 
 }  // namespace meld::driver

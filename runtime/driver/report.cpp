@@ -52,7 +52,7 @@ std::string grouped(std::uint64_t n) {
 
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick) {
     auto& s = const_cast<sim::Simulation&>(simulation).summary();
-    const auto& totals = const_cast<sim::Simulation&>(simulation).part().totals;
+    const auto& totals = const_cast<sim::Simulation&>(simulation).subdomain().totals;
     const double rate = seconds > 0 ? 1 / seconds : 0;
     std::string text =
         fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks,
@@ -65,7 +65,7 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     return text;
 }
 
-std::string summary_table(const sim::Summary& s, int parts, int threads) {
+std::string summary_table(const sim::Summary& s, int processes, int threads) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
     row("ended", ending_text(s.ending));
@@ -77,16 +77,16 @@ std::string summary_table(const sim::Summary& s, int parts, int threads) {
     row("linear messages",
         grouped(s.messages) +
             (s.dropped > 0 ? fmt::format(" ({} dropped: the catom they were for was no neighbour)", grouped(s.dropped)) : ""));
-    if (parts > 1) row("between processes", format_bytes(s.sent_bytes));
+    if (processes > 1) row("between processes", format_bytes(s.sent_bytes));
     row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
-    row("time", fmt::format("{} to set up, {} to run ({} CPU on part 0)", format_duration(s.setup_seconds), format_duration(s.run_seconds),
-                            format_duration(s.cpu_seconds)));
-    row("processes", fmt::format("{} of {} thread{}", parts, threads, threads == 1 ? "" : "s"));
+    row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
+                            format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
+    row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
     for (const std::string& outcome : s.outcomes) text += outcome + "\n";
     return text;
 }
 
-std::string summary_json(const sim::Summary& s, int parts, int threads) {
+std::string summary_json(const sim::Summary& s, int processes, int threads) {
     nlohmann::ordered_json stages = nlohmann::ordered_json::object();
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
     const nlohmann::ordered_json json = {{"ended", ending_name(s.ending)},
@@ -103,7 +103,7 @@ std::string summary_json(const sim::Summary& s, int parts, int threads) {
                                          {"run_seconds", s.run_seconds},
                                          {"cpu_seconds", s.cpu_seconds},
                                          {"stage_seconds", stages},
-                                         {"processes", parts},
+                                         {"processes", processes},
                                          {"threads", threads},
                                          {"outcomes", s.outcomes}};
     return json.dump(2) + "\n";

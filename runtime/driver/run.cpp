@@ -82,15 +82,15 @@ std::string text_of(const std::string& path) {
 class DigestWriter : public sim::SimModule {
   public:
     explicit DigestWriter(std::string path) : path_(std::move(path)) {}
-    Result<void> start(sim::Subdomain& part) override {
-        if (part.comm.part() != 0) return {};
+    Result<void> start(sim::Subdomain& subdomain) override {
+        if (subdomain.comm.process() != 0) return {};
         file_ = path_ == "-" ? stdout : std::fopen(path_.c_str(), "w");
         if (file_ == nullptr) return fail("cannot write " + path_, "Choose a path in a folder that exists and can be written");
         return {};
     }
-    Result<void> after(sim::Subdomain& part) override {
-        const Digest digest = record::state_digest(part);
-        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", part.tick(), digest.to_string());
+    Result<void> after(sim::Subdomain& subdomain) override {
+        const Digest digest = record::state_digest(subdomain);
+        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", subdomain.tick(), digest.to_string());
         return {};
     }
     void finish(sim::Subdomain&) override {
@@ -103,36 +103,36 @@ class DigestWriter : public sim::SimModule {
     std::FILE* file_ = nullptr;
 };
 
-// All parts must run the same module on the same world.
+// All processes must run the same module on the same world.
 bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
     ByteWriter bytes;
     bytes.write(hash);
     const std::vector<std::byte> all = comm.allgather(bytes.view());
-    ByteReader in(all, "the hashes of all parts");
-    for (int p = 0; p < comm.parts(); ++p)
+    ByteReader in(all, "the hashes of all processes");
+    for (int p = 0; p < comm.processes(); ++p)
         if (in.read<std::uint64_t>() != hash) return false;
     return true;
 }
 
-int parts_on_this_machine(const comm::Communicator& comm) {
+int processes_on_this_machine(const comm::Communicator& comm) {
     const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
-    return local != nullptr ? std::max(1, std::atoi(local)) : comm.parts();
+    return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
 }
 
-// The facts of the last tick that went well, if they are still there, and what there is to say. On every part.
-Error after_failure(sim::Subdomain& part, const RunOptions& options, Error error) {
+// The facts of the last tick that went well, if they are still there, and what there is to say. On every process.
+Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Error error) {
     if (options.facts_out.empty()) return error;
-    if (part.status().half_way()) {
+    if (subdomain.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
-                                        error.suggestion.empty() ? "" : ".\n", part.status().last_tick() + 1);
-    } else if (const auto written = record::write_facts(part, options.facts_out); !written) {
+                                        error.suggestion.empty() ? "" : ".\n", subdomain.status().last_tick() + 1);
+    } else if (const auto written = record::write_facts(subdomain, options.facts_out); !written) {
         error.suggestion +=
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }
     return error;
 }
 
-// Everything after the parts stand. Errors every part meets alike are told by part 0 alone.
+// Everything after the processes stand. Errors every process meets alike are told by process 0 alone.
 Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
     const Result<Module> module = load_module(module_path, kAbiVersion);
     if (!module) return tl::unexpected<Error>(module.error());
@@ -143,19 +143,19 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
         return fail("the processes have different modules", "Use a cache that all of them see", ExitCode::ModuleRefused);
     const Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
-    if (const auto fits = check_memory(*world, info, comm.parts(), parts_on_this_machine(comm)); !fits)
+    if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
         return tl::unexpected<Error>(fits.error());
     const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
     for (const std::string& path : {options.facts_out, options.record, options.digest == "-" ? "" : options.digest})
-        if (!path.empty() && comm.part() == 0)
+        if (!path.empty() && comm.process() == 0)
             if (const auto writable = record::check_writable(path); !writable) {
                 tell(writable.error());
                 comm.abort(static_cast<int>(writable.error().code));
             }
 
     sim::Simulation simulation(info, *world, *target, comm, options.threads);
-    const bool speaks = comm.part() == 0;
+    const bool speaks = comm.process() == 0;
     if (!options.record.empty()) {
         const record::RecordingInfo about{
             info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()),
@@ -175,7 +175,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (speaks && !options.quiet) progress.emplace();
     const auto begin = std::chrono::steady_clock::now();
     const auto each = [&] {
-        if (interrupts > 0) simulation.part().request_stop();
+        if (interrupts > 0) simulation.subdomain().request_stop();
         if (!progress) return;
         progress->update([&] {
             return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
@@ -184,37 +184,37 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     };
     const Result<void> ran = simulation.run({options.ticks}, each);
     progress.reset();
-    if (!ran) return tl::unexpected<Error>(after_failure(simulation.part(), options, ran.error()));
+    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, ran.error()));
     if (!options.facts_out.empty())
-        if (auto written = record::write_facts(simulation.part(), options.facts_out); !written)
+        if (auto written = record::write_facts(simulation.subdomain(), options.facts_out); !written)
             return tl::unexpected<Error>(written.error());
     if (speaks && options.json)
-        fmt::print("{}", summary_json(simulation.summary(), comm.parts(), options.threads));
+        fmt::print("{}", summary_json(simulation.summary(), comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        fmt::print("{}", summary_table(simulation.summary(), comm.parts(), options.threads));
+        fmt::print("{}", summary_table(simulation.summary(), comm.processes(), options.threads));
     std::fflush(stdout);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
 
-// Part 0 compiles and tells the others where the module is.
+// Process 0 compiles and tells the others where the module is.
 Result<std::string> module_for_all(const RunOptions& options, comm::Communicator& comm) {
     if (!options.module.empty()) return options.module;
-    Result<std::string> mine = comm.part() == 0 ? compile_program(options) : Result<std::string>("");
-    if (comm.parts() == 1) return mine;
+    Result<std::string> mine = comm.process() == 0 ? compile_program(options) : Result<std::string>("");
+    if (comm.processes() == 1) return mine;
     const int code = mine ? 0 : static_cast<int>(mine.error().code);
     const std::string text = mine ? *mine : mine.error().problem;
     ByteWriter bytes;
     bytes.write(code);
     bytes.write_string(text);
     const auto all = comm.allgather_any(bytes.view());
-    ByteReader in(all[0], "what part 0 compiled");
+    ByteReader in(all[0], "what process 0 compiled");
     const int first = in.read<int>();
     const std::string module = in.read_string();
-    if (first != 0) return fail(comm.part() == 0 ? text : "", "", static_cast<ExitCode>(first));
+    if (first != 0) return fail(comm.process() == 0 ? text : "", "", static_cast<ExitCode>(first));
     return module;
 }
 
-int run_parts(const RunOptions& options, comm::Communicator& comm) {
+int run_processes(const RunOptions& options, comm::Communicator& comm) {
     const auto attempt = [&]() -> Result<int> {
         const Result<std::string> module = module_for_all(options, comm);
         if (!module) return tl::unexpected<Error>(module.error());
@@ -222,7 +222,7 @@ int run_parts(const RunOptions& options, comm::Communicator& comm) {
     };
     const Result<int> done = attempt();
     if (done) return *done;
-    return comm.part() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
+    return comm.process() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
 }
 
 }  // namespace
@@ -231,21 +231,21 @@ int run_command(RunOptions options) {
     if (comm::under_mpi()) {
         handle_interrupts();
         const auto comm = comm::make_mpi();
-        return run_parts(options, *comm);
+        return run_processes(options, *comm);
     }
-    if (options.parts == 1) {
+    if (options.processes == 1) {
         handle_interrupts();
         const auto comm = comm::make_single();
-        return run_parts(options, *comm);
+        return run_processes(options, *comm);
     }
-    // Compiled before the parts start, so that a program's mistakes are told once and soon.
+    // Compiled before the processes start, so that a program's mistakes are told once and soon.
     const Result<std::string> module = compile_program(options);
     if (!module) return tell(module.error());
     if (const auto world = choose_world(options); !world) return tell(world.error());
     std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
     command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
     command.insert(command.end(), {"--module", *module});
-    const int code = comm::launch_mpi(options.parts, command);
+    const int code = comm::launch_mpi(options.processes, command);
     if (const std::string why = comm::describe_launch_failure(code); !why.empty()) fmt::print(stderr, "meldsim: {}\n", why);
     return code;
 }

@@ -1,4 +1,4 @@
-// `meldsim run`: compile if needed, start the parts, run, report.
+// `meldsim run`: compile if needed, start the processes, run, report.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace meld::driver {
 
-// Returns the exit code of the command. Prints what it has to say itself, from part 0 alone.
+// Returns the exit code of the command. Prints what it has to say itself, from process 0 alone.
 int run_command(RunOptions options);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.

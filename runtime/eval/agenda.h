@@ -44,7 +44,7 @@ class Agenda {
         if ((summary.load(std::memory_order_relaxed) & bit) == 0) summary.fetch_or(bit, std::memory_order_relaxed);
     }
     u64 dirty(u32 catom) const { return dirty_[catom]; }
-    // Forgets a catom that is gone or has moved to another part.
+    // Forgets a catom that is gone or has moved to another process.
     void forget(u32 catom) {
         MELD_EXPECT(catom < dirty_.size(), "catom {}", catom);
         dirty_[catom] = 0;

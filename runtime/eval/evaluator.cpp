@@ -17,8 +17,8 @@ namespace {
 // Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
 constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
-// Expired memories are forgotten in the same ticks on every part, however many it has: ranks that grow by more than one a
-// tick can make one matter again, and then all parts must agree on whether it is still there.
+// Expired memories are forgotten in the same ticks on every process, however many it has: ranks that grow by more than one a
+// tick can make one matter again, and then all processes must agree on whether it is still there.
 constexpr i64 kSweepTicks = 64;
 
 struct PendingRows {
@@ -87,7 +87,7 @@ struct Evaluator::Thread : Eval {
         bool any = false;
         for (std::size_t i = losses.size(); i-- > 0 && losses[i].catom == catom;) {
             if (losses[i].predicate != predicate || losses[i].key != key) continue;
-            memory = {remembered || any ? std::min(memory.least_rank, losses[i].rank) : losses[i].rank, part->now};
+            memory = {remembered || any ? std::min(memory.least_rank, losses[i].rank) : losses[i].rank, subdomain->now};
             any = true;
         }
         return any;
@@ -112,7 +112,7 @@ struct Evaluator::Thread : Eval {
         const auto [items, text] = owner->columns_.lists().too_long(number);
         if (items == 0) return;
         if (trap == Trap::None) failed_column = column;
-        meld::trap(*this, text ? Trap::TextTooLong : Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(part->max_list));
+        meld::trap(*this, text ? Trap::TextTooLong : Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(subdomain->max_list));
     }
     // Before a private column is written: lists that rows of the catom have lost stay alive until it has written all its
     // columns, for it may hand them from one to the next.
@@ -183,7 +183,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
-        t.messages.push_back({to, predicate, e->part->geometry.catom_id[e->catom], t.sequence++,
+        t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.sequence++,
                               t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
@@ -192,7 +192,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         t.actions.push_back({e->catom, predicate, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.wake = [](Eval* e, i64 tick, u64 dirty) {
-        MELD_EXPECT(tick > e->part->now, "catom {} in tick {}", e->catom, tick);
+        MELD_EXPECT(tick > e->subdomain->now, "catom {} in tick {}", e->catom, tick);
         of(e).wakes.push_back({tick, e->catom, dirty});
     };
     host_.wake_group = [](Eval* e, i64 tick, u16 predicate, const void* row) {
@@ -203,13 +203,14 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
         const Thread& t = of(e);
         const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
-        const bool before = found != nullptr && !Tombstones::expired(*found, e->part->now, e->part->greatest_rank, e->part->latency);
+        const bool before =
+            found != nullptr && !Tombstones::expired(*found, e->subdomain->now, e->subdomain->greatest_rank, e->subdomain->latency);
         if (before) *out = {found->least_rank, found->time};
         return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
     host_.random = [](Eval* e) {
-        return random_bits(e->part->seed, e->part->geometry.catom_id[e->catom], static_cast<u64>(e->part->now), e->draws++);
+        return random_bits(e->subdomain->seed, e->subdomain->geometry.catom_id[e->catom], static_cast<u64>(e->subdomain->now), e->draws++);
     };
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
     for (u32 p = 0; p < module.predicate_count; ++p)
@@ -229,12 +230,12 @@ Evaluator::~Evaluator() {
     for (auto& t : threads_) t->release_owned();
 }
 
-Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
-    agenda_.take(awake_, dirty_, [&](u32 catom) { return part.geometry.catom_state[catom] == kCatomOwned; });
-    part.tombstones = !tombstones_.empty() || linear_;
+Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
+    agenda_.take(awake_, dirty_, [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned; });
+    subdomain.tombstones = !tombstones_.empty() || linear_;
     requests_.begin_evaluation();
     for (auto& t : threads_) {
-        t->part = &part;
+        t->subdomain = &subdomain;
         t->trap = Trap::None;
         t->failed_column = kNone32;
         t->failure = {};
@@ -245,8 +246,8 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         t->release_owned();
         t->values.clear();
     }
-    MELD_EXPECT(part.columns == columns_.pointers() && (awake_.empty() || part.geometry.catom_state != nullptr),
-                "the arrays of the part are not up to date");
+    MELD_EXPECT(subdomain.columns == columns_.pointers() && (awake_.empty() || subdomain.geometry.catom_state != nullptr),
+                "the arrays of the subdomain are not up to date");
     MELD_ASSERT(std::is_sorted(awake_.begin(), awake_.end()), "the agenda is not in the order of memory");
     columns_.changes().begin_evaluation();
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
@@ -257,16 +258,17 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        Failure failure{t.trap,      t.trap_rule, t.failed_column, part.geometry.catom_id[t.catom], part.now, t.trap_left, t.trap_right,
-                        t.trap_real, {}};
+        Failure failure{
+            t.trap,      t.trap_rule, t.failed_column, subdomain.geometry.catom_id[t.catom], subdomain.now, t.trap_left, t.trap_right,
+            t.trap_real, {}};
         std::copy(std::begin(t.trap_text), std::end(t.trap_text), failure.text);
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
         t.failed_column = kNone32;
     });
     columns_.changes().end_evaluation();
-    workers_.run(threads_.size(), [&](int, std::size_t i) { commit(part, static_cast<int>(i), on_export); });
-    gather(part);
+    workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
+    gather(subdomain);
     Failure first;
     for (const auto& t : threads_)
         if (t->failure.trap != Trap::None && (first.trap == Trap::None || t->failure.catom < first.catom)) first = t->failure;
@@ -275,9 +277,9 @@ Failure Evaluator::evaluate(Part& part, const OnExport& on_export) {
 
 // Exported changes become visible and wake their readers. Each catom was evaluated by one thread, so writes never meet;
 // marks do, and are commutative.
-void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
+void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_export) {
     Thread& t = *threads_[static_cast<std::size_t>(thread)];
-    const Geometry& g = part.geometry;
+    const Geometry& g = subdomain.geometry;
     const bool shared = threads_.size() > 1;
     const auto changed = [&](u32 catom, u16 column) {
         MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
@@ -310,7 +312,7 @@ void Evaluator::commit(Part& part, int thread, const OnExport& on_export) {
     columns_.release_dropped(thread);
 }
 
-void Evaluator::gather(const Part& part) {
+void Evaluator::gather(const SubdomainView& subdomain) {
     statistics_ = {};
     statistics_.awake = awake_.size();
     unsorted_ = requests_.messages();
@@ -327,10 +329,11 @@ void Evaluator::gather(const Part& part) {
         else
             unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
-        for (const Loss& l : t->losses) tombstones_.lose(l.catom, l.predicate, l.key, l.rank, part.now, part.greatest_rank, part.latency);
-        for (const Wake& w : t->wakes) timers_.add(part.now, w.tick, w.catom, w.dirty);
+        for (const Loss& l : t->losses)
+            tombstones_.lose(l.catom, l.predicate, l.key, l.rank, subdomain.now, subdomain.greatest_rank, subdomain.latency);
+        for (const Wake& w : t->wakes) timers_.add(subdomain.now, w.tick, w.catom, w.dirty);
         for (const GroupWake& w : t->group_wakes)
-            timers_.add_group(part.now, w.tick, w.catom, w.column, w.row, module_.columns[w.column].row_bytes);
+            timers_.add_group(subdomain.now, w.tick, w.catom, w.column, w.row, module_.columns[w.column].row_bytes);
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();
@@ -341,10 +344,10 @@ void Evaluator::gather(const Part& part) {
         t->row_changes.clear();
         t->bytes.clear();
     }
-    const u64* id = part.geometry.catom_id;
+    const u64* id = subdomain.geometry.catom_id;
     order_messages();
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return id[a.catom] < id[b.catom]; });
-    if (part.now % kSweepTicks == 0) tombstones_.sweep(part.now, part.greatest_rank, part.latency);
+    if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
 
 // By receiver, then sender, then how-many-th: each receiver has few, so what is left after the first is sorted by inserting.

@@ -1,4 +1,4 @@
-// One part's evaluation of a tick: takes the agenda, runs each catom to its local fixpoint on worker threads, then
+// One process's evaluation of a tick: takes the agenda, runs each catom to its local fixpoint on worker threads, then
 // commits what neighbours may see. The result does not depend on the number of threads.
 #pragma once
 
@@ -46,9 +46,9 @@ class Evaluator {
     // Told of every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
-    // Evaluates the agenda of this tick against `part`, whose geometry and pointers are current, and commits.
+    // Evaluates the agenda of this tick against `subdomain`, whose geometry and pointers are current, and commits.
     // Returns the failure of the catom with the least id, if any failed.
-    Failure evaluate(Part& part, const OnExport& on_export);
+    Failure evaluate(SubdomainView& subdomain, const OnExport& on_export);
 
     // What the last evaluation sent and asked for, ordered by (receiver, sender, sequence) and by catom id.
     const std::vector<Message>& messages() const { return messages_; }
@@ -59,8 +59,8 @@ class Evaluator {
   private:
     struct Thread;
     static Thread& of(Eval* e);
-    void commit(Part& part, int thread, const OnExport& on_export);
-    void gather(const Part& part);
+    void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
+    void gather(const SubdomainView& subdomain);
     void order_messages();
 
     const ModuleInfo& module_;

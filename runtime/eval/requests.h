@@ -9,9 +9,9 @@
 
 namespace meld::eval {
 
-// A linear or given fact on its way to a catom of this part or to a ghost.
+// A linear or given fact on its way to a catom of this process or to a ghost.
 struct Message {
-    u32 to = 0;  // Index on this part.
+    u32 to = 0;  // Index on this process.
     u16 predicate = 0;
     u64 from = 0;  // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
     u32 sequence = 0;

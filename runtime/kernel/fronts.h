@@ -42,10 +42,10 @@ struct Front : Mutual<T> {
         for (u32 i = 0; i < lost.count; ++i)
             if (T::group(lost.rows[i], p) == 0) {
                 const u32 least = known != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
-                memory = Tombstone{least, e.part->now};
+                memory = Tombstone{least, e.subdomain->now};
                 known = &memory;
             }
-        return trusted_from(known, p.rank, e.part->latency);
+        return trusted_from(known, p.rank, e.subdomain->latency);
     }
     // It is no loss where something else is there that beats it.
     MELD_STEP void lose(Eval& e) {
@@ -57,7 +57,7 @@ struct Front : Mutual<T> {
                     superseded = T::group(r.rows[k], old[i]) == 0 && beats<T>(r.rows[k], old[i]);
                 for (u32 k = 0; k < r.proposed.count && !superseded; ++k) {
                     const Row& p = r.proposed.rows[k];
-                    superseded = T::group(p, old[i]) == 0 && beats<T>(p, old[i]) && trusted(e, p) <= e.part->now;
+                    superseded = T::group(p, old[i]) == 0 && beats<T>(p, old[i]) && trusted(e, p) <= e.subdomain->now;
                 }
                 if (superseded) continue;
                 lost.add(e, old[i]);
@@ -103,7 +103,7 @@ struct Front : Mutual<T> {
             if (same_value || beats<T>(other, p)) return false;
         }
         const i64 ready = trusted(e, p);
-        if (ready > e.part->now) {
+        if (ready > e.subdomain->now) {
             if (wake == 0 || ready < wake) wake = ready;
             return false;
         }

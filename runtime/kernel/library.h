@@ -54,7 +54,7 @@ inline ListRef replace(Eval& e, u32 rule, ListRef l, i64 i, u64 x) {
 inline ListRef same(Eval&, u32, ListRef l) { return l; }
 inline ListRef repeated(Eval& e, u32, i64 n, u64 x) {
     if (n <= 0) return nullptr;
-    if (static_cast<u64>(n) > e.part->max_list) return list_over(e, nullptr, static_cast<u64>(n));
+    if (static_cast<u64>(n) > e.subdomain->max_list) return list_over(e, nullptr, static_cast<u64>(n));
     u64* items = new_items(e, static_cast<u64>(n));
     for (i64 i = 0; i < n; ++i) items[i] = x;
     return list_over(e, items, static_cast<u64>(n));

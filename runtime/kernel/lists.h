@@ -39,8 +39,8 @@ inline void step(List& l) {
 // grows further: the evaluation ends soon, but not at once.
 inline ListRef list_over(Eval& e, const u64* items, u64 count, Trap kind = Trap::TooLong) {
     if (count == 0) return nullptr;
-    if (count > e.part->max_list) {
-        trap(e, kind, e.rule, static_cast<i64>(count), static_cast<i64>(e.part->max_list));
+    if (count > e.subdomain->max_list) {
+        trap(e, kind, e.rule, static_cast<i64>(count), static_cast<i64>(e.subdomain->max_list));
         return nullptr;
     }
     List* l = static_cast<List*>(scratch(e, sizeof(List)));
@@ -82,7 +82,7 @@ ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u
     u64 count = 0;
     for (u32 i = 0; i < n; ++i) count += count_of(list(i));
     const Trap kind = item_bytes == 1 ? Trap::TextTooLong : Trap::TooLong;
-    if (count > e.part->max_list) return list_over(e, nullptr, count, kind);
+    if (count > e.subdomain->max_list) return list_over(e, nullptr, count, kind);
     u8* items = static_cast<u8*>(scratch(e, count * item_bytes));
     u8* at = items;
     for (u32 i = 0; i < n; ++i) {

@@ -122,7 +122,7 @@ inline u64 fresh_node(Eval& e) { return e.host->random(&e) | (u64{1} << 63); }
 
 // The nearest number of ticks to so many seconds, at least one.
 inline i64 ticks_of(Eval& e, double seconds) {
-    const double ticks = seconds / e.part->tick_seconds + 0.5;
+    const double ticks = seconds / e.subdomain->tick_seconds + 0.5;
     return ticks < 1 ? 1 : ticks < 9e18 ? static_cast<i64>(ticks) : __INT64_MAX__ / 2;
 }
 

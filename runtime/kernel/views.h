@@ -64,7 +64,7 @@ bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m
 }
 
 inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
-    if (count > e.part->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.part->max_facts));
+    if (count > e.subdomain->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.subdomain->max_facts));
 }
 
 // ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.
@@ -105,7 +105,7 @@ template <class T>
 const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& out) {
     if constexpr (!T::kLinks)
         return nullptr;
-    else if (!e.part->tombstones)
+    else if (!e.subdomain->tombstones)
         return nullptr;
     else
         return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
@@ -117,8 +117,8 @@ inline void wake_at(Eval& e, i64 tick) {
 
 // Whether the time has come; if not, the catom is looked at again when it has.
 inline bool due(Eval& e, i64 tick) {
-    if (tick > e.part->now) e.host->wake(&e, tick, kDirtyWake);
-    return tick <= e.part->now;
+    if (tick > e.subdomain->now) e.host->wake(&e, tick, kDirtyWake);
+    return tick <= e.subdomain->now;
 }
 
 // One more than the largest rank among body facts.
@@ -138,8 +138,8 @@ inline void note_rank(Eval& e, u32 rank) {
 template <class T>
 bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
     using Row = typename T::Row;
-    const i64 now = e.part->now;
-    const u32 latency = e.part->latency;
+    const i64 now = e.subdomain->now;
+    const u32 latency = e.subdomain->latency;
     Tombstone memory{};
     const Tombstone* lost = nullptr;
     bool asked = false;
@@ -292,10 +292,10 @@ struct Mutual {
         for (u32 i = 0; i < lost.count; ++i)
             if (T::key(lost.rows[i], p) == 0) {
                 const u32 least = known != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
-                memory = Tombstone{least, e.part->now};
+                memory = Tombstone{least, e.subdomain->now};
                 known = &memory;
             }
-        return trusted_from(known, p.rank, e.part->latency);
+        return trusted_from(known, p.rank, e.subdomain->latency);
     }
     MELD_STEP void lose(Eval& e) {
         if constexpr (T::kLinks)
@@ -304,7 +304,7 @@ struct Mutual {
                 bool superseded = false;
                 for (u32 k = 0; k < r.proposed.count; ++k) {
                     const Row& p = r.proposed.rows[k];
-                    superseded = superseded || (T::key(p, old[i]) == 0 && T::better(p, old[i]) && trusted(e, p) <= e.part->now);
+                    superseded = superseded || (T::key(p, old[i]) == 0 && T::better(p, old[i]) && trusted(e, p) <= e.subdomain->now);
                 }
                 if (superseded) continue;
                 lost.add(e, old[i]);
@@ -336,7 +336,7 @@ struct Mutual {
             for (u32 k = i; k < end; ++k) {
                 if (best != nullptr && !T::better(p[k], *best)) continue;
                 const i64 ready = trusted(e, p[k]);
-                if (ready <= e.part->now)
+                if (ready <= e.subdomain->now)
                     best = &p[k];
                 else if (wake == 0 || ready < wake)
                     wake = ready;
@@ -423,7 +423,7 @@ double change_of(Eval& e, const Relation<T>& r, const typename T::Row& now, cons
         const double d = distance(value(now), value(r.origin[i]));
         if (d < least) least = d;
     }
-    if (least != 0) e.host->wake(&e, e.part->now + 1, kDirtyWake);
+    if (least != 0) e.host->wake(&e, e.subdomain->now + 1, kDirtyWake);
     return least;
 }
 

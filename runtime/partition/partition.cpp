@@ -6,22 +6,22 @@
 
 namespace meld::partition {
 
-Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int parts) {
-    MELD_EXPECT(parts > 0);
+Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int processes) {
+    MELD_EXPECT(processes > 0);
     MELD_EXPECT(std::is_sorted(counts.begin(), counts.end()), "bricks along the curve");
     std::uint64_t total = 0;
     for (const auto& [key, count] : counts) total += count;
     starts_.assign(1, 0);
     std::uint64_t before = 0;
     for (const auto& [key, count] : counts) {
-        // A brick goes to the part in whose share its middle catom falls.
+        // A brick goes to the process in whose share its middle catom falls.
         const auto share =
-            static_cast<std::size_t>((before + count / 2) * static_cast<std::uint64_t>(parts) / std::max<std::uint64_t>(1, total));
-        while (starts_.size() <= share && starts_.size() < static_cast<std::size_t>(parts)) starts_.push_back(key);
+            static_cast<std::size_t>((before + count / 2) * static_cast<std::uint64_t>(processes) / std::max<std::uint64_t>(1, total));
+        while (starts_.size() <= share && starts_.size() < static_cast<std::size_t>(processes)) starts_.push_back(key);
         before += count;
     }
-    while (starts_.size() < static_cast<std::size_t>(parts)) starts_.push_back(~BrickKey{0});
-    MELD_ENSURE(std::is_sorted(starts_.begin(), starts_.end()) && starts_.size() == static_cast<std::size_t>(parts));
+    while (starts_.size() < static_cast<std::size_t>(processes)) starts_.push_back(~BrickKey{0});
+    MELD_ENSURE(std::is_sorted(starts_.begin(), starts_.end()) && starts_.size() == static_cast<std::size_t>(processes));
 }
 
 int Partition::owner(BrickKey key) const {
@@ -29,9 +29,10 @@ int Partition::owner(BrickKey key) const {
     return static_cast<int>(after - starts_.begin()) - 1;
 }
 
-Halo::Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach)
-    : ensemble_(ensemble), partition_(partition), part_(part), reach_(reach) {
-    MELD_EXPECT(part >= 0 && part < partition.parts() && reach > 0, "process {} of {}, reach {}", part, partition.parts(), reach);
+Halo::Halo(const world::Ensemble& ensemble, const Partition& partition, int process, int reach)
+    : ensemble_(ensemble), partition_(partition), process_(process), reach_(reach) {
+    MELD_EXPECT(process >= 0 && process < partition.processes() && reach > 0, "process {} of {}, reach {}", process, partition.processes(),
+                reach);
 }
 
 std::vector<Halo::Side> Halo::sides(Cell brick) const {
@@ -65,11 +66,11 @@ bool Halo::near(const Side& side, std::uint32_t cell) const {
 }
 
 void Halo::prepare() {
-    if (partition_.parts() == 1) return;
+    if (partition_.processes() == 1) return;
     for (std::size_t slot = border_.size(); slot <= ensemble_.brick_count(); ++slot) {
         std::vector<Side> all;
         if (slot > 0) all = sides(ensemble_.brick(static_cast<world::Slot>(slot)));
-        const bool ours = std::all_of(all.begin(), all.end(), [&](const Side& side) { return side.part == part_; });
+        const bool ours = std::all_of(all.begin(), all.end(), [&](const Side& side) { return side.process == process_; });
         border_.push_back(ours ? -1 : static_cast<std::int32_t>(sides_.size()));
         if (!ours) sides_.push_back(std::move(all));
     }
@@ -77,50 +78,50 @@ void Halo::prepare() {
 
 namespace {
 
-std::vector<int> distinct(std::vector<int> parts) {
-    std::sort(parts.begin(), parts.end());
-    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
-    return parts;
+std::vector<int> distinct(std::vector<int> processes) {
+    std::sort(processes.begin(), processes.end());
+    processes.erase(std::unique(processes.begin(), processes.end()), processes.end());
+    return processes;
 }
 
 }  // namespace
 
 std::vector<int> Halo::around(Cell cell) const {
-    std::vector<int> parts;
+    std::vector<int> processes;
     each_side(lattice().brick_of(cell), [&](const Side& side) {
-        if (side.part != part_) parts.push_back(side.part);
+        if (side.process != process_) processes.push_back(side.process);
     });
-    return distinct(std::move(parts));
+    return distinct(std::move(processes));
 }
 
 int Halo::owner(Cell cell) const {
-    int owner = part_;
+    int owner = process_;
     each_side(lattice().brick_of(cell), [&](const Side& side) {
-        if (side.dx == 0 && side.dy == 0 && side.dz == 0) owner = side.part;
+        if (side.dx == 0 && side.dy == 0 && side.dz == 0) owner = side.process;
     });
     return owner;
 }
 
 std::vector<int> Halo::listeners(Cell cell) const {
-    std::vector<int> parts;
+    std::vector<int> processes;
     const std::uint32_t number = lattice().number_in_brick(cell);
     each_side(lattice().brick_of(cell), [&](const Side& side) {
-        if (near(side, number)) parts.push_back(side.part);
+        if (near(side, number)) processes.push_back(side.process);
     });
-    return distinct(std::move(parts));
+    return distinct(std::move(processes));
 }
 
-bool Halo::borders(int part, Cell brick) const {
-    MELD_EXPECT(part >= 0 && part < partition_.parts(), "process {}", part);
+bool Halo::borders(int process, Cell brick) const {
+    MELD_EXPECT(process >= 0 && process < partition_.processes(), "process {}", process);
     bool any = false;
-    each_side(brick, [&](const Side& side) { any = any || side.part == part; });
+    each_side(brick, [&](const Side& side) { any = any || side.process == process; });
     return any;
 }
 
-bool Halo::subscribes(int part, Cell cell) const {
+bool Halo::subscribes(int process, Cell cell) const {
     bool any = false;
     const std::uint32_t number = lattice().number_in_brick(cell);
-    each_side(lattice().brick_of(cell), [&](const Side& side) { any = any || (side.part == part && near(side, number)); });
+    each_side(lattice().brick_of(cell), [&](const Side& side) { any = any || (side.process == process && near(side, number)); });
     return any;
 }
 

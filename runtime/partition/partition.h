@@ -1,4 +1,4 @@
-// Who owns which bricks, and who else must hear of a cell. Parts own contiguous ranges of the Hilbert curve, also of
+// Who owns which bricks, and who else must hear of a cell. Processes own contiguous ranges of the Hilbert curve, also of
 // bricks where nobody stands yet.
 #pragma once
 
@@ -17,23 +17,23 @@ using world::Cell;
 
 class Partition {
   public:
-    // Splits the curve so that each part gets about the same number of catoms. `counts` is sorted by key and the same on
-    // every part. With more parts than bricks some parts own empty stretches.
-    Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int parts);
+    // Splits the curve so that each process gets about the same number of catoms. `counts` is sorted by key and the same on
+    // every process. With more processes than bricks some processes own empty stretches.
+    Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int processes);
     int owner(BrickKey key) const;
-    int parts() const { return static_cast<int>(starts_.size()); }
+    int processes() const { return static_cast<int>(starts_.size()); }
 
   private:
-    std::vector<BrickKey> starts_;  // Part p owns the keys from starts_[p] up to starts_[p + 1].
+    std::vector<BrickKey> starts_;  // Process p owns the keys from starts_[p] up to starts_[p + 1].
 };
 
-// Which other parts read a cell: those that own a brick within `reach` cells of it.
+// Which other processes read a cell: those that own a brick within `reach` cells of it.
 class Halo {
   public:
     // reach: 1 where catoms stand still, 2 where they move (a mover must see around its next cell), 3 where they go around others.
-    Halo(const world::Ensemble& ensemble, const Partition& partition, int part, int reach);
+    Halo(const world::Ensemble& ensemble, const Partition& partition, int process, int reach);
 
-    // Calls visit(part) once for every other part that must hear of this site. Cost: nothing for a brick inside. Any
+    // Calls visit(process) once for every other process that must hear of this site. Cost: nothing for a brick inside. Any
     // thread may call it after prepare() has seen the site's brick.
     template <class Visit>
     void subscribers(std::uint32_t site, const Visit& visit) const {
@@ -44,19 +44,19 @@ class Halo {
     // Looks at bricks that were made since the last call.
     void prepare();
     // Below, bricks that are present cost one hash lookup, others 27 walks along the curve.
-    // The parts, without this one, that own a brick next to the brick of this cell. Ascending.
+    // The processes, without this one, that own a brick next to the brick of this cell. Ascending.
     std::vector<int> around(Cell cell) const;
     int owner(Cell cell) const;
-    bool subscribes(int part, Cell cell) const;
-    // All parts that know the cell: its owner and those that hear of it. Ascending.
+    bool subscribes(int process, Cell cell) const;
+    // All processes that know the cell: its owner and those that hear of it. Ascending.
     std::vector<int> listeners(Cell cell) const;
-    // Whether this part owns a brick next to this brick, or the brick itself.
-    bool borders(int part, Cell brick) const;
+    // Whether this process owns a brick next to this brick, or the brick itself.
+    bool borders(int process, Cell brick) const;
 
   private:
     struct Side {
         std::int8_t dx, dy, dz;
-        std::int32_t part;
+        std::int32_t process;
     };
     const world::Lattice& lattice() const { return ensemble_.lattice(); }
     // The brick itself and those around it, with their owners.
@@ -66,7 +66,7 @@ class Halo {
     void each_side(Cell brick, const Visit& visit) const {
         const std::optional<world::Slot> slot = ensemble_.find_slot(brick);
         if (slot && *slot < border_.size()) {
-            if (border_[*slot] < 0) return visit(Side{0, 0, 0, part_});
+            if (border_[*slot] < 0) return visit(Side{0, 0, 0, process_});
             for (const Side& side : sides_[static_cast<std::size_t>(border_[*slot])]) visit(side);
             return;
         }
@@ -79,23 +79,23 @@ class Halo {
         std::uint64_t visited = 0;  // Processes beyond 64 are found by a search: rare, and sides are few.
         std::vector<int> more;
         for (const Side& side : sides_[border]) {
-            if (side.part == part_ || !near(side, cell)) continue;
-            if (side.part < 64) {
-                if (visited >> side.part & 1) continue;
-                visited |= std::uint64_t{1} << side.part;
+            if (side.process == process_ || !near(side, cell)) continue;
+            if (side.process < 64) {
+                if (visited >> side.process & 1) continue;
+                visited |= std::uint64_t{1} << side.process;
             } else {
                 bool again = false;
-                for (const int p : more) again = again || p == side.part;
+                for (const int p : more) again = again || p == side.process;
                 if (again) continue;
-                more.push_back(side.part);
+                more.push_back(side.process);
             }
-            visit(side.part);
+            visit(side.process);
         }
     }
 
     const world::Ensemble& ensemble_;
     const Partition& partition_;
-    int part_;
+    int process_;
     int reach_;
     std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 where it and all bricks around are ours.
     std::vector<std::vector<Side>> sides_;

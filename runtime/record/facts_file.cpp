@@ -24,7 +24,7 @@ struct Lines {
     std::string text;
 };
 
-// The facts of one predicate on this part, by id and then by arguments, as packed bytes: id, length, text.
+// The facts of one predicate on this process, by id and then by arguments, as packed bytes: id, length, text.
 std::vector<std::byte> facts_of(sim::Subdomain& part, u32 predicate) {
     const PredicateInfo& p = part.module.predicates[predicate];
     std::vector<std::pair<u64, sim::Catom>> order;
@@ -102,7 +102,7 @@ void merge(const std::vector<std::vector<std::byte>>& parts, WholeFile& file) {
     std::vector<Lines> heads(parts.size());
     std::priority_queue<std::pair<u64, std::size_t>, std::vector<std::pair<u64, std::size_t>>, std::greater<>> next;
     for (std::size_t i = 0; i < parts.size(); ++i) {
-        readers.emplace_back(parts[i], "facts of a part");
+        readers.emplace_back(parts[i], "facts of a process");
         if (read_lines(readers[i], heads[i])) next.emplace(heads[i].id, i);
     }
     while (!next.empty()) {
@@ -125,7 +125,7 @@ Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
         const int names = std::strcmp(x.name, y.name);
         return names != 0 ? names < 0 : x.arity < y.arity;
     });
-    const bool writer = part.comm.part() == 0;
+    const bool writer = part.comm.process() == 0;
     std::unique_ptr<WholeFile> file;
     if (writer) file = std::make_unique<WholeFile>(path);
     for (const u32 predicate : order) {
@@ -179,8 +179,8 @@ Digest state_digest(sim::Subdomain& part) {
     bytes.write(digest);
     Digest sum;
     const std::vector<std::byte> all = part.comm.allgather(bytes.view());
-    ByteReader in(all, "digests of all parts");
-    for (int p = 0; p < part.comm.parts(); ++p) sum.combine(in.read<Digest>());
+    ByteReader in(all, "digests of all processes");
+    for (int p = 0; p < part.comm.processes(); ++p) sum.combine(in.read<Digest>());
     return sum;
 }
 

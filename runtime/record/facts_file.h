@@ -9,13 +9,13 @@
 
 namespace meld::record {
 
-// Writes all facts at the end, one a line in Meld syntax, sorted by predicate, then catom id, then arguments; part 0
-// writes, all parts call. Auxiliary predicates and actions are left out. The file appears when it is complete;
+// Writes all facts at the end, one a line in Meld syntax, sorted by predicate, then catom id, then arguments; process 0
+// writes, all processes call. Auxiliary predicates and actions are left out. The file appears when it is complete;
 // "-" is standard output.
-// Errors: the file cannot be written. Cost: the facts of one predicate at a time pass through part 0.
+// Errors: the file cannot be written. Cost: the facts of one predicate at a time pass through process 0.
 Result<void> write_facts(sim::Subdomain& part, const std::string& path);
 
-// A digest of all facts that write_facts would write, and of where every catom stands; the same on every part.
+// A digest of all facts that write_facts would write, and of where every catom stands; the same on every process.
 // Cost: all facts.
 Digest state_digest(sim::Subdomain& part);
 

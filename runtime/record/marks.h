@@ -14,26 +14,26 @@
 
 namespace meld::record {
 
-// Each part collects what its catoms ask for; the part that writes gets it before each step, and keeps it all. So a catom
-// keeps its colour when it moves to another part.
+// Each process collects what its catoms ask for; the process that writes gets it before each step, and keeps it all. So a catom
+// keeps its colour when it moves to another process.
 class Marks {
   public:
     void start(const tuple::ProgramActions& actions);
     bool labels() const { return labels_set_; }
     bool lines() const { return lines_drawn_; }
 
-    // After a tick, on every part: what was asked for in it.
+    // After a tick, on every process: what was asked for in it.
     void collect(sim::Subdomain& part);
-    // Moves what has been collected since the last call into `out`; receive() reads it on the writing part, of all parts in
+    // Moves what has been collected since the last call into `out`; receive() reads it on the writing process, of all processes in
     // any order, and begin_step() before the first.
     void send(ByteWriter& out);
     void begin_step();
     void receive(ByteReader& in);
 
-    // On the writing part, of a catom by its id; grey and empty where it has none.
+    // On the writing process, of a catom by its id; grey and empty where it has none.
     std::uint32_t colour(u64 id) const;
     const std::string& label(u64 id) const;
-    // Pairs of ids, in order. Call it when all parts have been received.
+    // Pairs of ids, in order. Call it when all processes have been received.
     std::vector<std::pair<u64, u64>> drawn();
 
   private:

@@ -47,7 +47,7 @@ Result<void> Recorder::start(sim::Subdomain& part) {
                         "Derive a predicate of another name from it");
     ByteWriter outcome;
     Error error;
-    if (part.comm.part() == 0) {
+    if (part.comm.process() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
         if (file)
             file_.emplace(std::move(*file));
@@ -57,7 +57,7 @@ Result<void> Recorder::start(sim::Subdomain& part) {
     outcome.write(file_.has_value());
     const std::vector<std::byte> all = part.comm.allgather(outcome.view());
     ByteReader in(all, "how opening the recording ended");
-    if (!in.read<bool>()) return tl::unexpected<Error>(part.comm.part() == 0 ? error : Error{"cannot write " + path_, ""});
+    if (!in.read<bool>()) return tl::unexpected<Error>(part.comm.process() == 0 ? error : Error{"cannot write " + path_, ""});
     part.refresh();
     return write(part);
 }
@@ -130,7 +130,7 @@ void Recorder::put_value(sim::Subdomain& part, const Recorded& recorded, sim::Ca
     }
 }
 
-// What this part's catoms have drawn; then its catoms, each with its position and values.
+// What this process's catoms have drawn; then its catoms, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
     ByteWriter out;
     marks_.send(out);
@@ -142,9 +142,9 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
     return out.take();
 }
 
-// The rows of all parts into columns, in the order of ids.
+// The rows of all processes into columns, in the order of ids.
 void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
-    // The bytes of each row, and where in their part's they start.
+    // The bytes of each row, and where in their process's they start.
     struct Packed {
         u64 id;
         std::size_t part, at;
@@ -218,13 +218,13 @@ Result<void> Recorder::write_step(sim::Subdomain& part, const std::vector<std::v
     return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids));
 }
 
-// Part 0 gets everything and writes it.
+// Process 0 gets everything and writes it.
 Result<void> Recorder::write(sim::Subdomain& part) {
     last_step_ = part.tick();
     std::vector<std::byte> mine = pack(part);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
-    if (part.comm.part() == 0)
+    if (part.comm.process() == 0)
         all.push_back(std::move(mine));
     else if (!mine.empty())
         packets.push_back({0, std::move(mine)});

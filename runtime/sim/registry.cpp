@@ -20,17 +20,18 @@ namespace {
 // Catoms stand still. It says so where a program wanted them to move.
 class NoMotion : public SimModule {
   public:
-    Result<void> after(Subdomain& part) override {
-        for (const eval::Action& a : part.actions()) refused_ += info(part.kind_of(a)).performer == ActionInfo::Performer::Lattice;
+    Result<void> after(Subdomain& subdomain) override {
+        for (const eval::Action& a : subdomain.actions())
+            refused_ += info(subdomain.kind_of(a)).performer == ActionInfo::Performer::Lattice;
         return {};
     }
-    void finish(Subdomain& part) override {
+    void finish(Subdomain& subdomain) override {
         ByteWriter bytes;
         bytes.write(refused_);
-        const std::vector<std::byte> all = part.comm.allgather(bytes.view());
+        const std::vector<std::byte> all = subdomain.comm.allgather(bytes.view());
         ByteReader in(all, "counts of refused moves");
         refused_ = 0;
-        for (int p = 0; p < part.comm.parts(); ++p) refused_ += in.read<std::uint64_t>();
+        for (int p = 0; p < subdomain.comm.processes(); ++p) refused_ += in.read<std::uint64_t>();
     }
     std::string outcome() const override {
         return refused_ == 0

@@ -21,7 +21,7 @@ double cpu_seconds() {
 
 Simulation::Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm,
                        int threads)
-    : part_(module, world, target, comm, threads), tick_(part_) {}
+    : subdomain_(module, world, target, comm, threads), tick_(subdomain_) {}
 
 template <class Call>
 Result<void> Simulation::each_module(const Call& call) {
@@ -35,14 +35,14 @@ Result<void> Simulation::each_module(const Call& call) {
 Result<void> Simulation::make(const std::string& interface, const std::string& name, const Registry& registry) {
     const auto choice = registry.choose(interface, name);
     if (!choice) return tl::unexpected<Error>(choice.error());
-    if (const auto* code = std::get_if<Registry::MakeCode>(&*choice)) return codes_.add(*code, part_.world);
+    if (const auto* code = std::get_if<Registry::MakeCode>(&*choice)) return codes_.add(*code, subdomain_.world);
     if (const auto* sim = std::get_if<Registry::MakeSim>(&*choice)) {
-        auto module = (*sim)(part_.world);
+        auto module = (*sim)(subdomain_.world);
         if (!module) return tl::unexpected<Error>(module.error());
         modules_.push_back(std::move(*module));
         return {};
     }
-    auto component = std::get<Registry::MakeComponent>(*choice)(part_.world);
+    auto component = std::get<Registry::MakeComponent>(*choice)(subdomain_.world);
     if (!component) return tl::unexpected<Error>(component.error());
     codes_.add(**component);
     modules_.push_back(std::move(*component));
@@ -51,32 +51,32 @@ Result<void> Simulation::make(const std::string& interface, const std::string& n
 
 Result<void> Simulation::start(const Registry& registry) {
     const double before = wall_seconds();
-    const world::World& world = part_.world;
+    const world::World& world = subdomain_.world;
     if (auto made = make("motion", world.motion.kind, registry); !made) return made;
     for (const auto& [interface, name] : world.components)
         if (auto made = make(interface, name, registry); !made)
             return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
-    if (auto found = codes_.look_up(part_.module); !found) return found;
-    if (auto done = part_.populate(); !done) return done;
-    if (auto done = each_module([&](SimModule& m) { return m.start(part_); }); !done) return done;
-    part_.refresh();
+    if (auto found = codes_.look_up(subdomain_.module); !found) return found;
+    if (auto done = subdomain_.populate(); !done) return done;
+    if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
+    subdomain_.refresh();
     summary_.setup_seconds = wall_seconds() - before;
     return {};
 }
 
 Result<void> Simulation::run_tick() {
     tick_.begin();
-    const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(part_) : Result<void>{}; };
+    const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(subdomain_) : Result<void>{}; };
     {
         const StageClock clock(modules_s_);
         if (auto done = each_module(step); !done) return done;
     }
     tick_.change_given();
-    if (!codes_.empty()) codes_.run(part_);
-    if (unsettled_) unsettled_->before(part_);
+    if (!codes_.empty()) codes_.run(subdomain_);
+    if (unsettled_) unsettled_->before(subdomain_);
     const Totals& t = tick_.end();
-    if (unsettled_) unsettled_->after(part_);
-    summary_.ticks = part_.tick();
+    if (unsettled_) unsettled_->after(subdomain_);
+    summary_.ticks = subdomain_.tick();
     summary_.catoms = t.catoms;
     summary_.evaluations += t.tick.awake;
     summary_.derivations += t.tick.derivations;
@@ -85,53 +85,53 @@ Result<void> Simulation::run_tick() {
     summary_.dropped += t.tick.dropped;
     summary_.sent_bytes += t.sent_bytes;
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
-    // How far the others came in such a tick depends on the parts, so nobody may look at it.
-    if (part_.status().half_way()) return {};
-    return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(part_) : Result<void>{}; });
+    // How far the others came in such a tick depends on the processes, so nobody may look at it.
+    if (subdomain_.status().half_way()) return {};
+    return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
 }
 
 Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each) {
     const double wall = wall_seconds(), cpu = cpu_seconds();
     Result<void> result;
-    const std::int64_t most = limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(part_.world.limits.max_ticks);
+    const std::int64_t most = limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(subdomain_.world.limits.max_ticks);
     // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
     const bool may_end = codes_.empty() || limits.ticks < 0;
     summary_.ending = Ending::Ticks;
-    while (part_.tick() < most) {
-        if (limits.ticks < 0 && !unsettled_ && part_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(part_.module);
+    while (subdomain_.tick() < most) {
+        if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {
             result = done;
             break;
         }
         each();
-        if (part_.totals.failure.trap != Trap::None) {
-            const eval::Failure& failure = part_.totals.failure;
+        if (subdomain_.totals.failure.trap != Trap::None) {
+            const eval::Failure& failure = subdomain_.totals.failure;
             summary_.ending = Ending::Failed;
-            result = fail(eval::describe(part_.module, failure), eval::cure(failure),
+            result = fail(eval::describe(subdomain_.module, failure), eval::cure(failure),
                           eval::is_limit(failure.trap) ? ExitCode::LimitHit : ExitCode::ProgramWrong);
             break;
         }
-        if (part_.totals.stop) {
+        if (subdomain_.totals.stop) {
             summary_.ending = Ending::Interrupted;
             break;
         }
-        if (part_.totals.finished) {
+        if (subdomain_.totals.finished) {
             summary_.ending = Ending::Finished;
             break;
         }
-        if (!part_.totals.awake && !part_.totals.waiting && may_end) {
+        if (!subdomain_.totals.awake && !subdomain_.totals.waiting && may_end) {
             summary_.ending = Ending::Quiet;
             break;
         }
     }
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run did not settle within " + std::to_string(most) + " ticks",
-                      "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(part_),
+                      "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(subdomain_),
                       ExitCode::LimitHit);
     if (!result) tick_.end_early();
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
-            module->finish(part_);
+            module->finish(subdomain_);
             if (std::string outcome = module->outcome(); !outcome.empty()) summary_.outcomes.push_back(std::move(outcome));
         }
     summary_.stage_seconds = {{"modules", modules_s_}};

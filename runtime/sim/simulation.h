@@ -1,4 +1,4 @@
-// A run on one part: the modules the world chose around the part's tick, from the first to the last.
+// A run on one process: the modules the world chose around the process's tick, from the first to the last.
 #pragma once
 
 #include <cstdint>
@@ -52,11 +52,11 @@ class Simulation {
     // Adds a module that runs after those of the world (recorder, digests).
     void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
 
-    // Ticks until the end; `each` is called after every tick, on every part. A failure of the program is an error whose
+    // Ticks until the end; `each` is called after every tick, on every process. A failure of the program is an error whose
     // message names rule, catom and tick.
     Result<void> run(const RunLimits& limits, const std::function<void()>& each);
 
-    Subdomain& part() { return part_; }
+    Subdomain& subdomain() { return subdomain_; }
     Summary& summary() { return summary_; }
     // What the modules say about the run right now.
     std::string status() const;
@@ -67,7 +67,7 @@ class Simulation {
     template <class Call>
     Result<void> each_module(const Call& call);
 
-    Subdomain part_;
+    Subdomain subdomain_;
     Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     CodeModules codes_;

@@ -18,7 +18,7 @@ class ChangeLog {
 
     bool follows(u32 column) const { return module_.columns[column].compare_groups != nullptr; }
     void resize(std::size_t catoms);
-    // As Part::changes.
+    // As SubdomainView::changes.
     const RowChanges* const* const* pointers() const { return pointers_.data(); }
 
     // Room for so many rows; valid until the end of the next evaluation.

@@ -1,4 +1,4 @@
-// The columns of a module over the catoms of one part: records and rows, indexed by catom.
+// The columns of a module over the catoms of one process: records and rows, indexed by catom.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ class Columns {
     // Makes room for this many catoms; entries that are new hold nothing. Pointers change.
     void resize(std::size_t catoms);
     std::size_t count() const { return count_; }
-    // As Part::columns.
+    // As SubdomainView::columns.
     u8* const* pointers() const { return pointers_.data(); }
     u8* entry(u32 column, u32 catom) const {
         MELD_EXPECT(column < module_.column_count && catom < count_, "column {} of catom {}, of {} and {}", column, catom,

@@ -10,7 +10,7 @@
 
 namespace meld::tuple {
 
-// A block may be freed into another pool than it came from: all pools of a part live as long as its columns.
+// A block may be freed into another pool than it came from: all pools of a process live as long as its columns.
 class RowPool {
   public:
     // At least this many bytes; the capacity is what take() rounds up to.

@@ -1,5 +1,5 @@
 // Values of more than one word, driven by their types: their order, hash and size, the blocks in which facts keep them, and
-// their way between parts. Text is in value_text.h.
+// their way between processes. Text is in value_text.h.
 #pragma once
 
 #include <bit>
@@ -70,7 +70,7 @@ class Arena {
 void pack(Type type, Value v, ByteWriter& out);
 Value unpack(Type type, ByteReader& in, Arena& arena);
 
-// The lists that the facts of one part own. A list that is kept stands with everything in it in one block with a count of
+// The lists that the facts of one process own. A list that is kept stands with everything in it in one block with a count of
 // its owners, so that to hand it on is to count. Different threads may keep and release at once, each with its own pool.
 class ListStore {
   public:

@@ -1,4 +1,4 @@
-// The catoms one part knows: which cell each stands on, which catom stands on each cell, in bricks.
+// The catoms one process knows: which cell each stands on, which catom stands on each cell, in bricks.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace meld::world {
 
 using Slot = std::uint32_t;
-using Catom = std::uint32_t;  // An index on this part, not an id.
+using Catom = std::uint32_t;  // An index on this process, not an id.
 
 class Target;
 
@@ -76,7 +76,7 @@ class Ensemble {
     std::size_t index_count() const { return id_.size(); }
     std::size_t owned_count() const { return owned_count_; }
     std::size_t ghost_count() const { return ghost_count_; }
-    // The catom with this id, if this part knows it. Cost: a comparison where ids follow indices, else one hash lookup; the map
+    // The catom with this id, if this process knows it. Cost: a comparison where ids follow indices, else one hash lookup; the map
     // is made on first use and kept, so the first call must not run beside others.
     std::optional<Catom> find(std::uint64_t id) const;
     void reserve(std::size_t catoms, std::size_t bricks);

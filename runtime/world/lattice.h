@@ -23,7 +23,7 @@ using Vec3 = std::array<double, 3>;
 
 enum class LatticeKind { Square, Hex, Cubic, Fcc };
 
-// A cell's place in the order all parts agree on: the Hilbert index of its brick, then its number in the brick.
+// A cell's place in the order all processes agree on: the Hilbert index of its brick, then its number in the brick.
 // Cells are ordered along the curve, and whoever owns a range of keys owns those bricks.
 using CellKey = std::uint64_t;
 using BrickKey = std::uint64_t;

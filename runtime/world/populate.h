@@ -21,7 +21,7 @@ BrickCells cells_in_shape(const Shape& shape, const Lattice& lattice, Cell brick
 // The cells of a brick that the body holds, by its shapes or its list of cells.
 BrickCells cells_of_body(const World& world, const Lattice& lattice, Cell brick);
 
-// Calls visit(brick) for each brick that a shape may reach, in an order that is the same on every part, until it returns
+// Calls visit(brick) for each brick that a shape may reach, in an order that is the same on every process, until it returns
 // false. Space that the shape does not reach is skipped in large pieces, and nothing is listed beforehand.
 void for_each_brick(const Shape& shape, const Lattice& lattice, const std::function<bool(Cell brick)>& visit);
 

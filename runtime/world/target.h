@@ -21,7 +21,7 @@ class Target {
     // With `fit` in [target] the shape is scaled first until it holds as many cells as there is mass (fit.h).
     // Without `fit` and `cells` this costs nothing. With one of them, the cells are chosen here: breadth first over the lattice,
     // from the target cell inside the body that is nearest the origin (ties by key), each distance in the order of keys,
-    // until the number is reached; so the choice is connected and the same on every part. Cost: a few hundred
+    // until the number is reached; so the choice is connected and the same on every process. Cost: a few hundred
     // nanoseconds a cell chosen. Errors: no catom stands in the target; the shape holds fewer cells than asked for.
     static Result<Target> make(const World& world, const Lattice& lattice);
 

@@ -46,10 +46,10 @@ void row(const char* what, const Work& ours, const Work& hand) {
 }
 
 void check(Run& run, const HandGradient& hand, u32 dist) {
-    sim::Subdomain& part = run.part();
-    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
+    sim::Subdomain& subdomain = run.subdomain();
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         std::uint32_t ours = 0xffffffff;
-        tuple::each_fact(part.module, part.columns, part.geometry(), dist, c,
+        tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), dist, c,
                          [&](const Value* v) { ours = static_cast<std::uint32_t>(v[0].integer); });
         if (ours != hand.value(c)) {
             std::fprintf(stderr, "catom %u: %u by the program, %u by hand\n", c, ours, hand.value(c));
@@ -69,11 +69,11 @@ void measure(const std::string& program, const std::string& lattice, const std::
     sim::Catom origin = 0;
     for (int repeat = 0; repeat < 5; ++repeat) {
         run = std::make_unique<Run>(program, world);
-        hand = std::make_unique<HandGradient>(run->part().ensemble);
+        hand = std::make_unique<HandGradient>(run->subdomain().ensemble);
         dist = *tuple::find_predicate(run->info(), "dist", 1);
         source = run->info().predicates[*tuple::find_predicate(run->info(), "source", 0)].base;
-        origin = static_cast<sim::Catom>(at * static_cast<double>(run->part().ensemble.index_count()));
-        run->part().give(source, origin, nullptr);
+        origin = static_cast<sim::Catom>(at * static_cast<double>(run->subdomain().ensemble.index_count()));
+        run->subdomain().give(source, origin, nullptr);
         hand->set_source(origin, true);
         first = settle(*run);
         first_hand = settle(*hand);
@@ -84,17 +84,17 @@ void measure(const std::string& program, const std::string& lattice, const std::
     first_hand.seconds = median(floors);
     check(*run, *hand, dist);
     std::printf("%s, %s, %zu catoms: %.1f bytes a catom (by hand %.1f and the ensemble's %.1f)\n", lattice.c_str(), shape.c_str(),
-                run->part().ensemble.owned_count(),
-                static_cast<double>(run->part().bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
-                static_cast<double>(hand->bytes()) / static_cast<double>(run->part().ensemble.owned_count()),
-                static_cast<double>(run->part().ensemble.bytes()) / static_cast<double>(run->part().ensemble.owned_count()));
+                run->subdomain().ensemble.owned_count(),
+                static_cast<double>(run->subdomain().bytes()) / static_cast<double>(run->subdomain().ensemble.owned_count()),
+                static_cast<double>(hand->bytes()) / static_cast<double>(run->subdomain().ensemble.owned_count()),
+                static_cast<double>(run->subdomain().ensemble.bytes()) / static_cast<double>(run->subdomain().ensemble.owned_count()));
     row("settle", first, first_hand);
 
-    run->part().take(source, origin, nullptr);
+    run->subdomain().take(source, origin, nullptr);
     hand->set_source(origin, false);
     const Work gone = settle(*run), gone_hand = settle(*hand);
     row("source removed", gone, gone_hand);
-    run->part().give(source, origin, nullptr);
+    run->subdomain().give(source, origin, nullptr);
     hand->set_source(origin, true);
     const Work back = settle(*run), back_hand = settle(*hand);
     row("source restored", back, back_hand);
@@ -106,9 +106,9 @@ void measure(const std::string& program, const std::string& lattice, const std::
     std::uint64_t state = 12345;
     for (int i = 0; i < cuts; ++i) {
         state = state * 6364136223846793005u + 1442695040888963407u;
-        const auto victim = static_cast<sim::Catom>((state >> 20) % run->part().ensemble.index_count());
-        if (run->part().ensemble.state(victim) != kCatomOwned || victim == origin) continue;
-        run->part().remove_catom(victim);
+        const auto victim = static_cast<sim::Catom>((state >> 20) % run->subdomain().ensemble.index_count());
+        if (run->subdomain().ensemble.state(victim) != kCatomOwned || victim == origin) continue;
+        run->subdomain().remove_catom(victim);
         const Work w = settle(*run);
         cut.seconds += w.seconds;
         cut.evaluations += w.evaluations;

@@ -26,15 +26,15 @@ void same(const char* what, sim::Catom catom, double ours, double hand, double t
 std::uint32_t predicate(const Run& run, const char* name, std::size_t arity) { return *tuple::find_predicate(run.info(), name, arity); }
 
 void give(Run& run, const char* name, sim::Catom catom, std::vector<Value> arguments) {
-    run.part().give(run.info().predicates[predicate(run, name, arguments.size())].base, catom, arguments.data());
+    run.subdomain().give(run.info().predicates[predicate(run, name, arguments.size())].base, catom, arguments.data());
 }
 // The only fact of a predicate that a catom holds.
 std::vector<Value> fact(Run& run, std::uint32_t id, sim::Catom catom) {
     std::vector<Value> out;
-    sim::Subdomain& part = run.part();
-    tuple::each_fact(part.module, part.columns, part.geometry(), id, catom,
-                     [&](const Value* v) { out.assign(v, v + part.module.predicates[id].arity); });
-    if (out.empty()) differs(part.module.predicates[id].name, catom, NAN, 0);
+    sim::Subdomain& subdomain = run.subdomain();
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), id, catom,
+                     [&](const Value* v) { out.assign(v, v + subdomain.module.predicates[id].arity); });
+    if (out.empty()) differs(subdomain.module.predicates[id].name, catom, NAN, 0);
     return out;
 }
 
@@ -58,17 +58,17 @@ void measure(const Case& c, const Prepare& prepare, const Hand& hand, const Chec
         Run run(c.program, c.world);
         prepare(run);
         seconds.push_back(run.settle());
-        run.part().refresh();
+        run.subdomain().refresh();
         const double before = cpu_now();
         const auto made = hand(run);
         by_hand.push_back(cpu_now() - before);
         if (repeat < 2) continue;
         check(run, made);
         const sim::Summary& sum = run.simulation->summary();
-        const double ours = median(seconds), theirs = median(by_hand), catoms = static_cast<double>(run.part().ensemble.owned_count());
+        const double ours = median(seconds), theirs = median(by_hand), catoms = static_cast<double>(run.subdomain().ensemble.owned_count());
         std::printf("%-42s %8.3f s  by hand %8.4f s  ratio %5.1f  best Meld %4.2f s  %8.0f bytes a catom  %10" PRIu64
                     " messages %6.0f ns each  %6" PRId64 " ticks\n",
-                    c.what.c_str(), ours, theirs, ours / theirs, c.best_meld, static_cast<double>(run.part().bytes()) / catoms,
+                    c.what.c_str(), ours, theirs, ours / theirs, c.best_meld, static_cast<double>(run.subdomain().bytes()) / catoms,
                     sum.messages, sum.messages == 0 ? 0.0 : ours * 1e9 / static_cast<double>(sum.messages), sum.ticks);
         std::fflush(stdout);
     }
@@ -84,13 +84,13 @@ void diffuse(const std::string& folder, int side) {
                  box("cubic", side, side, side), 1.02};
     const auto start = [](sim::Catom a) { return 100 * noise(a); };
     const auto prepare = [&](Run& run) {
-        for (sim::Catom a = 0; a < run.part().ensemble.index_count(); ++a)
+        for (sim::Catom a = 0; a < run.subdomain().ensemble.index_count(); ++a)
             give(run, "temperature", a, {Value{.integer = 0}, Value{.real = start(a)}});
     };
     const auto hand = [&](Run& run) {
-        std::vector<double> now(run.part().ensemble.index_count());
+        std::vector<double> now(run.subdomain().ensemble.index_count());
         for (sim::Catom a = 0; a < now.size(); ++a) now[a] = start(a);
-        return hand_diffuse(run.part().geometry(), std::move(now), 20, 0.0625);
+        return hand_diffuse(run.subdomain().geometry(), std::move(now), 20, 0.0625);
     };
     measure(c, prepare, hand, [](Run& run, const std::vector<double>& made) {
         for (sim::Catom a = 0; a < made.size(); ++a)
@@ -105,7 +105,8 @@ void pagerank(const std::string& folder, int side, double enough) {
     std::snprintf(what, sizeof what, "PageRank, %d catoms, to %g", side * side * side, enough);
     const Case c{what, folder + "/pagerank_async.meld", box("cubic", side, side, side, setting), 0.11};
     measure(
-        c, [](Run&) {}, [&](Run& run) { return hand_pagerank(run.part().geometry(), run.part().ensemble.index_count(), 0.85, enough); },
+        c, [](Run&) {},
+        [&](Run& run) { return hand_pagerank(run.subdomain().geometry(), run.subdomain().ensemble.index_count(), 0.85, enough); },
         [&](Run& run, const Ranks& made) {
             for (sim::Catom a = 0; a < made.rank.size(); ++a) {
                 same("rank", a, fact(run, predicate(run, "rank", 1), a)[0].real, made.rank[a]);
@@ -119,16 +120,16 @@ void beliefs(const std::string& folder, int side) {
                  box("square", side, side, 1), 0.55};
     // Stripes of three colours; one pixel in ten is another.
     const auto seen = [&](Run& run, sim::Catom a) {
-        const auto stripe = static_cast<int>(3 * (run.part().ensemble.position(a)[0] + side / 2.0) / side);
+        const auto stripe = static_cast<int>(3 * (run.subdomain().ensemble.position(a)[0] + side / 2.0) / side);
         return noise(a) < 0.1 ? static_cast<int>(noise(a) * 30) : std::min(2, std::max(0, stripe));
     };
     const auto prepare = [&](Run& run) {
-        for (sim::Catom a = 0; a < run.part().ensemble.index_count(); ++a) give(run, "seen", a, {Value{.integer = seen(run, a)}});
+        for (sim::Catom a = 0; a < run.subdomain().ensemble.index_count(); ++a) give(run, "seen", a, {Value{.integer = seen(run, a)}});
     };
     const auto hand = [&](Run& run) {
-        std::vector<int> colours(run.part().ensemble.index_count());
+        std::vector<int> colours(run.subdomain().ensemble.index_count());
         for (sim::Catom a = 0; a < colours.size(); ++a) colours[a] = seen(run, a);
-        return hand_beliefs(run.part().geometry(), colours, 12, 1.6, 1.2);
+        return hand_beliefs(run.subdomain().geometry(), colours, 12, 1.6, 1.2);
     };
     measure(c, prepare, hand, [](Run& run, const std::vector<Belief>& made) {
         for (sim::Catom a = 0; a < made.size(); ++a) {
@@ -144,9 +145,9 @@ void queens(const std::string& folder, int n) {
                  0.43};
     const auto end = [](Run& run, bool first) {
         sim::Catom found = 0;
-        const sim::Subdomain& part = run.part();
-        for (sim::Catom a = 1; a < part.ensemble.index_count(); ++a)
-            if ((part.ensemble.position(a)[0] < part.ensemble.position(found)[0]) == first) found = a;
+        const sim::Subdomain& subdomain = run.subdomain();
+        for (sim::Catom a = 1; a < subdomain.ensemble.index_count(); ++a)
+            if ((subdomain.ensemble.position(a)[0] < subdomain.ensemble.position(found)[0]) == first) found = a;
         return found;
     };
     const auto prepare = [&](Run& run) { give(run, "placed", end(run, true), {Value{.list = nullptr}}); };

@@ -45,7 +45,7 @@ class Steps {
         }
         const sim::Summary& after = run_.simulation->summary();
         all.push_back({what, seconds / times, (after.derivations - before.derivations) / static_cast<std::uint64_t>(times),
-                       (after.changes - before.changes) / static_cast<std::uint64_t>(times), record::state_digest(run_.part())});
+                       (after.changes - before.changes) / static_cast<std::uint64_t>(times), record::state_digest(run_.subdomain())});
     }
     std::vector<Step> all;
 
@@ -56,9 +56,9 @@ class Steps {
 void give(Run& run, const char* predicate, std::size_t arity, sim::Catom catom, std::vector<Value> arguments, bool there = true) {
     const u32 base = run.info().predicates[*tuple::find_predicate(run.info(), predicate, arity)].base;
     if (there)
-        run.part().give(base, catom, arguments.data());
+        run.subdomain().give(base, catom, arguments.data());
     else
-        run.part().take(base, catom, arguments.data());
+        run.subdomain().take(base, catom, arguments.data());
 }
 Value number(std::int64_t i) { return Value{.integer = i}; }
 

@@ -30,21 +30,21 @@ int main(int argc, char** argv) {
     for (const Size& size : sizes) {
         if (size.side > largest) break;
         const std::string s = std::to_string(size.side);
-        // The seed is the catom of the target nearest the middle; every part would choose the same.
+        // The seed is the catom of the target nearest the middle; every process would choose the same.
         std::string world = "lattice = \"cubic\"\n[[body]]\nshape = \"box(" + s + "," + s + "," + s + ")\"\n[target]\nshape = \"" +
                             size.target + "\"\ncells = \"mass\"\n[motion]\nkind = \"lattice\"\ncapacity = 1\n";
         Run run(argv[1], world);
-        sim::Subdomain& part = run.part();
+        sim::Subdomain& subdomain = run.subdomain();
         sim::Catom seed = 0;
         double nearest = 1e300;
-        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            const world::Vec3 p = part.ensemble.position(c);
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            const world::Vec3 p = subdomain.ensemble.position(c);
             const double d = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-            if (!part.ensemble.target(part.ensemble.cell(c)) || d >= nearest) continue;
+            if (!subdomain.ensemble.target(subdomain.ensemble.cell(c)) || d >= nearest) continue;
             nearest = d;
             seed = c;
         }
-        part.give(run.info().predicates[*tuple::find_predicate(run.info(), "given-seed", 0)].base, seed, nullptr);
+        subdomain.give(run.info().predicates[*tuple::find_predicate(run.info(), "given-seed", 0)].base, seed, nullptr);
         const double seconds = run.settle();
         const sim::Summary& sum = run.simulation->summary();
         std::printf("%d^3: %s; prototype's own target %d ticks; %.1f s CPU, %.0f ns an evaluation, %.0f bytes a catom\n", size.side,

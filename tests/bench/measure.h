@@ -44,7 +44,7 @@ struct Run {
         need(simulation->start(sim::Registry::standard()));
     }
     const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }
-    sim::Subdomain& part() { return simulation->part(); }
+    sim::Subdomain& subdomain() { return simulation->subdomain(); }
 
     // Runs to quiet; returns CPU seconds.
     double settle() {

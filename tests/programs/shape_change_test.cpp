@@ -1,5 +1,5 @@
 // Shape change keeps its promises in every tick: mass is conserved, the ensemble stays in one piece, and in the end every
-// cell of the target is full, nobody stands outside and nobody holds a unit. On one part and several, to the same digest.
+// cell of the target is full, nobody stands outside and nobody holds a unit. On one process and several, to the same digest.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -20,38 +20,39 @@ namespace {
 
 using world::Cell;
 
-// What every tick must satisfy, seen over all parts.
+// What every tick must satisfy, seen over all processes.
 class Invariants : public sim::SimModule {
   public:
     Invariants(std::uint64_t mass, std::vector<Digest>& digests) : mass_(mass), digests_(digests) {}
 
-    Result<void> after(sim::Subdomain& part) override {
+    Result<void> after(sim::Subdomain& subdomain) override {
         ByteWriter mine;
-        const u32 holds = part.module.predicates[*tuple::find_predicate(part.module, "holds", 1)].base;
-        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            if (!part.owned(c)) continue;
+        const u32 holds = subdomain.module.predicates[*tuple::find_predicate(subdomain.module, "holds", 1)].base;
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            if (!subdomain.owned(c)) continue;
             std::int64_t held = 0;
-            tuple::each_fact(part.module, part.columns, part.geometry(), holds, c, [&](const Value* v) { held = v[0].integer; });
-            mine.write(part.ensemble.cell(c));
+            tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), holds, c,
+                             [&](const Value* v) { held = v[0].integer; });
+            mine.write(subdomain.ensemble.cell(c));
             mine.write(held);
-            mine.write(part.ensemble.target(part.ensemble.cell(c)));
+            mine.write(subdomain.ensemble.target(subdomain.ensemble.cell(c)));
         }
         std::set<Cell> cells;
         std::uint64_t mass = 0;
         outside = 0;
-        for (const auto& bytes : part.comm.allgather_any(mine.view()))
+        for (const auto& bytes : subdomain.comm.allgather_any(mine.view()))
             for (ByteReader in(bytes, "catoms of a part"); !in.done();) {
                 EXPECT_TRUE(cells.insert(in.read<Cell>()).second) << "two catoms in one cell";
                 const auto held = in.read<std::int64_t>();
                 EXPECT_GE(held, 0);
-                EXPECT_LE(held, part.world.motion.capacity);
+                EXPECT_LE(held, subdomain.world.motion.capacity);
                 mass += 1 + static_cast<std::uint64_t>(held);
                 outside += !in.read<bool>();
             }
-        EXPECT_EQ(mass, mass_) << "in tick " << part.tick();
-        EXPECT_EQ(pieces(part.lattice, cells), 1) << "in tick " << part.tick();
-        const Digest digest = record::state_digest(part);
-        if (part.comm.part() == 0) digests_.push_back(digest);
+        EXPECT_EQ(mass, mass_) << "in tick " << subdomain.tick();
+        EXPECT_EQ(pieces(subdomain.lattice, cells), 1) << "in tick " << subdomain.tick();
+        const Digest digest = record::state_digest(subdomain);
+        if (subdomain.comm.process() == 0) digests_.push_back(digest);
         return {};
     }
 
@@ -106,7 +107,7 @@ std::string seed_region(const world::World& world, const world::Target& target) 
 }
 
 // Runs a case and returns the digest of every tick.
-std::vector<Digest> run_case(const ShapeCase& c, int parts, int threads) {
+std::vector<Digest> run_case(const ShapeCase& c, int processes, int threads) {
     const std::string text = fmt::format(
         "lattice = \"{}\"\nheld = {}\n[[body]]\nshape = \"{}\"\n[target]\nshape = \"{}\"\ncells = \"mass\"\n[motion]\nkind = "
         "\"lattice\"\ncapacity = {}\n",
@@ -119,7 +120,7 @@ std::vector<Digest> run_case(const ShapeCase& c, int parts, int threads) {
     const Module module = *load_module(module_path, kAbiVersion);
     const std::uint64_t mass = world::count_catoms(world, world::Lattice(world.lattice)) * static_cast<std::uint64_t>(1 + c.held);
     std::vector<Digest> digests;
-    comm::run_threads_as_parts(parts, [&](comm::Communicator& comm) {
+    comm::run_threads_as_processes(processes, [&](comm::Communicator& comm) {
         sim::Simulation simulation(*static_cast<const ModuleInfo*>(module.table()), world, target, comm, threads);
         simulation.add(std::make_unique<Invariants>(mass, digests));
         ASSERT_TRUE(simulation.start(sim::Registry::standard()).has_value());
@@ -146,7 +147,7 @@ const ShapeCase kCases[] = {
 
 class ShapeChange : public testing::TestWithParam<ShapeCase> {};
 
-TEST_P(ShapeChange, ReachesTheTargetInOnePieceWithAllItsMassOnAnyNumberOfParts) {
+TEST_P(ShapeChange, ReachesTheTargetInOnePieceWithAllItsMassOnAnyNumberOfProcesses) {
     const std::vector<Digest> one = run_case(GetParam(), 1, 1);
     ASSERT_FALSE(one.empty());
     EXPECT_EQ(run_case(GetParam(), 3, 1), one);

@@ -76,7 +76,7 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
         for (std::size_t i = w % 3; i < kSettings.size() && v.trouble.empty(); i += 3) {
             const Outcome other = run(v.trial, *program, info_of(*module), kSettings[i], Watch::States);
             if (other.states != alone.states)
-                v.trouble = fmt::format("states differ: {} parts, {} threads", kSettings[i].parts, kSettings[i].threads);
+                v.trouble = fmt::format("states differ: {} processes, {} threads", kSettings[i].processes, kSettings[i].threads);
         }
         if (!v.trouble.empty()) return v;
     }

@@ -40,18 +40,18 @@ Value value_at(tuple::Type type, meld::Value v) {
     return value_of(std::move(items));
 }
 
-Found collect(sim::Subdomain& part, const check::Program& program) {
+Found collect(sim::Subdomain& subdomain, const check::Program& program) {
     Found found{Facts(program.predicates.count()), std::vector<Bag>(program.predicates.count())};
     for (const PredicateId id : program.predicates.ids()) {
         const check::Predicate& p = program.predicates[id];
-        const std::optional<u32> index = tuple::find_predicate(part.module, p.name, p.arguments.size() - 1);
-        if (!index || part.module.predicates[*index].column == kNone16) continue;
-        const PredicateInfo& info = part.module.predicates[*index];
-        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            if (!part.owned(c)) continue;
-            tuple::each_fact(part.module, part.columns, part.geometry(), *index, c, [&](const meld::Value* v) {
-                Row row{value_of(static_cast<std::int64_t>(part.ensemble.id(c)))};
-                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(part.module, info.fields[i]), v[i]));
+        const std::optional<u32> index = tuple::find_predicate(subdomain.module, p.name, p.arguments.size() - 1);
+        if (!index || subdomain.module.predicates[*index].column == kNone16) continue;
+        const PredicateInfo& info = subdomain.module.predicates[*index];
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            if (!subdomain.owned(c)) continue;
+            tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *index, c, [&](const meld::Value* v) {
+                Row row{value_of(static_cast<std::int64_t>(subdomain.ensemble.id(c)))};
+                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(subdomain.module, info.fields[i]), v[i]));
                 if (p.linear())
                     found.linear[id.index()].insert(row);
                 else
@@ -124,13 +124,13 @@ class Watcher {
     }
 
     // Linear rules and what is certain in every tick. Returns the trouble.
-    std::string compare_tick(std::int64_t now, sim::Subdomain& part, bool trapped) {
+    std::string compare_tick(std::int64_t now, sim::Subdomain& subdomain, bool trapped) {
         if (!linear_) return "";
         ticks_.step(scene(now));
         if (ticks_.ran_away()) return "";
         if (ticks_.failed()) return trapped ? "" : fmt::format("no trap: in tick {} the reference met an error", now);
         if (trapped) return "";
-        Found found = collect(part, program_);
+        Found found = collect(subdomain, program_);
         const Facts views = ticks_.views(), arriving = ticks_.arriving();
         const std::vector<Bag> linear = ticks_.linear();
         std::string text;
@@ -148,8 +148,8 @@ class Watcher {
     }
 
     // All views, where nothing changes any more.
-    std::string compare_model(std::int64_t now, sim::Subdomain& part) {
-        const Found found = collect(part, program_);
+    std::string compare_model(std::int64_t now, sim::Subdomain& subdomain) {
+        const Found found = collect(subdomain, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
         if (model.too_large) {
@@ -207,7 +207,7 @@ class Watcher {
     Facts before_ = {};
 };
 
-// What the parts of a run share. Part 0 writes.
+// What the processes of a run share. Process 0 writes.
 struct Shared {
     const Trial& trial;
     const ModuleInfo& module;
@@ -222,17 +222,17 @@ struct Shared {
 enum class End { Quiet, Restless, Failed };
 
 // One burst.
-End settle(sim::Subdomain& part, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::size_t burst) {
-    const bool speaks = part.comm.part() == 0;
-    changes.begin_burst(burst, part.tick());
-    if (s.watcher) s.watcher->begin_burst(burst, part.tick());
+End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::size_t burst) {
+    const bool speaks = subdomain.comm.process() == 0;
+    changes.begin_burst(burst, subdomain.tick());
+    if (s.watcher) s.watcher->begin_burst(burst, subdomain.tick());
     for (int patience = s.linear ? kLinearPatience : kPatience; patience > 0; patience -= changes.done()) {
         tick.begin();
-        static_cast<void>(changes.step(part));
-        if (s.watcher) s.watcher->change(part.tick());
+        static_cast<void>(changes.step(subdomain));
+        if (s.watcher) s.watcher->change(subdomain.tick());
         const sim::Totals& totals = tick.end();
         const bool trapped = totals.failure.trap != Trap::None;
-        const State state{record::state_digest(part), totals.tick.derivations};
+        const State state{record::state_digest(subdomain), totals.tick.derivations};
         // After an error some catoms have been evaluated and others not.
         if (speaks && !trapped) s.outcome.states.push_back(state);
         if (totals.failure.trap == Trap::TooManyDerivations || totals.failure.trap == Trap::TooManyFacts) {
@@ -241,10 +241,10 @@ End settle(sim::Subdomain& part, sim::Tick& tick, retraction::Changes& changes, 
             return End::Failed;
         }
         if (s.watcher) {
-            s.outcome.trouble = s.watcher->compare_tick(part.tick(), part, trapped);
-            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(part.tick()))
+            s.outcome.trouble = s.watcher->compare_tick(subdomain.tick(), subdomain, trapped);
+            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(subdomain.tick()))
                 s.outcome.trouble = "trap";
-            if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(part.module, totals.failure);
+            if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(subdomain.module, totals.failure);
             if (!s.outcome.trouble.empty()) return End::Failed;
             if (s.watcher->lost_track() && !trapped) return End::Failed;
         }
@@ -258,16 +258,16 @@ End settle(sim::Subdomain& part, sim::Tick& tick, retraction::Changes& changes, 
     return s.linear ? End::Restless : End::Failed;
 }
 
-void run_part(comm::Communicator& comm, Shared& s) {
-    sim::Subdomain part(s.module, s.world, s.target, comm, s.setting.threads);
-    if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
-    sim::Tick tick(part);
+void run_process(comm::Communicator& comm, Shared& s) {
+    sim::Subdomain subdomain(s.module, s.world, s.target, comm, s.setting.threads);
+    if (const auto done = subdomain.populate(); !done) throw std::runtime_error(done.error().message());
+    sim::Tick tick(subdomain);
     retraction::Changes changes(s.trial.world, s.trial.draft.given);
     for (std::size_t burst = 0; burst < s.trial.world.bursts.size(); ++burst) {
-        const End end = settle(part, tick, changes, s, burst);
+        const End end = settle(subdomain, tick, changes, s, burst);
         if (end == End::Failed) return;
         if (end == End::Restless || s.watcher == nullptr) continue;
-        s.outcome.trouble = s.watcher->compare_model(part.tick(), part);
+        s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain);
         if (!s.outcome.trouble.empty()) return;
     }
 }
@@ -324,11 +324,11 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
                   .target = *target,
                   .watcher = watch == Watch::Reference ? &watcher : nullptr,
                   .linear = watcher.linear()};
-    if (setting.parts == 1) {
+    if (setting.processes == 1) {
         const auto comm = comm::make_single();
-        run_part(*comm, shared);
+        run_process(*comm, shared);
     } else {
-        comm::run_threads_as_parts(setting.parts, [&](comm::Communicator& comm) { run_part(comm, shared); });
+        comm::run_threads_as_processes(setting.processes, [&](comm::Communicator& comm) { run_process(comm, shared); });
     }
     watcher.tally.errors = shared.outcome.tally.errors;
     shared.outcome.tally = watcher.tally;
@@ -350,9 +350,10 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
         std::size_t same = 0;
         while (same < known && alone.states[same] == other.states[same]) ++same;
         if (same < known)
-            return fmt::format("states differ: {} parts, {} threads, after tick {}: {} facts, {} derivations instead of {}", setting.parts,
-                               setting.threads, same + 1, alone.states[same].digest == other.states[same].digest ? "equal" : "other",
-                               other.states[same].derivations, alone.states[same].derivations);
+            return fmt::format("states differ: {} processes, {} threads, after tick {}: {} facts, {} derivations instead of {}",
+                               setting.processes, setting.threads, same + 1,
+                               alone.states[same].digest == other.states[same].digest ? "equal" : "other", other.states[same].derivations,
+                               alone.states[same].derivations);
     }
     return "";
 }

@@ -9,7 +9,7 @@
 namespace meld::reference {
 
 struct Setting {
-    int parts = 1;
+    int processes = 1;
     int threads = 1;
 };
 
@@ -40,7 +40,7 @@ struct Outcome {
 
 enum class Watch { Reference, States };
 
-// Watch::States runs without the reference, for the states alone. Only one part and thread can be watched by the reference.
+// Watch::States runs without the reference, for the states alone. Only one process and thread can be watched by the reference.
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch);
 
 // Compiles the trial's program and runs it in all of these settings; the trouble, or nothing.

@@ -22,7 +22,7 @@ std::vector<Cell> box(Cell first, Cell size) {
     return cells;
 }
 
-// The space of a case lies across the corner of bricks at the origin, so that several parts own some of it.
+// The space of a case lies across the corner of bricks at the origin, so that several processes own some of it.
 std::vector<Cell> choose_space(Random& random, LatticeKind lattice) {
     const bool flat = lattice == LatticeKind::Square || lattice == LatticeKind::Hex;
     const auto size = [&](int least, int most) { return static_cast<std::int32_t>(least + below(random, most - least + 1)); };

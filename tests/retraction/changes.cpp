@@ -12,104 +12,104 @@ namespace meld::retraction {
 using sim::Catom;
 using sim::Subdomain;
 
-Result<void> Changes::step(Subdomain& part) {
+Result<void> Changes::step(Subdomain& subdomain) {
     const std::vector<Change>& burst = case_.bursts[burst_];
-    for (; next_ < burst.size() && start_ + burst[next_].tick < part.tick(); ++next_) {
+    for (; next_ < burst.size() && start_ + burst[next_].tick < subdomain.tick(); ++next_) {
         const Change& change = burst[next_];
         const std::uint64_t id = change.kind == Change::Kind::Add   ? mirror_.next_id
                                  : mirror_.at.contains(change.cell) ? mirror_.at.at(change.cell)
                                                                     : 0;
-        if (mirror_.apply(change) && &change != lost_) apply(part, change, id);
+        if (mirror_.apply(change) && &change != lost_) apply(subdomain, change, id);
     }
-    part.refresh();
+    subdomain.refresh();
     return {};
 }
 
-void Changes::apply(Subdomain& part, const Change& change, std::uint64_t id) {
+void Changes::apply(Subdomain& subdomain, const Change& change, std::uint64_t id) {
     switch (change.kind) {
         case Change::Kind::Give:
         case Change::Kind::Take:
-            return give_or_take(part, mirror_.given[change.given], change);
+            return give_or_take(subdomain, mirror_.given[change.given], change);
         case Change::Kind::Remove:
-            if (const auto catom = part.ensemble.at(change.cell)) part.remove_catom(*catom);
+            if (const auto catom = subdomain.ensemble.at(change.cell)) subdomain.remove_catom(*catom);
             return;
         case Change::Kind::Add:
-            return add(part, id, change.cell);
+            return add(subdomain, id, change.cell);
         case Change::Kind::Move:
-            return move(part, id, change.cell, change.to);
+            return move(subdomain, id, change.cell, change.to);
     }
 }
 
-void Changes::give_or_take(Subdomain& part, const Given& given, const Change& change) {
-    const auto catom = part.ensemble.at(change.cell);
-    if (!catom || !part.owned(*catom)) return;
-    const auto predicate = tuple::find_predicate(part.module, given.predicate, change.arguments.size());
-    MELD_CHECK(predicate && part.module.predicates[*predicate].base != kNone16, "{} cannot be given", given.predicate);
+void Changes::give_or_take(Subdomain& subdomain, const Given& given, const Change& change) {
+    const auto catom = subdomain.ensemble.at(change.cell);
+    if (!catom || !subdomain.owned(*catom)) return;
+    const auto predicate = tuple::find_predicate(subdomain.module, given.predicate, change.arguments.size());
+    MELD_CHECK(predicate && subdomain.module.predicates[*predicate].base != kNone16, "{} cannot be given", given.predicate);
     std::vector<Value> values(change.arguments.size());
-    const FieldInfo* fields = part.module.predicates[*predicate].fields;
+    const FieldInfo* fields = subdomain.module.predicates[*predicate].fields;
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (fields[i].type == ValueType::Float)
             values[i].real = quarters(change.arguments[i]);
         else
             values[i].integer = change.arguments[i];
     }
-    const u32 base = part.module.predicates[*predicate].base;
+    const u32 base = subdomain.module.predicates[*predicate].base;
     if (change.kind == Change::Kind::Give)
-        part.give(base, *catom, values.data());
+        subdomain.give(base, *catom, values.data());
     else
-        part.take(base, *catom, values.data());
+        subdomain.take(base, *catom, values.data());
 }
 
-void Changes::add(Subdomain& part, std::uint64_t id, Cell cell) {
-    const bool ours = part.halo->owner(cell) == part.comm.part();
-    const std::vector<int> parts = part.halo->listeners(cell);
-    if (!ours && std::find(parts.begin(), parts.end(), part.comm.part()) == parts.end()) return;
-    const Catom catom = part.add_catom(id, cell, ours ? kCatomOwned : kCatomGhost);
-    if (ours) part.mark(catom, kDirtyBirths);
+void Changes::add(Subdomain& subdomain, std::uint64_t id, Cell cell) {
+    const bool ours = subdomain.halo->owner(cell) == subdomain.comm.process();
+    const std::vector<int> processes = subdomain.halo->listeners(cell);
+    if (!ours && std::find(processes.begin(), processes.end(), subdomain.comm.process()) == processes.end()) return;
+    const Catom catom = subdomain.add_catom(id, cell, ours ? kCatomOwned : kCatomGhost);
+    if (ours) subdomain.mark(catom, kDirtyBirths);
 }
 
-// As LatticeMotion relocates a catom: it keeps its index within a part; between parts all of it is sent to the new owner,
+// As LatticeMotion relocates a catom: it keeps its index within a process; between processes all of it is sent to the new owner,
 // and to those that only see it what it exports.
-void Changes::move(Subdomain& part, std::uint64_t id, Cell from, Cell to) {
-    const int me = part.comm.part(), old_owner = part.halo->owner(from), owner = part.halo->owner(to);
-    const std::optional<Catom> known = part.ensemble.at(from);
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+void Changes::move(Subdomain& subdomain, std::uint64_t id, Cell from, Cell to) {
+    const int me = subdomain.comm.process(), old_owner = subdomain.halo->owner(from), owner = subdomain.halo->owner(to);
+    const std::optional<Catom> known = subdomain.ensemble.at(from);
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     if (me == old_owner) {
-        for (const int other : part.halo->listeners(to)) {
+        for (const int other : subdomain.halo->listeners(to)) {
             if (other == me) continue;
             ByteWriter& bytes = out[static_cast<std::size_t>(other)];
             bytes.write(id);  // Without it, the packet of a catom that exports nothing would be empty and not be sent.
             if (other == owner)
-                part.pack_catom(*known, bytes);
+                subdomain.pack_catom(*known, bytes);
             else
-                part.pack_exports(*known, bytes);
+                subdomain.pack_exports(*known, bytes);
         }
     }
     ByteWriter exports;
-    if (me == old_owner && me != owner) part.pack_exports(*known, exports);
+    if (me == old_owner && me != owner) subdomain.pack_exports(*known, exports);
     if (me == old_owner && me == owner) {
-        part.move_catom(*known, to);
+        subdomain.move_catom(*known, to);
     } else if (known) {
-        part.remove_catom(*known);
+        subdomain.remove_catom(*known);
     }
     std::vector<comm::Packet> received;
-    if (!part.alone()) received = part.comm.exchange(comm::take_packets(out));
-    const std::vector<int> parts = part.halo->listeners(to);
-    const bool sees = std::find(parts.begin(), parts.end(), me) != parts.end();
+    if (!subdomain.alone()) received = subdomain.comm.exchange(comm::take_packets(out));
+    const std::vector<int> processes = subdomain.halo->listeners(to);
+    const bool sees = std::find(processes.begin(), processes.end(), me) != processes.end();
     if (me == old_owner && me != owner && sees) {
-        const Catom ghost = part.add_catom(id, to, kCatomGhost);
+        const Catom ghost = subdomain.add_catom(id, to, kCatomGhost);
         ByteReader in(exports.view(), "the exports of a catom that has left");
-        part.unpack_exports(ghost, in);
+        subdomain.unpack_exports(ghost, in);
     }
     for (const comm::Packet& packet : received) {
-        const Catom catom = part.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
+        const Catom catom = subdomain.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
         ByteReader in(packet.bytes, "a catom that has moved");
-        MELD_CHECK(in.read<std::uint64_t>() == id, "process {} sent another catom than @{}", packet.part, id);
+        MELD_CHECK(in.read<std::uint64_t>() == id, "process {} sent another catom than @{}", packet.process, id);
         if (me == owner) {
-            part.unpack_catom(catom, in);
-            part.mark(catom, kDirtyLinks | kDirtyPlace);
+            subdomain.unpack_catom(catom, in);
+            subdomain.mark(catom, kDirtyLinks | kDirtyPlace);
         } else {
-            part.unpack_exports(catom, in);
+            subdomain.unpack_exports(catom, in);
         }
     }
 }

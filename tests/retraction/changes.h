@@ -1,4 +1,4 @@
-// Tells the parts of an ensemble, in the central phase, what a case changes. Every part has its own, runs the same
+// Tells the processes of an ensemble, in the central phase, what a case changes. Every process has its own, runs the same
 // schedule, and does what concerns the catoms it knows.
 #pragma once
 
@@ -21,13 +21,13 @@ class Changes : public sim::SimModule {
     // This change happens in the book alone.
     void lose(const Change* change) { lost_ = change; }
 
-    Result<void> step(sim::Subdomain& part) override;
+    Result<void> step(sim::Subdomain& subdomain) override;
 
   private:
-    void apply(sim::Subdomain& part, const Change& change, std::uint64_t id);
-    static void give_or_take(sim::Subdomain& part, const Given& given, const Change& change);
-    static void add(sim::Subdomain& part, std::uint64_t id, Cell cell);
-    static void move(sim::Subdomain& part, std::uint64_t id, Cell from, Cell to);
+    void apply(sim::Subdomain& subdomain, const Change& change, std::uint64_t id);
+    static void give_or_take(sim::Subdomain& subdomain, const Given& given, const Change& change);
+    static void add(sim::Subdomain& subdomain, std::uint64_t id, Cell cell);
+    static void move(sim::Subdomain& subdomain, std::uint64_t id, Cell from, Cell to);
 
     const Case& case_;
     Mirror mirror_;

@@ -11,10 +11,10 @@
 namespace meld::retraction {
 namespace {
 
-bool holds(const sim::Subdomain& part, const char* predicate, sim::Catom catom) {
+bool holds(const sim::Subdomain& subdomain, const char* predicate, sim::Catom catom) {
     bool any = false;
-    tuple::each_fact(part.module, part.columns, part.geometry(), *tuple::find_predicate(part.module, predicate, 0), catom,
-                     [&](const Value*) { any = true; });
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *tuple::find_predicate(subdomain.module, predicate, 0),
+                     catom, [&](const Value*) { any = true; });
     return any;
 }
 
@@ -30,22 +30,22 @@ TEST(LinearRules, DoNotEndAQuarantine) {
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     ASSERT_TRUE(target) << target.error().message();
     const auto comm = comm::make_single();
-    sim::Subdomain part(info_of(*module), world, *target, *comm, 1);
-    ASSERT_TRUE(part.populate());
-    const auto base = [&](const char* name) { return part.module.predicates[*tuple::find_predicate(part.module, name, 0)].base; };
-    sim::Tick ticks(part);
+    sim::Subdomain subdomain(info_of(*module), world, *target, *comm, 1);
+    ASSERT_TRUE(subdomain.populate());
+    const auto base = [&](const char* name) { return subdomain.module.predicates[*tuple::find_predicate(subdomain.module, name, 0)].base; };
+    sim::Tick ticks(subdomain);
     const auto tick = [&] {
         ticks.begin();
         ticks.end();
     };
-    part.give(base("source"), 0, nullptr);
+    subdomain.give(base("source"), 0, nullptr);
     for (int i = 0; i < 5; ++i) tick();
-    ASSERT_TRUE(holds(part, "reach", 0) && holds(part, "reach", 3));
-    part.take(base("source"), 0, nullptr);
-    part.give(base("token"), 0, nullptr);
+    ASSERT_TRUE(holds(subdomain, "reach", 0) && holds(subdomain, "reach", 3));
+    subdomain.take(base("source"), 0, nullptr);
+    subdomain.give(base("token"), 0, nullptr);
     tick();
-    EXPECT_TRUE(holds(part, "mark", 0));
-    EXPECT_FALSE(holds(part, "reach", 0));
+    EXPECT_TRUE(holds(subdomain, "mark", 0));
+    EXPECT_FALSE(holds(subdomain, "reach", 0));
 }
 
 }  // namespace

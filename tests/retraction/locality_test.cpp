@@ -39,18 +39,18 @@ class Locality : public testing::Test {
         Result<world::Target> target = world::Target::make(world_, world::Lattice(world_.lattice));
         ASSERT_TRUE(target) << target.error().message();
         target_ = std::make_unique<world::Target>(std::move(*target));
-        part_ = std::make_unique<sim::Subdomain>(info_of(*module_), world_, *target_, *comm_, 1);
-        ASSERT_TRUE(part_->populate());
-        tick_ = std::make_unique<sim::Tick>(*part_);
-        source_ = part_->module.predicates[*tuple::find_predicate(part_->module, "source", 0)].base;
+        subdomain_ = std::make_unique<sim::Subdomain>(info_of(*module_), world_, *target_, *comm_, 1);
+        ASSERT_TRUE(subdomain_->populate());
+        tick_ = std::make_unique<sim::Tick>(*subdomain_);
+        source_ = subdomain_->module.predicates[*tuple::find_predicate(subdomain_->module, "source", 0)].base;
         set_source({0, 0, 0}, true);
         settled_ = settle();
     }
     void set_source(Cell cell, bool on) {
         if (on)
-            part_->give(source_, *part_->ensemble.at(cell), nullptr);
+            subdomain_->give(source_, *subdomain_->ensemble.at(cell), nullptr);
         else
-            part_->take(source_, *part_->ensemble.at(cell), nullptr);
+            subdomain_->take(source_, *subdomain_->ensemble.at(cell), nullptr);
     }
     Cost settle() {
         Cost cost;
@@ -77,7 +77,7 @@ class Locality : public testing::Test {
     std::unique_ptr<comm::Communicator> comm_ = comm::make_single();
     std::unique_ptr<Module> module_;
     std::unique_ptr<world::Target> target_;
-    std::unique_ptr<sim::Subdomain> part_;
+    std::unique_ptr<sim::Subdomain> subdomain_;
     std::unique_ptr<sim::Tick> tick_;
     u32 source_ = 0;
     Cost settled_;
@@ -102,15 +102,15 @@ TEST_F(Locality, LosingAndGainingACatomIsALocalMatter) {
     };
     for (int i = 0; i < kTimes; ++i) {
         const Cell cell{1 + static_cast<std::int32_t>(random() % (kSide - 1)), static_cast<std::int32_t>(random() % kSide), 0};
-        const sim::Catom catom = *part_->ensemble.at(cell);
-        const std::uint64_t id = part_->ensemble.id(catom);
-        part_->remove_catom(catom);
-        part_->refresh();
+        const sim::Catom catom = *subdomain_->ensemble.at(cell);
+        const std::uint64_t id = subdomain_->ensemble.id(catom);
+        subdomain_->remove_catom(catom);
+        subdomain_->refresh();
         const Cost cost = settle();
         worst = std::max(worst, cost.evaluations);
         add(removal, cost);
-        part_->mark(part_->add_catom(id, cell, kCatomOwned), kDirtyBirths);
-        part_->refresh();
+        subdomain_->mark(subdomain_->add_catom(id, cell, kCatomOwned), kDirtyBirths);
+        subdomain_->refresh();
         add(return_, settle());
     }
     tell("a catom goes", removal, kTimes);
@@ -119,7 +119,7 @@ TEST_F(Locality, LosingAndGainingACatomIsALocalMatter) {
     EXPECT_LE(removal.evaluations, 100u * kTimes);
     EXPECT_LE(return_.evaluations, 100u * kTimes);
     // Ranks do not drift upwards while the ensemble changes.
-    EXPECT_LE(part_->totals.greatest_rank, 2u * kSide);
+    EXPECT_LE(subdomain_->totals.greatest_rank, 2u * kSide);
 }
 
 TEST_F(Locality, FallingBackToAnotherSourceTouchesOnlyWhatHungOnTheFirst) {

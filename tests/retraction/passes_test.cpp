@@ -1,5 +1,5 @@
 // What the planner leaves out when it is asked to changes no result: each program with and without a pass has the same
-// facts, ranks and memories of losses after every tick, on any number of parts.
+// facts, ranks and memories of losses after every tick, on any number of processes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,11 +60,13 @@ void compare(const Program& program, const std::string& pass, std::uint64_t case
         ASSERT_TRUE(same_course(a.states, b.states)) << program.name << ".meld without " << pass << ", seed " << seed << "\n"
                                                      << print(shrink(c, differs), program.given);
         if (seed % 4 == 0) {
-            const Setting parts{.parts = 2 + static_cast<int>(seed) % 3, .threads = 1 + static_cast<int>(seed / 4) % 2, .deep = true};
-            const Outcome divided = one_way(c, with, parts);
+            const Setting processes{
+                .processes = 2 + static_cast<int>(seed) % 3, .threads = 1 + static_cast<int>(seed / 4) % 2, .deep = true};
+            const Outcome divided = one_way(c, with, processes);
             ASSERT_TRUE(divided.states == a.states)
-                << "other states on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
-            ASSERT_EQ(divided.derivations, a.derivations) << "on " << parts.parts << " parts: " << program.name << ".meld, seed " << seed;
+                << "other states on " << processes.processes << " processes: " << program.name << ".meld, seed " << seed;
+            ASSERT_EQ(divided.derivations, a.derivations)
+                << "on " << processes.processes << " processes: " << program.name << ".meld, seed " << seed;
         }
         derived_with += a.derivations;
         derived_without += b.derivations;

@@ -1,5 +1,5 @@
 // Exactness under change: random programs' worlds change while they run, and whenever they quiesce, what holds is what
-// follows from the rules and the present base facts, no more and no less; on any number of parts and threads the state is
+// follows from the rules and the present base facts, no more and no less; on any number of processes and threads the state is
 // the same after every tick.
 //
 // CLAYMELD_RETRACTION_SEEDS says how many cases each program gets, CLAYMELD_RETRACTION_FIRST where they begin.
@@ -37,7 +37,7 @@ class Retraction : public testing::TestWithParam<Program> {
     // The failing case, made small, as text.
     std::string report(const Case& c, const Setting& setting, const std::function<bool(const Case&)>& in_trouble) const {
         const Case small = shrink(c, in_trouble);
-        return GetParam().name + ".meld with " + std::to_string(setting.parts) + " parts, " + std::to_string(setting.threads) +
+        return GetParam().name + ".meld with " + std::to_string(setting.processes) + " processes, " + std::to_string(setting.threads) +
                " threads; from seed " + std::to_string(c.seed) + "\n" + print(small, GetParam().given) + run_case(small, setting).trouble;
     }
 
@@ -77,7 +77,7 @@ TEST_P(Retraction, LeavesNoTrace) {
     }
     std::printf(
         "%s: %llu cases, %llu runs, %llu ticks a run, %llu facts compared, %llu retracted; %llu catoms remembered losses, %llu ticks of "
-        "quarantine alone; parts spoke in %llu ticks\n",
+        "quarantine alone; processes spoke in %llu ticks\n",
         GetParam().name.c_str(), static_cast<unsigned long long>(count), static_cast<unsigned long long>(runs),
         static_cast<unsigned long long>(ticks / count), static_cast<unsigned long long>(sum.compared),
         static_cast<unsigned long long>(sum.retractions), static_cast<unsigned long long>(sum.tombstones),
@@ -114,27 +114,27 @@ INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0],
 
 // Long ways round, and many losses at a time.
 class Large : public Retraction {};
-TEST_P(Large, AgreesOnAnyNumberOfParts) {
+TEST_P(Large, AgreesOnAnyNumberOfProcesses) {
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {
         std::vector<Given> given = GetParam().given;
         given[0].per_mille = 2;
         const Case c = make_large_case(seed, given);
         const Program& program = GetParam();
         const std::vector<Facts> expected = expectations(c, program);
-        const Outcome alone = run(c, program, module(), expected, {}), parts = run(c, program, module(), expected, {4, 1});
+        const Outcome alone = run(c, program, module(), expected, {}), processes = run(c, program, module(), expected, {4, 1});
         ASSERT_EQ(alone.trouble, "") << print(c, given);
         EXPECT_GT(alone.tombstones, 100u);
         std::size_t same = 0;
-        while (same < alone.states.size() && same < parts.states.size() && alone.states[same] == parts.states[same]) ++same;
-        EXPECT_TRUE(alone.states == parts.states) << "seed " << seed << ": the states part after tick " << same;
+        while (same < alone.states.size() && same < processes.states.size() && alone.states[same] == processes.states[same]) ++same;
+        EXPECT_TRUE(alone.states == processes.states) << "seed " << seed << ": the states part after tick " << same;
     }
 }
 INSTANTIATE_TEST_SUITE_P(Programs, Large, testing::ValuesIn({programs()[0]}), name_of);
 
 // Where ranks grow by more than one a tick, a memory of a loss that could have been forgotten may come to matter again, so
-// when it is forgotten must not depend on how many others this part remembers. An island loses its source; once that is
+// when it is forgotten must not depend on how many others this process remembers. An island loses its source; once that is
 // past, a crowd loses theirs in one tick; meanwhile values of great rank run along a line, and a bridge leads them to the island.
-TEST(Memory, IsKeptEquallyLongOnAnyNumberOfParts) {
+TEST(Memory, IsKeptEquallyLongOnAnyNumberOfProcesses) {
     const Program& program = *std::find_if(programs().begin(), programs().end(), [](const Program& p) { return p.name == "mutual"; });
     const Result<Module> module = compiled(program.name);
     ASSERT_TRUE(module) << module.error().message();
@@ -160,10 +160,10 @@ TEST(Memory, IsKeptEquallyLongOnAnyNumberOfParts) {
     c.cells.insert(c.cells.end(), walked.begin(), walked.end());
     world::sort_cells(c.cells, world::Lattice(c.lattice));
     const std::vector<Facts> expected = expectations(c, program);
-    const Outcome alone = run(c, program, info_of(*module), expected, {}), parts = run(c, program, info_of(*module), expected, {4, 1});
+    const Outcome alone = run(c, program, info_of(*module), expected, {}), processes = run(c, program, info_of(*module), expected, {4, 1});
     EXPECT_EQ(alone.trouble, "");
-    EXPECT_EQ(parts.trouble, "");
-    EXPECT_TRUE(alone.states == parts.states);
+    EXPECT_EQ(processes.trouble, "");
+    EXPECT_TRUE(alone.states == processes.states);
 }
 
 }  // namespace

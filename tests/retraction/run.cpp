@@ -20,15 +20,15 @@ namespace {
 // More than any case of this size needs by far.
 constexpr int kPatience = 2000;
 
-// The facts of this part's catoms, of predicates that users see.
-void collect(sim::Subdomain& part, Facts& out) {
-    for (u32 p = 0; p < part.module.predicate_count; ++p) {
-        const PredicateInfo& info = part.module.predicates[p];
+// The facts of this process's catoms, of predicates that users see.
+void collect(sim::Subdomain& subdomain, Facts& out) {
+    for (u32 p = 0; p < subdomain.module.predicate_count; ++p) {
+        const PredicateInfo& info = subdomain.module.predicates[p];
         if (info.auxiliary || info.column == kNone16 || info.kind != PredicateKind::Persistent) continue;
-        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            if (!part.owned(c)) continue;
-            tuple::each_fact(part.module, part.columns, part.geometry(), p, c, [&](const Value* v) {
-                Row row{static_cast<std::int64_t>(part.ensemble.id(c))};
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            if (!subdomain.owned(c)) continue;
+            tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), p, c, [&](const Value* v) {
+                Row row{static_cast<std::int64_t>(subdomain.ensemble.id(c))};
                 for (u32 i = 0; i < info.arity; ++i) row.push_back(v[i].integer);
                 out[info.name].insert(row);
             });
@@ -37,13 +37,13 @@ void collect(sim::Subdomain& part, Facts& out) {
 }
 
 // All words that an owned catom's columns hold, ranks among them, and its tombstones that still matter.
-Digest deep_digest(sim::Subdomain& part) {
+Digest deep_digest(sim::Subdomain& subdomain) {
     Digest digest;
-    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-        if (!part.owned(c)) continue;
-        std::uint64_t hash = part.ensemble.id(c);
-        for (u32 p = 0; p < part.module.predicate_count; ++p) {
-            const PredicateInfo& info = part.module.predicates[p];
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        std::uint64_t hash = subdomain.ensemble.id(c);
+        for (u32 p = 0; p < subdomain.module.predicate_count; ++p) {
+            const PredicateInfo& info = subdomain.module.predicates[p];
             if (info.rank_offset == kNone32) continue;
             const auto rank = [&](const u8* at) {
                 u32 word = 0;
@@ -51,14 +51,14 @@ Digest deep_digest(sim::Subdomain& part) {
                 hash = hash_combine(hash, word);
             };
             if (info.storage != Storage::Rows) {
-                rank(part.columns.entry(info.column, c));
+                rank(subdomain.columns.entry(info.column, c));
                 continue;
             }
-            const RowsHead& head = part.columns.rows(info.column, c);
-            for (u32 r = 0; r < head.count; ++r) rank(head.data + std::size_t{r} * part.module.columns[info.column].row_bytes);
+            const RowsHead& head = subdomain.columns.rows(info.column, c);
+            for (u32 r = 0; r < head.count; ++r) rank(head.data + std::size_t{r} * subdomain.module.columns[info.column].row_bytes);
         }
         digest.add(hash);
-        const auto* losses = part.tombstones().of(c);
+        const auto* losses = subdomain.tombstones().of(c);
         for (std::size_t i = 0; losses != nullptr && i < losses->size(); ++i) {
             const auto& l = (*losses)[i];
             digest.add(hash_combine(hash_combine(hash_combine(hash, l.key), l.least_rank), static_cast<u64>(l.time) + l.predicate));
@@ -66,7 +66,7 @@ Digest deep_digest(sim::Subdomain& part) {
     }
     std::vector<std::byte> bytes(sizeof digest);
     std::memcpy(bytes.data(), &digest, sizeof digest);
-    const std::vector<std::byte> all = part.comm.allgather(bytes);
+    const std::vector<std::byte> all = subdomain.comm.allgather(bytes);
     Digest sum;
     for (std::size_t at = 0; at < all.size(); at += sizeof digest) {
         Digest one;
@@ -123,7 +123,7 @@ std::uint64_t lost_between(const Facts& before, const Facts& after) {
     return count;
 }
 
-// What the parts of a run share: each writes its own facts, part 0 compares.
+// What the processes of a run share: each writes its own facts, process 0 compares.
 struct Shared {
     const Case& c;
     const Program& program;
@@ -133,9 +133,9 @@ struct Shared {
     const world::World& world;
     const world::Target& target;
     const Change* lost;
-    std::vector<Facts> facts;  // By part.
+    std::vector<Facts> facts;  // By process.
     Facts before = {};         // At the end of the last burst.
-    Mirror mirror;             // Part 0's.
+    Mirror mirror;             // Process 0's.
     Outcome outcome = {};
 };
 
@@ -152,24 +152,24 @@ void compare(Shared& s, std::size_t burst) {
 }
 
 // One burst to quiescence; false: it never came.
-bool settle(sim::Subdomain& part, sim::Tick& tick, Changes& changes, Shared& s, std::size_t burst) {
-    const bool speaks = part.comm.part() == 0;
-    changes.begin_burst(burst, part.tick());
+bool settle(sim::Subdomain& subdomain, sim::Tick& tick, Changes& changes, Shared& s, std::size_t burst) {
+    const bool speaks = subdomain.comm.process() == 0;
+    changes.begin_burst(burst, subdomain.tick());
     for (int patience = kPatience; patience > 0; --patience) {
         tick.begin();
-        static_cast<void>(changes.step(part));
+        static_cast<void>(changes.step(subdomain));
         if (s.setting.no_quarantine) tick.set_latency(0);
         const sim::Totals& totals = tick.end();
-        const Digest state = record::state_digest(part);
-        const Digest deep = s.setting.deep ? deep_digest(part) : Digest{};
+        const Digest state = record::state_digest(subdomain);
+        const Digest deep = s.setting.deep ? deep_digest(subdomain) : Digest{};
         if (speaks) {
             s.outcome.states.push_back(state);
             if (s.setting.deep) s.outcome.states.push_back(deep);
             s.outcome.derivations += totals.tick.derivations;
-            s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, part.tombstones().count());
+            s.outcome.tombstones = std::max<std::uint64_t>(s.outcome.tombstones, subdomain.tombstones().count());
             s.outcome.exchanges += totals.sent_bytes > 0;
             s.outcome.quarantines += totals.waiting && !totals.awake;
-            if (totals.failure.trap != Trap::None) s.outcome.trouble = eval::describe(part.module, totals.failure);
+            if (totals.failure.trap != Trap::None) s.outcome.trouble = eval::describe(subdomain.module, totals.failure);
         }
         if (totals.failure.trap != Trap::None) return true;
         if (changes.done() && !totals.awake && !totals.waiting) return true;
@@ -178,18 +178,18 @@ bool settle(sim::Subdomain& part, sim::Tick& tick, Changes& changes, Shared& s, 
     return false;
 }
 
-void run_part(comm::Communicator& comm, Shared& s) {
-    sim::Subdomain part(s.module, s.world, s.target, comm, s.setting.threads);
-    if (const auto done = part.populate(); !done) throw std::runtime_error(done.error().message());
-    sim::Tick tick(part);
+void run_process(comm::Communicator& comm, Shared& s) {
+    sim::Subdomain subdomain(s.module, s.world, s.target, comm, s.setting.threads);
+    if (const auto done = subdomain.populate(); !done) throw std::runtime_error(done.error().message());
+    sim::Tick tick(subdomain);
     Changes changes(s.c, s.program.given);
     changes.lose(s.lost);
-    const bool speaks = comm.part() == 0;
+    const bool speaks = comm.process() == 0;
     for (std::size_t burst = 0; burst < s.c.bursts.size(); ++burst) {
-        const bool quiet = settle(part, tick, changes, s, burst);
-        Facts& mine = s.facts[static_cast<std::size_t>(comm.part())];
+        const bool quiet = settle(subdomain, tick, changes, s, burst);
+        Facts& mine = s.facts[static_cast<std::size_t>(comm.process())];
         mine.clear();
-        collect(part, mine);
+        collect(subdomain, mine);
         comm.barrier();
         if (speaks) {
             for (const Change& change : s.c.bursts[burst]) s.mirror.apply(change);
@@ -235,13 +235,13 @@ Outcome run(const Case& c, const Program& program, const ModuleInfo& module, con
                   .world = world,
                   .target = *target,
                   .lost = setting.lose_last_change ? last_change(c, program) : nullptr,
-                  .facts = std::vector<Facts>(static_cast<std::size_t>(setting.parts)),
+                  .facts = std::vector<Facts>(static_cast<std::size_t>(setting.processes)),
                   .mirror = Mirror(c, program.given)};
-    if (setting.parts == 1) {
+    if (setting.processes == 1) {
         const auto comm = comm::make_single();
-        run_part(*comm, shared);
+        run_process(*comm, shared);
     } else {
-        comm::run_threads_as_parts(setting.parts, [&](comm::Communicator& comm) { run_part(comm, shared); });
+        comm::run_threads_as_processes(setting.processes, [&](comm::Communicator& comm) { run_process(comm, shared); });
     }
     return std::move(shared.outcome);
 }

@@ -12,7 +12,7 @@
 namespace meld::retraction {
 
 struct Setting {
-    int parts = 1;
+    int processes = 1;
     int threads = 1;
     // Faults planted to see that the test notices them: the network is taken for faster than it is, so that nothing waits
     // in quarantine; the last change of the last burst that means anything is not told to the runtime.
@@ -28,7 +28,7 @@ struct Outcome {
     std::uint64_t retractions = 0;    // Facts that held at the end of a burst and not at the end of the next.
     std::uint64_t tombstones = 0;     // The most catoms that remembered losses at a time.
     std::uint64_t quarantines = 0;    // Ticks that ended with nothing left but waiting.
-    std::uint64_t exchanges = 0;      // Ticks in which parts told each other something.
+    std::uint64_t exchanges = 0;      // Ticks in which processes told each other something.
     std::uint64_t compared = 0;       // Facts.
     std::uint64_t derivations = 0;
 };

@@ -9,20 +9,20 @@
 
 namespace meld::sim {
 
-void BodyActions::start(const Subdomain& part, const world::World& world) {
+void BodyActions::start(const Subdomain& subdomain, const world::World& world) {
     world_ = &world;
     // A program may call something else of its own so.
-    const std::optional<u32> failed = tuple::find_predicate(part.module, "failed", 1);
-    if (!failed || part.module.predicates[*failed].kind != PredicateKind::Linear ||
-        part.module.predicates[*failed].fields[0].type != ValueType::Int)
+    const std::optional<u32> failed = tuple::find_predicate(subdomain.module, "failed", 1);
+    if (!failed || subdomain.module.predicates[*failed].kind != PredicateKind::Linear ||
+        subdomain.module.predicates[*failed].fields[0].type != ValueType::Int)
         return;
-    const u16 base = part.module.predicates[*failed].base;
-    if (base != kNone16 && part.module.predicates[base].column != kNone16) failed_ = base;
+    const u16 base = subdomain.module.predicates[*failed].base;
+    if (base != kNone16 && subdomain.module.predicates[base].column != kNone16) failed_ = base;
 }
 
-physics::Vec3 BodyActions::vector_of(const Subdomain& part, const eval::Action& action) {
+physics::Vec3 BodyActions::vector_of(const Subdomain& subdomain, const eval::Action& action) {
     const Value* v = action.arguments;
-    if (part.module.predicates[action.predicate].arity == 3) return {v[0].real, v[1].real, v[2].real};
+    if (subdomain.module.predicates[action.predicate].arity == 3) return {v[0].real, v[1].real, v[2].real};
     const List* list = v[0].list;
     return {tuple::item(list, 0).real, tuple::item(list, 1).real, tuple::item(list, 2).real};
 }
@@ -33,41 +33,41 @@ BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
     return applied_.back();
 }
 
-Result<void> BodyActions::take(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided) {
-    acting_ = part.totals.actions > 0;
+Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
+    acting_ = subdomain.totals.actions > 0;
     if (!acting_) return {};
     switched_.clear();
-    for (const eval::Action& action : part.actions()) {
-        const ActionKind kind = part.kind_of(action);
+    for (const eval::Action& action : subdomain.actions()) {
+        const ActionKind kind = subdomain.kind_of(action);
         if (info(kind).performer != ActionInfo::Performer::Bodies) continue;
-        const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+        const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(action.catom));
         switch (kind) {
             case ActionKind::Magnet:
             case ActionKind::Latch:
-                if (!switch_feature(part, physics, action)) report_failed(part, action.catom, kind);
+                if (!switch_feature(subdomain, physics, action)) report_failed(subdomain, action.catom, kind);
                 break;
             case ActionKind::Force:
             case ActionKind::ForceVector: {
                 AppliedWrench& wrench = applied_to(body);
-                wrench.force_n = wrench.force_n + vector_of(part, action);
+                wrench.force_n = wrench.force_n + vector_of(subdomain, action);
                 break;
             }
             case ActionKind::Torque:
             case ActionKind::TorqueVector: {
                 AppliedWrench& wrench = applied_to(body);
-                wrench.torque_nm = wrench.torque_nm + vector_of(part, action);
+                wrench.torque_nm = wrench.torque_nm + vector_of(subdomain, action);
                 break;
             }
             case ActionKind::Roll:
             case ActionKind::RollVector:
-                applied_to(body).angular_velocity_rad_s = vector_of(part, action);
+                applied_to(body).angular_velocity_rad_s = vector_of(subdomain, action);
                 applied_to(body).rolls = true;
                 break;
             default:
                 MELD_CHECK(false, "bodies do not carry out {}", info(kind).word);
         }
     }
-    if (divided != nullptr) notify_holders(part, *divided, true);
+    if (divided != nullptr) notify_holders(subdomain, *divided, true);
     for (const Switched& s : switched_)
         if (physics.scene->has(s.body))
             if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
@@ -75,8 +75,8 @@ Result<void> BodyActions::take(Subdomain& part, PhysicsScene& physics, const Div
 }
 
 // Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
-void BodyActions::notify_holders(Subdomain& part, const DividedBodies& divided, bool switches) {
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+void BodyActions::notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches) {
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     const auto notify = [&](const auto& record, bool is_switch) {
         for (const int holder : divided.holders_of(record.body)) {
             out[static_cast<std::size_t>(holder)].write(is_switch);
@@ -87,7 +87,7 @@ void BodyActions::notify_holders(Subdomain& part, const DividedBodies& divided, 
     if (switches)
         for (const Switched& s : switched_) notify(s, true);
     received_.clear();
-    for (const comm::Packet& packet : exchange_bytes(part, out))
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();) {
             if (in.read<bool>())
                 switched_.push_back(in.read<Switched>());
@@ -96,30 +96,30 @@ void BodyActions::notify_holders(Subdomain& part, const DividedBodies& divided, 
         }
 }
 
-void BodyActions::follow(Subdomain& part, const DividedBodies& divided) {
+void BodyActions::follow(Subdomain& subdomain, const DividedBodies& divided) {
     const auto& departed = divided.departed();
     const auto new_owner = [&](physics::BodyId body) {
         const auto at = std::lower_bound(departed.begin(), departed.end(), std::pair{body, 0});
-        return at != departed.end() && at->first == body ? at->second : part.comm.part();
+        return at != departed.end() && at->first == body ? at->second : subdomain.comm.process();
     };
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     std::erase_if(applied_, [&](const AppliedWrench& p) {
         const int owner = new_owner(p.body);
-        if (owner != part.comm.part()) out[static_cast<std::size_t>(owner)].write(p);
-        return owner != part.comm.part();
+        if (owner != subdomain.comm.process()) out[static_cast<std::size_t>(owner)].write(p);
+        return owner != subdomain.comm.process();
     });
-    for (const comm::Packet& packet : exchange_bytes(part, out))
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();) applied_.push_back(in.read<AppliedWrench>());
-    notify_holders(part, divided, false);
+    notify_holders(subdomain, divided, false);
 }
 
 // magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
-bool BodyActions::switch_feature(Subdomain& part, const PhysicsScene& physics, const eval::Action& action) {
+bool BodyActions::switch_feature(Subdomain& subdomain, const PhysicsScene& physics, const eval::Action& action) {
     const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
     if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
     const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
-    if (latches != (part.kind_of(action) == ActionKind::Latch) || value < -1 || value > 1) return false;
-    const auto body = static_cast<physics::BodyId>(part.ensemble.id(action.catom));
+    if (latches != (subdomain.kind_of(action) == ActionKind::Latch) || value < -1 || value > 1) return false;
+    const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(action.catom));
     MELD_ASSERT(feature < 32, "feature {}", feature);
     const std::uint32_t bit = std::uint32_t{1} << feature;
     if (switched_.empty() || switched_.back().body != body) switched_.push_back({body, physics.scene->features(body)});
@@ -161,12 +161,12 @@ Result<void> BodyActions::release(physics::Scene& scene) {
     return done;
 }
 
-void BodyActions::report_failed(Subdomain& part, Catom catom, ActionKind action) {
+void BodyActions::report_failed(Subdomain& subdomain, Catom catom, ActionKind action) {
     if (!failed_) return;
     Value value{};
     value.integer = info(action).failure;
-    part.give(*failed_, catom, &value);
-    part.note_change();
+    subdomain.give(*failed_, catom, &value);
+    subdomain.note_change();
 }
 
 }  // namespace meld::sim

@@ -13,16 +13,16 @@ namespace meld::sim {
 
 class BodyActions {
   public:
-    void start(const Subdomain& part, const world::World& world);
-    // Switches features and collects the wrenches of this tick. Parts that hold a ghost of the body are notified. Every
-    // part calls it; `divided` where there are several.
-    Result<void> take(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided);
-    // After bodies have changed hands within the tick: wrenches follow them. Every part calls it.
-    void follow(Subdomain& part, const DividedBodies& divided);
+    void start(const Subdomain& subdomain, const world::World& world);
+    // Switches features and collects the wrenches of this tick. Processes that hold a ghost of the body are notified. Every
+    // process calls it; `divided` where there are several.
+    Result<void> take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
+    // After bodies have changed hands within the tick: wrenches follow them. Every process calls it.
+    void follow(Subdomain& subdomain, const DividedBodies& divided);
     // Before each step of the tick: sets the wrenches, with the torques that bring rolling catoms to their angular velocities.
     // Errors: a wrench that is not finite.
     Result<void> apply(physics::Scene& scene, double step_s);
-    // Whether any wrench may act in this tick; the same on all parts.
+    // Whether any wrench may act in this tick; the same on all processes.
     bool any_wrenches() const { return acting_; }
     // After the last step: removes the wrenches.
     Result<void> release(physics::Scene& scene);
@@ -37,13 +37,13 @@ class BodyActions {
         physics::BodyId body;
         physics::SwitchedFeatures features;
     };
-    static physics::Vec3 vector_of(const Subdomain& part, const eval::Action& action);
+    static physics::Vec3 vector_of(const Subdomain& subdomain, const eval::Action& action);
     AppliedWrench& applied_to(physics::BodyId body);
-    bool switch_feature(Subdomain& part, const PhysicsScene& physics, const eval::Action& action);
-    void notify_holders(Subdomain& part, const DividedBodies& divided, bool switches);
+    bool switch_feature(Subdomain& subdomain, const PhysicsScene& physics, const eval::Action& action);
+    void notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches);
     template <class Act>
     Result<void> each_applied(const physics::Scene& scene, const Act& act);
-    void report_failed(Subdomain& part, Catom catom, ActionKind action);
+    void report_failed(Subdomain& subdomain, Catom catom, ActionKind action);
 
     const world::World* world_ = nullptr;
     std::optional<u32> failed_;  // If the program knows it.

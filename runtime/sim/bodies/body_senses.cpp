@@ -19,11 +19,11 @@ namespace {
 // Whole bricks of the ensemble, whose bits for the target one worker writes.
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
-std::optional<u32> stored(const Subdomain& part, const char* name, std::size_t arity) {
-    const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
-    if (!p || part.module.predicates[*p].base == kNone16) return std::nullopt;
-    const u16 base = part.module.predicates[*p].base;
-    return part.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+std::optional<u32> stored(const Subdomain& subdomain, const char* name, std::size_t arity) {
+    const std::optional<u32> p = tuple::find_sensed(subdomain.module, name, arity);
+    if (!p || subdomain.module.predicates[*p].base == kNone16) return std::nullopt;
+    const u16 base = subdomain.module.predicates[*p].base;
+    return subdomain.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
 }
 
 double square_distance(const world::Vec3& a, const world::Vec3& b) {
@@ -42,93 +42,95 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
 
 }  // namespace
 
-void BodySenses::find_sensor(const Subdomain& part, const char* name, std::size_t arity, Quantity quantity, double threshold) {
-    if (const auto base = stored(part, name, arity))
-        sensors_.push_back({quantity, *base, part.module.columns[part.module.predicates[*base].column].own_dirty, threshold});
+void BodySenses::find_sensor(const Subdomain& subdomain, const char* name, std::size_t arity, Quantity quantity, double threshold) {
+    if (const auto base = stored(subdomain, name, arity))
+        sensors_.push_back({quantity, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty, threshold});
 }
 
-bool BodySenses::senses_acceleration(const Subdomain& part) { return stored(part, "acceleration", 1) || stored(part, "acceleration", 3); }
+bool BodySenses::senses_acceleration(const Subdomain& subdomain) {
+    return stored(subdomain, "acceleration", 1) || stored(subdomain, "acceleration", 3);
+}
 
-Result<void> BodySenses::start(Subdomain& part, const world::World& world) {
+Result<void> BodySenses::start(Subdomain& subdomain, const world::World& world) {
     world_ = &world;
     const world::SenseOptions& s = world.physics.sense;
     const auto reads = [&](std::string_view name, std::size_t arity) {
-        const std::optional<u32> p = tuple::find_sensed(part.module, name, arity);
-        return p && part.module.predicates[*p].storage == Storage::World && part.module.predicates[*p].read;
+        const std::optional<u32> p = tuple::find_sensed(subdomain.module, name, arity);
+        return p && subdomain.module.predicates[*p].storage == Storage::World && subdomain.module.predicates[*p].read;
     };
     for (const auto& [name, arity, source] : sense_names())
         if (info(source).has(SenseInfo::kCells) && reads(name, arity))
             return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
                         "Read position, or give the world [motion] kind = \"lattice\"");
-    find_sensor(part, "orientation", 4, Quantity::Orientation, s.orientation);
+    find_sensor(subdomain, "orientation", 4, Quantity::Orientation, s.orientation);
     for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
-        find_sensor(part, "velocity", arity, Quantity::Velocity, s.velocity);
-        find_sensor(part, "acceleration", arity, Quantity::Acceleration, s.acceleration);
+        find_sensor(subdomain, "velocity", arity, Quantity::Velocity, s.velocity);
+        find_sensor(subdomain, "acceleration", arity, Quantity::Acceleration, s.acceleration);
     }
-    find_sensor(part, "pressure", 1, Quantity::Pressure, s.pressure);
-    find_sensor(part, "energy", 1, Quantity::Energy, s.energy);
-    touches_obstacle_ = stored(part, "contact", 1);
-    touches_at_ = stored(part, "contact", 2);
+    find_sensor(subdomain, "pressure", 1, Quantity::Pressure, s.pressure);
+    find_sensor(subdomain, "energy", 1, Quantity::Energy, s.energy);
+    touches_obstacle_ = stored(subdomain, "contact", 1);
+    touches_at_ = stored(subdomain, "contact", 2);
     return {};
 }
 
-void BodySenses::note_obstacles(Subdomain& part, std::span<const physics::TouchEvent> events) {
+void BodySenses::note_obstacles(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
     if (!touches_obstacle_) return;
     for (const physics::TouchEvent& e : events) {
         if (!e.touch.other_is_obstacle) continue;
         Value obstacle{};
         obstacle.integer = e.touch.other;
-        const Catom catom = *part.ensemble.find(e.touch.body);
+        const Catom catom = *subdomain.ensemble.find(e.touch.body);
         if (e.began)
-            part.give(*touches_obstacle_, catom, &obstacle);
+            subdomain.give(*touches_obstacle_, catom, &obstacle);
         else
-            part.take(*touches_obstacle_, catom, &obstacle);
+            subdomain.take(*touches_obstacle_, catom, &obstacle);
     }
 }
 
-void BodySenses::sense(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided) {
+void BodySenses::sense(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
     if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; }))
-        sum_normal_forces(part, *physics.scene, divided);
-    const auto count = static_cast<Catom>(part.ensemble.index_count());
+        sum_normal_forces(subdomain, *physics.scene, divided);
+    const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
     const auto each_catom = [&](const auto& visit) {
-        part.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
+        subdomain.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
             const auto first = static_cast<Catom>(job) * kCatomsOfJob;
             for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) visit(worker, c);
         });
     };
-    each_catom([&](int worker, Catom c) { sense_catom(part, *physics.scene, c, worker); });
+    each_catom([&](int worker, Catom c) { sense_catom(subdomain, *physics.scene, c, worker); });
     if (!touches_at_ || physics.features.empty()) return;
     each_catom([&](int worker, Catom c) {
-        if (part.owned(c)) write_contacts(part, physics, c, worker);
+        if (subdomain.owned(c)) write_contacts(subdomain, physics, c, worker);
     });
 }
 
-void BodySenses::sum_normal_forces(Subdomain& part, const physics::Scene& scene, const DividedBodies* divided) {
-    scene.sum_normal_forces(normal_force_n_, part.workers);
-    if (divided != nullptr) divided->complete(part, normal_force_n_);
+void BodySenses::sum_normal_forces(Subdomain& subdomain, const physics::Scene& scene, const DividedBodies* divided) {
+    scene.sum_normal_forces(normal_force_n_, subdomain.workers);
+    if (divided != nullptr) divided->complete(subdomain, normal_force_n_);
 }
 
-void BodySenses::sense_catom(Subdomain& part, const physics::Scene& scene, Catom catom, int worker) const {
-    MELD_EXPECT(catom < part.ensemble.index_count(), "catom {} of {}", catom, part.ensemble.index_count());
-    if (part.ensemble.state(catom) == kCatomFree) return;
-    const auto body = static_cast<physics::BodyId>(part.ensemble.id(catom));
+void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const {
+    MELD_EXPECT(catom < subdomain.ensemble.index_count(), "catom {} of {}", catom, subdomain.ensemble.index_count());
+    if (subdomain.ensemble.state(catom) == kCatomFree) return;
+    const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
     const physics::BodyState state = scene.state(body);
     const world::Vec3 here = to_diameters(*world_, state.position_m);
     u64 news = 0;
-    if (part.place(catom, here)) news |= kDirtyPlace;
-    if (!part.owned(catom)) return;
+    if (subdomain.place(catom, here)) news |= kDirtyPlace;
+    if (!subdomain.owned(catom)) return;
     const double enough = world_->physics.sense.position;
-    if (part.senses_positions() && square_distance(here, part.sensed_position(catom)) > enough * enough) {
-        part.sense_position(catom, here);
+    if (subdomain.senses_positions() && square_distance(here, subdomain.sensed_position(catom)) > enough * enough) {
+        subdomain.sense_position(catom, here);
         news |= kDirtyPlace;
     }
     for (const Sensor& sensor : sensors_) {
         const tuple::Numbers now = measure(scene, sensor.quantity, body, state);
-        if (!differs(sensor, tuple::read_numbers(part.module, part.columns, sensor.predicate, catom), now)) continue;
-        part.give_numbers(sensor.predicate, catom, now, worker);
+        if (!differs(sensor, tuple::read_numbers(subdomain.module, subdomain.columns, sensor.predicate, catom), now)) continue;
+        subdomain.give_numbers(sensor.predicate, catom, now, worker);
         news |= sensor.dirty;
     }
-    if (news != 0) part.mark_shared(catom, news);
+    if (news != 0) subdomain.mark_shared(catom, news);
 }
 
 tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body,
@@ -165,18 +167,18 @@ bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const
 }
 
 // Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
-void BodySenses::write_contacts(Subdomain& part, const PhysicsScene& physics, Catom catom, int worker) const {
+void BodySenses::write_contacts(Subdomain& subdomain, const PhysicsScene& physics, Catom catom, int worker) const {
     std::vector<std::pair<u64, i64>> last, now;
-    tuple::each_fact(part.module, part.columns, part.geometry(), *touches_at_, catom,
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *touches_at_, catom,
                      [&](const Value* v) { last.emplace_back(v[0].catom, v[1].integer); });
-    const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(part.ensemble.id(catom))).orientation);
-    const world::Vec3 here = part.ensemble.position(catom);
+    const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(subdomain.ensemble.id(catom))).orientation);
+    const world::Vec3 here = subdomain.ensemble.position(catom);
     for (int port = 0; port < kMaxPorts; ++port) {
-        const std::optional<Catom> other = part.ensemble.linked(catom, port);
+        const std::optional<Catom> other = subdomain.ensemble.linked(catom, port);
         if (!other) continue;
-        const world::Vec3 there = part.ensemble.position(*other);
+        const world::Vec3 there = subdomain.ensemble.position(*other);
         const physics::Vec3 towards = rotate(turned, {there[0] - here[0], there[1] - here[1], there[2] - here[2]});
-        now.emplace_back(part.ensemble.id(*other), nearest_feature(physics.features, towards));
+        now.emplace_back(subdomain.ensemble.id(*other), nearest_feature(physics.features, towards));
     }
     std::sort(last.begin(), last.end());
     std::sort(now.begin(), now.end());
@@ -188,10 +190,10 @@ void BodySenses::write_contacts(Subdomain& part, const PhysicsScene& physics, Ca
         return v;
     };
     for (const auto& fact : last)
-        if (!std::binary_search(now.begin(), now.end(), fact)) part.take_shared(*touches_at_, catom, values(fact).data(), worker);
+        if (!std::binary_search(now.begin(), now.end(), fact)) subdomain.take_shared(*touches_at_, catom, values(fact).data(), worker);
     for (const auto& fact : now)
-        if (!std::binary_search(last.begin(), last.end(), fact)) part.give_shared(*touches_at_, catom, values(fact).data(), worker);
-    part.mark_shared(catom, part.module.columns[part.module.predicates[*touches_at_].column].own_dirty);
+        if (!std::binary_search(last.begin(), last.end(), fact)) subdomain.give_shared(*touches_at_, catom, values(fact).data(), worker);
+    subdomain.mark_shared(catom, subdomain.module.columns[subdomain.module.predicates[*touches_at_].column].own_dirty);
 }
 
 }  // namespace meld::sim

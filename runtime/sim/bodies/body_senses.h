@@ -16,14 +16,14 @@ namespace meld::sim {
 class BodySenses {
   public:
     // Whether the program senses accelerations.
-    static bool senses_acceleration(const Subdomain& part);
+    static bool senses_acceleration(const Subdomain& subdomain);
     // Finds what the program reads. Errors: it reads what only a lattice has.
-    Result<void> start(Subdomain& part, const world::World& world);
+    Result<void> start(Subdomain& subdomain, const world::World& world);
     // Touches of obstacles that began and ended; after each step.
-    void note_obstacles(Subdomain& part, std::span<const physics::TouchEvent> events);
+    void note_obstacles(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     // After the last step of a tick: places, and all else that is read. Cost: one pass over the contacts where pressure is read,
-    // and one over the catoms of the part, both on all workers; a few more instructions for catoms that are notified.
-    void sense(Subdomain& part, PhysicsScene& physics, const DividedBodies* divided);
+    // and one over the catoms of the process, both on all workers; a few more instructions for catoms that are notified.
+    void sense(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
 
   private:
     enum class Quantity { Orientation, Velocity, Acceleration, Pressure, Energy };
@@ -33,14 +33,14 @@ class BodySenses {
         u64 dirty;      // What to mark at a catom that is notified.
         double threshold;
     };
-    void find_sensor(const Subdomain& part, const char* name, std::size_t arity, Quantity quantity, double threshold);
-    // Of this part's bodies; contacts at the border of the part are known to the part next to it.
-    void sum_normal_forces(Subdomain& part, const physics::Scene& scene, const DividedBodies* divided);
+    void find_sensor(const Subdomain& subdomain, const char* name, std::size_t arity, Quantity quantity, double threshold);
+    // Of this process's bodies; contacts at the border of the process are known to the process next to it.
+    void sum_normal_forces(Subdomain& subdomain, const physics::Scene& scene, const DividedBodies* divided);
     // The next two may run on different workers for different catoms.
     // Places a catom and, if it is ours, writes what has changed by enough.
-    void sense_catom(Subdomain& part, const physics::Scene& scene, Catom catom, int worker) const;
+    void sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const;
     // Writes which of its features its neighbours touch, once all are placed.
-    void write_contacts(Subdomain& part, const PhysicsScene& physics, Catom catom, int worker) const;
+    void write_contacts(Subdomain& subdomain, const PhysicsScene& physics, Catom catom, int worker) const;
     tuple::Numbers measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const;
     static bool differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now);
 

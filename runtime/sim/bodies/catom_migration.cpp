@@ -12,8 +12,8 @@ namespace {
 
 using NewOwners = std::map<std::uint64_t, int>;
 
-// One end of a link, as it is sent to the part that gets the catom: who is there, over which port of whom, and all that the
-// part needs to know the other as a ghost.
+// One end of a link, as it is sent to the process that gets the catom: who is there, over which port of whom, and all that the
+// process needs to know the other as a ghost.
 struct Neighbour {
     int port = 0;
     std::uint64_t id = 0;
@@ -39,21 +39,21 @@ std::vector<std::byte> read_bytes(ByteReader& in) {
     return {block.begin(), block.end()};
 }
 
-std::vector<std::byte> exports_of(const Subdomain& part, Catom catom) {
+std::vector<std::byte> exports_of(const Subdomain& subdomain, Catom catom) {
     ByteWriter bytes;
-    part.pack_exports(catom, bytes);
+    subdomain.pack_exports(catom, bytes);
     return bytes.take();
 }
 
-// All that leave their parts now, wherever.
-NewOwners learn_owners(Subdomain& part, const DividedBodies& divided) {
+// All that leave their processes now, wherever.
+NewOwners learn_owners(Subdomain& subdomain, const DividedBodies& divided) {
     ByteWriter bytes;
     for (const auto& [body, owner] : divided.departed()) {
         bytes.write(std::uint64_t{body});
         bytes.write(owner);
     }
     NewOwners owners;
-    for (const auto& from : gather_bytes(part, bytes))
+    for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "owners of bodies"); !in.done();) {
             const auto id = in.read<std::uint64_t>();
             owners[id] = in.read<int>();
@@ -61,21 +61,21 @@ NewOwners learn_owners(Subdomain& part, const DividedBodies& divided) {
     return owners;
 }
 
-int owner_after(const Subdomain& part, const NewOwners& owners, Catom catom) {
-    const auto moved = owners.find(part.ensemble.id(catom));
-    return moved == owners.end() ? part.owner_of(catom) : moved->second;
+int owner_after(const Subdomain& subdomain, const NewOwners& owners, Catom catom) {
+    const auto moved = owners.find(subdomain.ensemble.id(catom));
+    return moved == owners.end() ? subdomain.owner_of(catom) : moved->second;
 }
 
-std::vector<Neighbour> neighbours_of(const Subdomain& part, const NewOwners& owners, Catom catom) {
+std::vector<Neighbour> neighbours_of(const Subdomain& subdomain, const NewOwners& owners, Catom catom) {
     std::vector<Neighbour> found;
     for (int port = 0; port < kMaxPorts; ++port) {
-        const std::optional<Catom> other = part.ensemble.linked(catom, port);
+        const std::optional<Catom> other = subdomain.ensemble.linked(catom, port);
         if (!other) continue;
         found.push_back({port,
-                         part.ensemble.id(*other),
-                         *part.ensemble.port_towards(*other, catom),
-                         owner_after(part, owners, *other),
-                         part.ensemble.position(*other),
+                         subdomain.ensemble.id(*other),
+                         *subdomain.ensemble.port_towards(*other, catom),
+                         owner_after(subdomain, owners, *other),
+                         subdomain.ensemble.position(*other),
                          {}});
     }
     return found;
@@ -94,15 +94,15 @@ Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
     return waits;
 }
 
-void pack(const Subdomain& part, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
-    const std::uint64_t id = part.ensemble.id(catom);
+void pack(const Subdomain& subdomain, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
+    const std::uint64_t id = subdomain.ensemble.id(catom);
     out.write(id);
-    out.write(part.ensemble.position(catom));
-    out.write(part.sensed_position(catom));
+    out.write(subdomain.ensemble.position(catom));
+    out.write(subdomain.sensed_position(catom));
     ByteWriter state;
-    part.pack_catom(catom, state);
+    subdomain.pack_catom(catom, state);
     out.write_block(state.view());
-    const std::vector<Neighbour> neighbours = neighbours_of(part, owners, catom);
+    const std::vector<Neighbour> neighbours = neighbours_of(subdomain, owners, catom);
     out.write_count(neighbours.size());
     for (const Neighbour& n : neighbours) {
         out.write(n.port);
@@ -110,7 +110,7 @@ void pack(const Subdomain& part, const NewOwners& owners, const std::vector<std:
         out.write(n.port_there);
         out.write(n.owner);
         out.write(n.position);
-        out.write_block(exports_of(part, *part.ensemble.find(n.id)));
+        out.write_block(exports_of(subdomain, *subdomain.ensemble.find(n.id)));
     }
     out.write_count(waits_for.size());
     for (const std::uint64_t other : waits_for) out.write(other);
@@ -137,77 +137,79 @@ Arrival unpack(ByteReader& in) {
 }
 
 // Takes a catom out; ghosts that only it touched go too, and those that stay look at their links again.
-void take_out(Subdomain& part, Catom catom) {
+void take_out(Subdomain& subdomain, Catom catom) {
     std::vector<Catom> others;
     for (int port = 0; port < kMaxPorts; ++port)
-        if (const std::optional<Catom> other = part.ensemble.linked(catom, port)) others.push_back(*other);
-    part.remove_freely(catom);
+        if (const std::optional<Catom> other = subdomain.ensemble.linked(catom, port)) others.push_back(*other);
+    subdomain.remove_freely(catom);
     for (const Catom other : others) {
-        part.mark(other, kDirtyLinks);
-        forget_if_lonely(part, other);
+        subdomain.mark(other, kDirtyLinks);
+        forget_if_lonely(subdomain, other);
     }
 }
 
 // A catom of ours that has gone stays as a ghost where a catom that stays touches it.
-void depart(Subdomain& part, const NewOwners& owners, std::uint64_t id, int owner) {
-    const Catom catom = *part.ensemble.find(id);
-    std::vector<Neighbour> staying = neighbours_of(part, owners, catom);
-    std::erase_if(staying, [&](const Neighbour& n) { return n.owner != part.comm.part() || !part.owned(*part.ensemble.find(n.id)); });
-    const world::Vec3 position = part.ensemble.position(catom);
-    const std::vector<std::byte> exports = exports_of(part, catom);
-    take_out(part, catom);
+void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int owner) {
+    const Catom catom = *subdomain.ensemble.find(id);
+    std::vector<Neighbour> staying = neighbours_of(subdomain, owners, catom);
+    std::erase_if(staying, [&](const Neighbour& n) {
+        return n.owner != subdomain.comm.process() || !subdomain.owned(*subdomain.ensemble.find(n.id));
+    });
+    const world::Vec3 position = subdomain.ensemble.position(catom);
+    const std::vector<std::byte> exports = exports_of(subdomain, catom);
+    take_out(subdomain, catom);
     if (staying.empty()) return;
-    const Catom ghost = part.add_freely(id, position, kCatomGhost, owner);
+    const Catom ghost = subdomain.add_freely(id, position, kCatomGhost, owner);
     ByteReader in(exports, "the exports of a catom that has left");
-    part.unpack_exports(ghost, in);
-    for (const Neighbour& n : staying) part.restore_link(ghost, n.port, *part.ensemble.find(n.id), n.port_there);
+    subdomain.unpack_exports(ghost, in);
+    for (const Neighbour& n : staying) subdomain.restore_link(ghost, n.port, *subdomain.ensemble.find(n.id), n.port_there);
 }
 
-void arrive(Subdomain& part, const Arrival& a) {
-    if (const std::optional<Catom> ghost = part.ensemble.find(a.id)) take_out(part, *ghost);
-    const Catom catom = part.add_freely(a.id, a.position, kCatomOwned, part.comm.part());
-    if (part.senses_positions()) part.sense_position(catom, a.sensed);
+void arrive(Subdomain& subdomain, const Arrival& a) {
+    if (const std::optional<Catom> ghost = subdomain.ensemble.find(a.id)) take_out(subdomain, *ghost);
+    const Catom catom = subdomain.add_freely(a.id, a.position, kCatomOwned, subdomain.comm.process());
+    if (subdomain.senses_positions()) subdomain.sense_position(catom, a.sensed);
     ByteReader in(a.state, "a catom that has come");
-    part.unpack_catom(catom, in);
+    subdomain.unpack_catom(catom, in);
 }
 
-void connect(Subdomain& part, const Arrival& a) {
-    const Catom catom = *part.ensemble.find(a.id);
+void connect(Subdomain& subdomain, const Arrival& a) {
+    const Catom catom = *subdomain.ensemble.find(a.id);
     for (const Neighbour& n : a.neighbours) {
-        std::optional<Catom> other = part.ensemble.find(n.id);
+        std::optional<Catom> other = subdomain.ensemble.find(n.id);
         if (!other) {
-            other = part.add_freely(n.id, n.position, kCatomGhost, n.owner);
+            other = subdomain.add_freely(n.id, n.position, kCatomGhost, n.owner);
             ByteReader in(n.exports, "the exports of a neighbour");
-            part.unpack_exports(*other, in);
+            subdomain.unpack_exports(*other, in);
         }
-        if (!part.ensemble.linked(catom, n.port)) part.restore_link(catom, n.port, *other, n.port_there);
-        part.mark(*other, kDirtyLinks);
+        if (!subdomain.ensemble.linked(catom, n.port)) subdomain.restore_link(catom, n.port, *other, n.port_there);
+        subdomain.mark(*other, kDirtyLinks);
     }
 }
 
 }  // namespace
 
-void migrate_catoms(Subdomain& part, const DividedBodies& divided, ContactLinks& links) {
-    const NewOwners owners = learn_owners(part, divided);
+void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactLinks& links) {
+    const NewOwners owners = learn_owners(subdomain, divided);
     if (owners.empty()) return;
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     const Waits waits = waits_of(divided, links);
     for (const auto& [body, owner] : divided.departed())
-        pack(part, owners, waits.at(body), *part.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
+        pack(subdomain, owners, waits.at(body), *subdomain.ensemble.find(body), out[static_cast<std::size_t>(owner)]);
     std::vector<Arrival> arrivals;
-    for (const comm::Packet& packet : exchange_bytes(part, out))
-        for (ByteReader in(packet.bytes, "catoms that change parts"); !in.done();) arrivals.push_back(unpack(in));
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
+        for (ByteReader in(packet.bytes, "catoms that change processes"); !in.done();) arrivals.push_back(unpack(in));
 
-    for (const auto& [body, owner] : divided.departed()) depart(part, owners, body, owner);
+    for (const auto& [body, owner] : divided.departed()) depart(subdomain, owners, body, owner);
     for (const auto& [id, owner] : owners)
-        if (const std::optional<Catom> ghost = part.ensemble.find(id)) part.set_owner(*ghost, owner);
-    for (const Arrival& a : arrivals) arrive(part, a);
-    for (const Arrival& a : arrivals) connect(part, a);
+        if (const std::optional<Catom> ghost = subdomain.ensemble.find(id)) subdomain.set_owner(*ghost, owner);
+    for (const Arrival& a : arrivals) arrive(subdomain, a);
+    for (const Arrival& a : arrivals) connect(subdomain, a);
     std::vector<ContactLinks::Pair> waiting;
     for (const Arrival& a : arrivals)
         for (const std::uint64_t other : a.waits_for)
             waiting.push_back({static_cast<physics::BodyId>(std::min(a.id, other)), static_cast<physics::BodyId>(std::max(a.id, other))});
-    links.change_hands(part, waiting);
+    links.change_hands(subdomain, waiting);
 }
 
 }  // namespace meld::sim

@@ -1,4 +1,4 @@
-// Catoms that follow their bodies to another part: with all their facts, their links, and what the new part must know of their
+// Catoms that follow their bodies to another process: with all their facts, their links, and what the new process must know of their
 // neighbours.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace meld::sim {
 
-// After bodies have changed hands; every part calls it.
-void migrate_catoms(Subdomain& part, const DividedBodies& divided, ContactLinks& links);
+// After bodies have changed hands; every process calls it.
+void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactLinks& links);
 
 }  // namespace meld::sim

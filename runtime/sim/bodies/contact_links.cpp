@@ -1,4 +1,4 @@
-// Links come about in two steps, alike for any number of parts: each catom promises its lowest free ports to those that it has
+// Links come about in two steps, alike for any number of processes: each catom promises its lowest free ports to those that it has
 // come to touch, in the order of their numbers; where both have promised one, they are linked.
 #include "runtime/sim/bodies/contact_links.h"
 
@@ -19,23 +19,23 @@ constexpr std::size_t kFewPairs = 4096;
 static_assert(kMaxPorts <= 16, "promised ports are bits of 16");
 
 // Our catom with this number, if there is one.
-std::optional<Catom> ours(const Subdomain& part, physics::BodyId id) {
-    const std::optional<Catom> catom = part.ensemble.find(id);
-    return catom && part.owned(*catom) ? catom : std::nullopt;
+std::optional<Catom> ours(const Subdomain& subdomain, physics::BodyId id) {
+    const std::optional<Catom> catom = subdomain.ensemble.find(id);
+    return catom && subdomain.owned(*catom) ? catom : std::nullopt;
 }
 
 }  // namespace
 
-void forget_if_lonely(Subdomain& part, Catom ghost) {
-    if (part.owned(ghost)) return;
+void forget_if_lonely(Subdomain& subdomain, Catom ghost) {
+    if (subdomain.owned(ghost)) return;
     for (int port = 0; port < kMaxPorts; ++port)
-        if (part.ensemble.linked(ghost, port)) return;
-    part.remove_freely(ghost);
+        if (subdomain.ensemble.linked(ghost, port)) return;
+    subdomain.remove_freely(ghost);
 }
 
-void ContactLinks::note(Subdomain& part, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
+void ContactLinks::note(Subdomain& subdomain, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
     std::vector<physics::TouchEvent> shared;
-    if (divided != nullptr) found = shared = share(part, found, *divided);
+    if (divided != nullptr) found = shared = share(subdomain, found, *divided);
     std::vector<Pair> begun, ended;
     const auto beginnings =
         std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });
@@ -43,28 +43,28 @@ void ContactLinks::note(Subdomain& part, std::span<const physics::TouchEvent> fo
     for (const physics::TouchEvent& e : found)
         if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
     // What has ended makes room for what has begun.
-    end(part, ended);
+    end(subdomain, ended);
     begin(std::move(begun));
 }
 
-void ContactLinks::connect(Subdomain& part, const DividedBodies* divided) {
+void ContactLinks::connect(Subdomain& subdomain, const DividedBodies* divided) {
     // An exchange is for all, also for those who have nothing to say.
     if (waiting_.empty() && divided == nullptr) return;
-    make_offers(part);
-    if (divided != nullptr) exchange_offers(part, *divided);
-    connect_promised(part);
+    make_offers(subdomain);
+    if (divided != nullptr) exchange_offers(subdomain, *divided);
+    connect_promised(subdomain);
 }
 
-// The part that owns a pair's block sees its events; it sends them to the owners of both catoms.
-std::vector<physics::TouchEvent> ContactLinks::share(Subdomain& part, std::span<const physics::TouchEvent> events,
+// The process that owns a pair's block sees its events; it sends them to the owners of both catoms.
+std::vector<physics::TouchEvent> ContactLinks::share(Subdomain& subdomain, std::span<const physics::TouchEvent> events,
                                                      const DividedBodies& divided) const {
     std::vector<physics::TouchEvent> mine;
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     for (const physics::TouchEvent& e : events) {
         if (e.touch.other_is_obstacle) continue;
         const int owners[] = {divided.owner_of(e.touch.body), divided.owner_of(e.touch.other)};
         for (int i = 0; i < (owners[0] == owners[1] ? 1 : 2); ++i) {
-            if (owners[i] == part.comm.part()) {
+            if (owners[i] == subdomain.comm.process()) {
                 mine.push_back(e);
                 continue;
             }
@@ -74,7 +74,7 @@ std::vector<physics::TouchEvent> ContactLinks::share(Subdomain& part, std::span<
             bytes.write(e.began);
         }
     }
-    for (const comm::Packet& packet : exchange_bytes(part, out))
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "touches that begin and end"); !in.done();) {
             const auto body = in.read<physics::BodyId>(), other = in.read<physics::BodyId>();
             mine.push_back({{body, other, false}, in.read<bool>()});
@@ -83,13 +83,13 @@ std::vector<physics::TouchEvent> ContactLinks::share(Subdomain& part, std::span<
     return mine;
 }
 
-void ContactLinks::end(Subdomain& part, const std::vector<Pair>& ended) {
+void ContactLinks::end(Subdomain& subdomain, const std::vector<Pair>& ended) {
     for (const Pair& pair : ended) {
         if (std::binary_search(waiting_.begin(), waiting_.end(), pair)) continue;
-        const std::optional<Catom> a = part.ensemble.find(pair.first), b = part.ensemble.find(pair.second);
+        const std::optional<Catom> a = subdomain.ensemble.find(pair.first), b = subdomain.ensemble.find(pair.second);
         MELD_CHECK(a && b, "catoms @{} and @{} part and are not known", pair.first, pair.second);
-        part.unlink(*a, *b);
-        for (const Catom catom : {*a, *b}) forget_if_lonely(part, catom);
+        subdomain.unlink(*a, *b);
+        for (const Catom catom : {*a, *b}) forget_if_lonely(subdomain, catom);
     }
     if (!waiting_.empty()) std::erase_if(waiting_, [&](const Pair& pair) { return std::binary_search(ended.begin(), ended.end(), pair); });
 }
@@ -106,29 +106,29 @@ void ContactLinks::begin(std::vector<Pair> begun) {
     waiting_.erase(std::unique(waiting_.begin(), waiting_.end()), waiting_.end());
 }
 
-void ContactLinks::change_hands(const Subdomain& part, const std::vector<Pair>& arrived) {
+void ContactLinks::change_hands(const Subdomain& subdomain, const std::vector<Pair>& arrived) {
     std::vector<Pair> sorted = arrived;
     std::sort(sorted.begin(), sorted.end());
     begin(std::move(sorted));
-    std::erase_if(waiting_, [&](const Pair& pair) { return !ours(part, pair.first) && !ours(part, pair.second); });
+    std::erase_if(waiting_, [&](const Pair& pair) { return !ours(subdomain, pair.first) && !ours(subdomain, pair.second); });
 }
 
-int ContactLinks::lowest_free_port(const Subdomain& part, Catom catom) {
+int ContactLinks::lowest_free_port(const Subdomain& subdomain, Catom catom) {
     MELD_EXPECT(catom < taken_.size(), "catom {} of {}", catom, taken_.size());
     for (int port = 0; port < kMaxPorts; ++port) {
-        if ((taken_[catom] >> port & 1) != 0 || part.ensemble.linked(catom, port)) continue;
+        if ((taken_[catom] >> port & 1) != 0 || subdomain.ensemble.linked(catom, port)) continue;
         taken_[catom] = static_cast<std::uint16_t>(taken_[catom] | 1u << port);
         return port;
     }
     return -1;
 }
 
-void ContactLinks::make_offers(const Subdomain& part) {
+void ContactLinks::make_offers(const Subdomain& subdomain) {
     offered_.assign(waiting_.size(), {-1, -1});
-    taken_.resize(part.ensemble.index_count());
+    taken_.resize(subdomain.ensemble.index_count());
     const auto offer = [&](std::size_t i, physics::BodyId from, std::size_t end) {
-        if (const std::optional<Catom> catom = ours(part, from))
-            offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(part, *catom));
+        if (const std::optional<Catom> catom = ours(subdomain, from))
+            offered_[i][end] = static_cast<std::int8_t>(lowest_free_port(subdomain, *catom));
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         offer(i, waiting_[i].first, 0);
@@ -136,57 +136,57 @@ void ContactLinks::make_offers(const Subdomain& part) {
     }
     for (const Pair& pair : waiting_)
         for (const physics::BodyId id : {pair.first, pair.second})
-            if (const std::optional<Catom> catom = ours(part, id)) taken_[*catom] = 0;
+            if (const std::optional<Catom> catom = ours(subdomain, id)) taken_[*catom] = 0;
     MELD_ENSURE(std::all_of(taken_.begin(), taken_.end(), [](std::uint16_t ports) { return ports == 0; }));
 }
 
-void ContactLinks::exchange_offers(Subdomain& part, const DividedBodies& divided) {
+void ContactLinks::exchange_offers(Subdomain& subdomain, const DividedBodies& divided) {
     offers_.clear();
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     const auto send = [&](physics::BodyId from, physics::BodyId to, int port) {
-        const int owner = port < 0 ? part.comm.part() : divided.owner_of(to);
-        if (owner == part.comm.part()) return;
-        const Catom catom = *part.ensemble.find(from);
+        const int owner = port < 0 ? subdomain.comm.process() : divided.owner_of(to);
+        if (owner == subdomain.comm.process()) return;
+        const Catom catom = *subdomain.ensemble.find(from);
         ByteWriter& bytes = out[static_cast<std::size_t>(owner)];
         bytes.write(from);
         bytes.write(to);
         bytes.write(port);
-        bytes.write(part.ensemble.position(catom));
+        bytes.write(subdomain.ensemble.position(catom));
         ByteWriter exports;
-        part.pack_exports(catom, exports);
+        subdomain.pack_exports(catom, exports);
         bytes.write_block(exports.view());
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         send(waiting_[i].first, waiting_[i].second, offered_[i][0]);
         send(waiting_[i].second, waiting_[i].first, offered_[i][1]);
     }
-    for (const comm::Packet& packet : exchange_bytes(part, out))
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "offered ports"); !in.done();) {
             const auto from = in.read<physics::BodyId>(), to_us = in.read<physics::BodyId>();
             Offer& offer = offers_[{from, to_us}];
             offer.port = in.read<int>();
-            offer.owner = packet.part;
+            offer.owner = packet.process;
             offer.position = in.read<world::Vec3>();
             const auto exports = in.read_block();
             offer.exports.assign(exports.begin(), exports.end());
         }
 }
 
-std::optional<ContactLinks::Side> ContactLinks::side(Subdomain& part, physics::BodyId from, physics::BodyId to, int offered) const {
-    if (offered >= 0) return Side{*part.ensemble.find(from), offered};
+std::optional<ContactLinks::Side> ContactLinks::side(Subdomain& subdomain, physics::BodyId from, physics::BodyId to, int offered) const {
+    if (offered >= 0) return Side{*subdomain.ensemble.find(from), offered};
     const auto received = offers_.find({from, to});
     if (received == offers_.end()) return std::nullopt;
     const Offer& offer = received->second;
-    std::optional<Catom> ghost = part.ensemble.find(from);
+    std::optional<Catom> ghost = subdomain.ensemble.find(from);
     if (!ghost) {
-        ghost = part.add_freely(from, offer.position, kCatomGhost, offer.owner);
+        ghost = subdomain.add_freely(from, offer.position, kCatomGhost, offer.owner);
         ByteReader in(offer.exports, "the exports of a neighbour");
-        part.unpack_exports(*ghost, in);
+        subdomain.unpack_exports(*ghost, in);
     }
     return Side{*ghost, offer.port};
 }
 
-void ContactLinks::connect_promised(Subdomain& part) {
+void ContactLinks::connect_promised(Subdomain& subdomain) {
     MELD_EXPECT(offered_.size() == waiting_.size() && std::is_sorted(waiting_.begin(), waiting_.end()), "{} pairs", waiting_.size());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
@@ -197,8 +197,8 @@ void ContactLinks::connect_promised(Subdomain& part) {
             waiting_[kept++] = waiting_[i];
             continue;
         }
-        const Side a = *side(part, first, second, offered_[i][0]), b = *side(part, second, first, offered_[i][1]);
-        part.link(a.catom, a.port, b.catom, b.port);
+        const Side a = *side(subdomain, first, second, offered_[i][0]), b = *side(subdomain, second, first, offered_[i][1]);
+        subdomain.link(a.catom, a.port, b.catom, b.port);
     }
     waiting_.resize(kept);
     // After the first step, which has brought all touches at once, their room is given back.

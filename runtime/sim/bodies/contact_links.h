@@ -25,51 +25,51 @@ class ContactLinks {
         auto operator<=>(const Pair&) const = default;
     };
 
-    // After each step of the physics, on every part; `divided` where there are several. First notes what has begun and ended:
+    // After each step of the physics, on every process; `divided` where there are several. First notes what has begun and ended:
     // events are sorted; those that name obstacles are passed over.
-    void note(Subdomain& part, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
-    // Then links those that touch and have a port free; events are not needed any more. A catom of another part that comes to
+    void note(Subdomain& subdomain, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    // Then links those that touch and have a port free; events are not needed any more. A catom of another process that comes to
     // touch one of ours becomes known here as a ghost.
-    void connect(Subdomain& part, const DividedBodies* divided);
+    void connect(Subdomain& subdomain, const DividedBodies* divided);
 
-    // Touches that wait for a port, the lower number first, sorted; those of catoms that change parts go with them.
+    // Touches that wait for a port, the lower number first, sorted; those of catoms that change processes go with them.
     std::span<const Pair> waiting() const { return waiting_; }
-    // Adds some, and leaves out those that no longer touch a catom of this part.
-    void change_hands(const Subdomain& part, const std::vector<Pair>& arrived);
+    // Adds some, and leaves out those that no longer touch a catom of this process.
+    void change_hands(const Subdomain& subdomain, const std::vector<Pair>& arrived);
 
   private:
-    // A port that a catom of another part keeps free for one of ours.
+    // A port that a catom of another process keeps free for one of ours.
     struct Offer {
         int port = 0;
         int owner = 0;
         world::Vec3 position = {};
         std::vector<std::byte> exports = {};
     };
-    std::vector<physics::TouchEvent> share(Subdomain& part, std::span<const physics::TouchEvent> events,
+    std::vector<physics::TouchEvent> share(Subdomain& subdomain, std::span<const physics::TouchEvent> events,
                                            const DividedBodies& divided) const;
-    void end(Subdomain& part, const std::vector<Pair>& ended);
+    void end(Subdomain& subdomain, const std::vector<Pair>& ended);
     void begin(std::vector<Pair> begun);
-    void make_offers(const Subdomain& part);
-    int lowest_free_port(const Subdomain& part, Catom catom);
-    void exchange_offers(Subdomain& part, const DividedBodies& divided);
-    void connect_promised(Subdomain& part);
+    void make_offers(const Subdomain& subdomain);
+    int lowest_free_port(const Subdomain& subdomain, Catom catom);
+    void exchange_offers(Subdomain& subdomain, const DividedBodies& divided);
+    void connect_promised(Subdomain& subdomain);
     // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
     struct Side {
         Catom catom;
         int port;
     };
-    std::optional<Side> side(Subdomain& part, physics::BodyId from, physics::BodyId to, int offered) const;
+    std::optional<Side> side(Subdomain& subdomain, physics::BodyId from, physics::BodyId to, int offered) const;
 
     std::vector<Pair> waiting_;
     // What our catoms promise, for each that waits: the port of the first and of the second, or -1.
     std::vector<std::array<std::int8_t, 2>> offered_;
-    // What those of other parts promise, from the first to the second.
+    // What those of other processes promise, from the first to the second.
     std::map<Pair, Offer> offers_;
     // By catom, the ports promised as bits; all zero between updates.
     std::vector<std::uint16_t> taken_;
 };
 
-// A ghost that nothing of this part touches any more is forgotten.
-void forget_if_lonely(Subdomain& part, Catom ghost);
+// A ghost that nothing of this process touches any more is forgotten.
+void forget_if_lonely(Subdomain& subdomain, Catom ghost);
 
 }  // namespace meld::sim

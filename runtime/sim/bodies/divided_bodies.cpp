@@ -17,7 +17,7 @@ namespace {
 // The curve goes through as many blocks as a lattice has bricks; those beyond share the owners of the last.
 constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
 
-// Space is divided again when the work of a part exceeds kMaxLoad times the mean, if that helps: blocks are not cut, so a small
+// Space is divided again when the work of a process exceeds kMaxLoad times the mean, if that helps: blocks are not cut, so a small
 // ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
 constexpr double kMaxLoad = 1.25, kWorthMoving = 0.9;
 
@@ -38,26 +38,26 @@ std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
 
 }  // namespace
 
-std::vector<std::vector<std::byte>> gather_bytes(Subdomain& part, ByteWriter& mine) {
-    if (!part.alone()) return part.comm.allgather_any(mine.view());
+std::vector<std::vector<std::byte>> gather_bytes(Subdomain& subdomain, ByteWriter& mine) {
+    if (!subdomain.alone()) return subdomain.comm.allgather_any(mine.view());
     std::vector<std::vector<std::byte>> all;
     all.push_back(mine.take());
     return all;
 }
 
-std::vector<comm::Packet> exchange_bytes(Subdomain& part, std::vector<ByteWriter>& by_part) {
-    return part.comm.exchange(comm::take_packets(by_part));
+std::vector<comm::Packet> exchange_bytes(Subdomain& subdomain, std::vector<ByteWriter>& by_process) {
+    return subdomain.comm.exchange(comm::take_packets(by_process));
 }
 
-Result<void> agree_on_error(Subdomain& part, const Result<void>& mine) {
-    if (part.alone()) return mine;
+Result<void> agree_on_error(Subdomain& subdomain, const Result<void>& mine) {
+    if (subdomain.alone()) return mine;
     ByteWriter bytes;
     if (!mine) {
         bytes.write_string(mine.error().problem);
         bytes.write_string(mine.error().suggestion);
         bytes.write(mine.error().code);
     }
-    for (const auto& theirs : gather_bytes(part, bytes)) {
+    for (const auto& theirs : gather_bytes(subdomain, bytes)) {
         if (theirs.empty()) continue;
         ByteReader in(theirs, "the error of a process");
         Error error;
@@ -69,10 +69,10 @@ Result<void> agree_on_error(Subdomain& part, const Result<void>& mine) {
     return {};
 }
 
-DividedBodies::DividedBodies(Subdomain& part, physics::Scene& scene) {
-    subdomain_ =
-        std::make_unique<physics::Subdomain>(scene, [this](physics::BlockCoordinates block) { return owner(block); }, part.comm.part());
-    partition_.emplace(weigh_all(part), part.comm.parts());
+DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene) {
+    subdomain_ = std::make_unique<physics::Subdomain>(
+        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
+    partition_.emplace(weigh_all(subdomain), subdomain.comm.processes());
 }
 
 world::BrickKey DividedBodies::key_of(physics::BlockCoordinates block) const {
@@ -87,7 +87,7 @@ int DividedBodies::owner(physics::BlockCoordinates block) const {
     return at->second;
 }
 
-DividedBodies::Weights DividedBodies::weigh_all(Subdomain& part) const {
+DividedBodies::Weights DividedBodies::weigh_all(Subdomain& subdomain) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
     for (const auto& [block, weight] : subdomain_->weights()) mine[key_of(block)] += weight;
     ByteWriter bytes;
@@ -95,7 +95,7 @@ DividedBodies::Weights DividedBodies::weigh_all(Subdomain& part) const {
         bytes.write(key);
         bytes.write(weight);
     }
-    for (const auto& from : gather_bytes(part, bytes))
+    for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "weights of blocks"); !in.done();) {
             const auto key = in.read<world::BrickKey>();
             all[key] += in.read<std::uint32_t>();
@@ -103,26 +103,26 @@ DividedBodies::Weights DividedBodies::weigh_all(Subdomain& part) const {
     return {all.begin(), all.end()};
 }
 
-void DividedBodies::balance(Subdomain& part) {
-    const auto parts = static_cast<std::size_t>(part.comm.parts());
-    // What each part will have to do when bodies have gone where they belong.
-    std::vector<std::uint64_t> mine(parts), all(parts);
+void DividedBodies::balance(Subdomain& subdomain) {
+    const auto processes = static_cast<std::size_t>(subdomain.comm.processes());
+    // What each process will have to do when bodies have gone where they belong.
+    std::vector<std::uint64_t> mine(processes), all(processes);
     for (const auto& [block, weight] : subdomain_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
     ByteWriter bytes;
-    for (std::size_t p = 0; p < parts; ++p) {
+    for (std::size_t p = 0; p < processes; ++p) {
         if (mine[p] == 0) continue;
         bytes.write(p);
         bytes.write(mine[p]);
     }
-    for (const auto& from : gather_bytes(part, bytes))
+    for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "work of processes"); !in.done();) {
             const auto p = in.read<std::size_t>();
             all[p] += in.read<std::uint64_t>();
         }
     double load = load_of(all);
     if (load > kMaxLoad) {
-        const Weights weights = weigh_all(part);
-        partition::Partition better(weights, part.comm.parts());
+        const Weights weights = weigh_all(subdomain);
+        partition::Partition better(weights, subdomain.comm.processes());
         std::fill(all.begin(), all.end(), 0);
         for (const auto& [key, weight] : weights) all[static_cast<std::size_t>(better.owner(key))] += weight;
         if (const double load_there = load_of(all); load_there <= kMaxLoad || load_there < kWorthMoving * load) {
@@ -135,41 +135,41 @@ void DividedBodies::balance(Subdomain& part) {
     greatest_load_ = std::max(greatest_load_, load);
 }
 
-Result<bool> DividedBodies::redistribute(Subdomain& part, double step_s, int substeps) {
-    MELD_EXPECT(!part.alone());
+Result<bool> DividedBodies::redistribute(Subdomain& subdomain, double step_s, int substeps) {
+    MELD_EXPECT(!subdomain.alone());
     ByteWriter wish;
     wish.write(subdomain_->must_rebuild(step_s, substeps));
-    const std::vector<std::byte> wishes = part.comm.allgather(wish.view());
+    const std::vector<std::byte> wishes = subdomain.comm.allgather(wish.view());
     ByteReader in(wishes, "wishes to divide bodies anew");
     bool any = false;
-    for (int p = 0; p < part.comm.parts(); ++p) any = in.read<bool>() || any;
+    for (int p = 0; p < subdomain.comm.processes(); ++p) any = in.read<bool>() || any;
     if (!any) return false;
-    balance(part);
+    balance(subdomain);
     Result<void> fine;
-    for (const comm::Packet& packet : part.comm.exchange(packets_of(subdomain_->pack_bodies(part.workers))))
+    for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_bodies(subdomain.workers))))
         if (auto done = subdomain_->unpack_bodies(packet.bytes); !done && fine) fine = done;
     subdomain_->unpacked();
-    if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
+    if (auto agreed = agree_on_error(subdomain, fine); !agreed) return tl::unexpected<Error>(agreed.error());
     return true;
 }
 
-Result<physics::StepReport> DividedBodies::step(Subdomain& part, double step_s, int substeps) {
+Result<physics::StepReport> DividedBodies::step(Subdomain& subdomain, double step_s, int substeps) {
     Result<void> fine;
     for (const physics::Stage& stage : subdomain_->stages(step_s, substeps)) {
-        if (fine) fine = subdomain_->run(stage, part.workers);
+        if (fine) fine = subdomain_->run(stage, subdomain.workers);
         if (!stage.must_exchange()) continue;
-        // A part that has failed sends nothing more; the others learn of it at the end.
+        // A process that has failed sends nothing more; the others learn of it at the end.
         const std::vector<comm::Packet> received =
-            part.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
+            subdomain.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
         for (const comm::Packet& packet : received)
             if (fine) subdomain_->unpack(stage, packet.bytes);
     }
-    if (auto agreed = agree_on_error(part, fine); !agreed) return tl::unexpected<Error>(agreed.error());
+    if (auto agreed = agree_on_error(subdomain, fine); !agreed) return tl::unexpected<Error>(agreed.error());
     return subdomain_->finish();
 }
 
-void DividedBodies::complete(Subdomain& part, std::vector<ExactSum>& normal_forces) const {
-    for (const comm::Packet& packet : part.comm.exchange(packets_of(subdomain_->pack_sums(normal_forces))))
+void DividedBodies::complete(Subdomain& subdomain, std::vector<ExactSum>& normal_forces) const {
+    for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_sums(normal_forces))))
         subdomain_->unpack_sums(normal_forces, packet.bytes);
 }
 

@@ -11,7 +11,8 @@
 
 namespace meld::sim {
 
-std::vector<physics::TouchEvent> touches_among(Subdomain& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m) {
+std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::vector<FixedBody>& mine, double max_radius_m,
+                                               double touch_m) {
     MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
     const double reach_m = 2 * max_radius_m + touch_m;
     ByteWriter bytes;
@@ -23,7 +24,7 @@ std::vector<physics::TouchEvent> touches_among(Subdomain& part, const std::vecto
         const auto at = [&](double x) { return static_cast<std::int64_t>(std::floor(x / reach_m)); };
         return GridCell{at(p.x), at(p.y), at(p.z)};
     };
-    for (const auto& from : gather_bytes(part, bytes))
+    for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "catoms that nothing moves"); !in.done();) {
             const auto body = in.read<FixedBody>();
             cells[cell_of(body.position_m)].push_back(body);

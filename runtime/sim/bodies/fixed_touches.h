@@ -15,7 +15,8 @@ struct FixedBody {
     double radius_m = 0;
 };
 
-// The touches among those of all parts, sorted; every part calls it with its own. Surfaces nearer than `touch_m` touch.
-std::vector<physics::TouchEvent> touches_among(Subdomain& part, const std::vector<FixedBody>& mine, double max_radius_m, double touch_m);
+// The touches among those of all processes, sorted; every process calls it with its own. Surfaces nearer than `touch_m` touch.
+std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::vector<FixedBody>& mine, double max_radius_m,
+                                               double touch_m);
 
 }  // namespace meld::sim

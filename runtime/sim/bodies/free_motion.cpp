@@ -15,51 +15,51 @@
 
 namespace meld::sim {
 
-Result<void> FreeMotion::start(Subdomain& part) {
-    if (part.next_id() > physics::kMaxBodies)
-        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", part.next_id(), physics::kMaxBodies),
+Result<void> FreeMotion::start(Subdomain& subdomain) {
+    if (subdomain.next_id() > physics::kMaxBodies)
+        return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", subdomain.next_id(), physics::kMaxBodies),
                     "Make the body smaller", ExitCode::LimitHit);
-    if (!part.alone() && world_.physics.engine != "blocks")
+    if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    if (auto done = agree_on_error(part, make_scene(part)); !done) return done;
-    actions_.start(part, world_);
-    if (auto started = senses_.start(part, world_); !started) return started;
-    if (!part.alone()) divided_.emplace(part, *physics_.scene);
-    bodies_ = awake_ = part.ensemble.owned_count();
-    part.set_moving(true);
+    if (auto done = agree_on_error(subdomain, make_scene(subdomain)); !done) return done;
+    actions_.start(subdomain, world_);
+    if (auto started = senses_.start(subdomain, world_); !started) return started;
+    if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene);
+    bodies_ = awake_ = subdomain.ensemble.owned_count();
+    subdomain.set_moving(true);
     return {};
 }
 
 namespace {
 
-// A region that matches no catom on any part is hardly meant.
-void warn_of_empty_groups(Subdomain& part, std::vector<bool> met) {
+// A region that matches no catom on any process is hardly meant.
+void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
     ByteWriter mine;
     for (const bool some : met) mine.write(some);
-    for (const auto& theirs : gather_bytes(part, mine))
+    for (const auto& theirs : gather_bytes(subdomain, mine))
         for (std::size_t i = 0; i < met.size(); ++i) met[i] = met[i] || theirs[i] != std::byte{0};
-    if (part.comm.part() != 0) return;
+    if (subdomain.comm.process() != 0) return;
     for (std::size_t i = 0; i < met.size(); ++i)
-        if (const world::CatomGroup& group = part.world.physics.groups[i]; !met[i])
+        if (const world::CatomGroup& group = subdomain.world.physics.groups[i]; !met[i])
             log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] are of none", group.place, group.where.text());
 }
 
 }  // namespace
 
-Result<void> FreeMotion::make_scene(Subdomain& part) {
-    BodyMaker bodies(world_, part.next_id());
-    for (Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) bodies.look_at(part.ensemble.id(c), part.start_cell(c), part.ensemble.position(c));
-    warn_of_empty_groups(part, bodies.groups_met());
+Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
+    BodyMaker bodies(world_, subdomain.next_id());
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+        if (subdomain.owned(c)) bodies.look_at(subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
+    warn_of_empty_groups(subdomain, bodies.groups_met());
     ByteWriter bytes;
-    if (part.ensemble.owned_count() > 0) {
+    if (subdomain.ensemble.owned_count() > 0) {
         bytes.write(bodies.radii());
         for (const Surface& surface : bodies.surfaces()) bytes.write(surface);
     }
     RadiusRange radii;
     std::set<Surface> surfaces;
-    for (const auto& from : gather_bytes(part, bytes)) {
+    for (const auto& from : gather_bytes(subdomain, bytes)) {
         if (from.empty()) continue;
         ByteReader in(from, "radii and surfaces of bodies");
         const auto theirs = in.read<RadiusRange>();
@@ -67,92 +67,95 @@ Result<void> FreeMotion::make_scene(Subdomain& part) {
         while (!in.done()) surfaces.insert(in.read<Surface>());
     }
     const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
-    fixed_touches_ = touches_among(part, bodies.at_rest(), radii.max, touch_m);
-    auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(part));
+    fixed_touches_ = touches_among(subdomain, bodies.at_rest(), radii.max, touch_m);
+    auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     auto done = bodies.add_materials(physics_, surfaces);
-    physics_.scene->reserve(part.ensemble.owned_count(), part.next_id());
-    for (Catom c = 0; done && c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) done = bodies.make(physics_, part.ensemble.id(c), part.start_cell(c), part.ensemble.position(c));
-    part.forget_start_cells();
+    physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
+    for (Catom c = 0; done && c < subdomain.ensemble.index_count(); ++c)
+        if (subdomain.owned(c))
+            done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
+    subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     if (radii.min != world_.radius || radii.max != world_.radius)
-        part.set_diameters(
-            [this, &part](Catom c) { return physics_.scene->radius(static_cast<physics::BodyId>(part.ensemble.id(c))) / world_.radius; });
+        subdomain.set_diameters([this, &subdomain](Catom c) {
+            return physics_.scene->radius(static_cast<physics::BodyId>(subdomain.ensemble.id(c))) / world_.radius;
+        });
     return {};
 }
 
-Result<void> FreeMotion::step(Subdomain& part) {
-    MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !part.alone());
-    if (auto done = actions_.take(part, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
+Result<void> FreeMotion::step(Subdomain& subdomain) {
+    MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !subdomain.alone());
+    if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     for (int i = 0; i < world_.physics.steps; ++i)
-        if (auto done = step_once(part); !done) return done;
+        if (auto done = step_once(subdomain); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
-    part.refresh();
+    subdomain.refresh();
     const StageClock clock(sensing_s_);
-    senses_.sense(part, physics_, divided_ ? &*divided_ : nullptr);
-    bodies_ = part.ensemble.owned_count();
-    part.set_moving(awake_ > 0);
-    part.set_motion_bytes(physics_.scene->bytes());
+    senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
+    bodies_ = subdomain.ensemble.owned_count();
+    subdomain.set_moving(awake_ > 0);
+    subdomain.set_motion_bytes(physics_.scene->bytes());
     return {};
 }
 
-Result<void> FreeMotion::step_once(Subdomain& part) {
-    const auto report = move(part);
+Result<void> FreeMotion::step_once(Subdomain& subdomain) {
+    const auto report = move(subdomain);
     // The ensemble still has the places of the last tick that went well.
     if (!report) {
         const Error error = about_catoms(report.error());
-        return fail(fmt::format("in tick {}, {}", part.tick(), error.problem), error.suggestion, error.code);
+        return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
-    note_fixed_touches(part);
+    note_fixed_touches(subdomain);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
-    senses_.note_obstacles(part, physics_.scene->events());
-    links_.note(part, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
+    senses_.note_obstacles(subdomain, physics_.scene->events());
+    links_.note(subdomain, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_),
+                divided);
     give_back(fixed_touches_);
     physics_.scene->forget_events();
-    links_.connect(part, divided);
+    links_.connect(subdomain, divided);
     return {};
 }
 
-void FreeMotion::note_fixed_touches(const Subdomain& part) {
+void FreeMotion::note_fixed_touches(const Subdomain& subdomain) {
     if (fixed_touches_.empty()) return;
-    // All parts know all of them; the owner of the first reports it.
+    // All processes know all of them; the owner of the first reports it.
     std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
-        return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != part.comm.part());
+        return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != subdomain.comm.process());
     });
     const auto events = physics_.scene->events();
     fixed_touches_.insert(fixed_touches_.end(), events.begin(), events.end());
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
 
-Result<physics::StepReport> FreeMotion::move(Subdomain& part) {
+Result<physics::StepReport> FreeMotion::move(Subdomain& subdomain) {
     const double step_s = world_.physics.step;
     const int substeps = world_.physics.substeps;
     if (actions_.any_wrenches())
-        if (auto applied = agree_on_error(part, actions_.apply(*physics_.scene, step_s)); !applied)
+        if (auto applied = agree_on_error(subdomain, actions_.apply(*physics_.scene, step_s)); !applied)
             return tl::unexpected<Error>(applied.error());
-    if (!divided_) return physics_.scene->step(step_s, substeps, part.workers);
-    const auto changed_hands = hand_over(part, step_s, substeps);
+    if (!divided_) return physics_.scene->step(step_s, substeps, subdomain.workers);
+    const auto changed_hands = hand_over(subdomain, step_s, substeps);
     if (!changed_hands) return tl::unexpected<Error>(changed_hands.error());
     moved_ = true;
-    auto report = divided_->step(part, step_s, substeps);
-    if (report && *changed_hands && actions_.any_wrenches()) actions_.follow(part, *divided_);
+    auto report = divided_->step(subdomain, step_s, substeps);
+    if (report && *changed_hands && actions_.any_wrenches()) actions_.follow(subdomain, *divided_);
     return report;
 }
 
-Result<bool> FreeMotion::hand_over(Subdomain& part, double step_s, int substeps) {
+Result<bool> FreeMotion::hand_over(Subdomain& subdomain, double step_s, int substeps) {
     const StageClock clock(handing_over_s_);
-    auto changed_hands = divided_->redistribute(part, step_s, substeps);
+    auto changed_hands = divided_->redistribute(subdomain, step_s, substeps);
     if (!changed_hands || !*changed_hands) return changed_hands;
-    migrate_catoms(part, *divided_, links_);
+    migrate_catoms(subdomain, *divided_, links_);
     if (moved_) crossed_ += divided_->departed().size();
     return changed_hands;
 }
 
-void FreeMotion::finish(Subdomain& part) {
+void FreeMotion::finish(Subdomain& subdomain) {
     if (!physics_.scene) return;
     ByteWriter mine;
     mine.write(bodies_);
@@ -161,7 +164,7 @@ void FreeMotion::finish(Subdomain& part) {
     mine.write(physics_.scene->kinetic_energy_j());
     bodies_ = awake_ = crossed_ = 0;
     energy_j_ = 0;
-    for (const auto& from : gather_bytes(part, mine)) {
+    for (const auto& from : gather_bytes(subdomain, mine)) {
         ByteReader in(from, "counts of bodies");
         bodies_ += in.read<std::uint64_t>();
         awake_ += in.read<std::uint64_t>();

@@ -21,23 +21,23 @@ namespace meld::sim {
 class FreeMotion : public SimModule {
   public:
     explicit FreeMotion(const world::World& world) : world_(world) {}
-    Result<void> start(Subdomain& part) override;
+    Result<void> start(Subdomain& subdomain) override;
     // Carries out the actions of the last tick, moves the bodies for the time of a tick, and updates what the programs sense.
-    Result<void> step(Subdomain& part) override;
-    void finish(Subdomain& part) override;
+    Result<void> step(Subdomain& subdomain) override;
+    void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
     Stages stages() const override;
 
   private:
-    // The scene, alike on all parts, with the bodies of this one.
-    Result<void> make_scene(Subdomain& part);
-    Result<void> step_once(Subdomain& part);
+    // The scene, alike on all processes, with the bodies of this one.
+    Result<void> make_scene(Subdomain& subdomain);
+    Result<void> step_once(Subdomain& subdomain);
     // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
-    void note_fixed_touches(const Subdomain& part);
-    Result<physics::StepReport> move(Subdomain& part);
-    // Bodies and their catoms go to the parts whose blocks they are in; whether any did.
-    Result<bool> hand_over(Subdomain& part, double step_s, int substeps);
+    void note_fixed_touches(const Subdomain& subdomain);
+    Result<physics::StepReport> move(Subdomain& subdomain);
+    // Bodies and their catoms go to the processes whose blocks they are in; whether any did.
+    Result<bool> hand_over(Subdomain& subdomain, double step_s, int substeps);
 
     const world::World& world_;
     PhysicsScene physics_;
@@ -45,9 +45,9 @@ class FreeMotion : public SimModule {
     BodySenses senses_;
     ContactLinks links_;
     std::optional<DividedBodies> divided_;
-    std::vector<physics::TouchEvent> fixed_touches_;  // Of this part, until they have become links.
+    std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they have become links.
     std::uint64_t bodies_ = 0, awake_ = 0;
-    std::uint64_t crossed_ = 0;  // Catoms that have come to another part, without those that did before anything moved.
+    std::uint64_t crossed_ = 0;  // Catoms that have come to another process, without those that did before anything moved.
     bool moved_ = false;
     double energy_j_ = 0;
     double handing_over_s_ = 0, linking_s_ = 0, sensing_s_ = 0;

@@ -22,7 +22,7 @@ struct PhysicsScene {
     std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
 };
-// `radii`: those of all bodies of all parts; senses_acceleration: the program senses it.
+// `radii`: those of all bodies of all processes; senses_acceleration: the program senses it.
 Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool senses_acceleration);
 
 // What a catom is made of.
@@ -31,11 +31,11 @@ struct Surface {
     auto operator<=>(const Surface&) const = default;
 };
 
-// Gives catoms their bodies: first all are looked at, then the scene is made that fits all parts' bodies, their materials are
+// Gives catoms their bodies: first all are looked at, then the scene is made that fits all processes' bodies, their materials are
 // added alike everywhere, then each catom's body is made. What it is like is found twice, which needs no memory for all of them.
 class BodyMaker {
   public:
-    // `catoms`: of all parts; the last of them are those at listed positions.
+    // `catoms`: of all processes; the last of them are those at listed positions.
     BodyMaker(const world::World& world, std::uint64_t catoms)
         : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
     // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
@@ -47,7 +47,7 @@ class BodyMaker {
     const std::vector<bool>& groups_met() const { return groups_met_; }
     // Those looked at that are fixed and stand still.
     const std::vector<FixedBody>& at_rest() const { return at_rest_; }
-    // `surfaces`: those of all parts.
+    // `surfaces`: those of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
     Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
 

@@ -27,30 +27,30 @@ std::unique_ptr<CodeModule> CodeModules::instance_of(const Entry& entry, const M
     return instance;
 }
 
-void CodeModules::run(Subdomain& part) {
+void CodeModules::run(Subdomain& subdomain) {
     for (Entry& entry : modules_) {
         const bool own = entry.shared->instances() == CodeModule::Instances::PerCatom;
-        if (own && !part.alone() && part.world.motion.kind != "none") follow(part, entry);
-        for (Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            if (!part.owned(c)) continue;
-            CatomView view(part, c);
+        if (own && !subdomain.alone() && subdomain.world.motion.kind != "none") follow(subdomain, entry);
+        for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            if (!subdomain.owned(c)) continue;
+            CatomView view(subdomain, c);
             if (!own) {
                 entry.shared->run(view);
                 continue;
             }
-            std::unique_ptr<CodeModule>& instance = entry.own[part.ensemble.id(c)];
-            if (instance == nullptr) instance = instance_of(entry, part.module);
+            std::unique_ptr<CodeModule>& instance = entry.own[subdomain.ensemble.id(c)];
+            if (instance == nullptr) instance = instance_of(entry, subdomain.module);
             instance->run(view);
         }
     }
 }
 
-// An instance without its catom is offered to all parts; the one that owns the catom now takes it.
-void CodeModules::follow(Subdomain& part, Entry& entry) {
+// An instance without its catom is offered to all processes; the one that owns the catom now takes it.
+void CodeModules::follow(Subdomain& subdomain, Entry& entry) {
     ByteWriter leaving;
     for (auto it = entry.own.begin(); it != entry.own.end();) {
-        const std::optional<Catom> catom = part.ensemble.find(it->first);
-        if (catom && part.owned(*catom)) {
+        const std::optional<Catom> catom = subdomain.ensemble.find(it->first);
+        if (catom && subdomain.owned(*catom)) {
             ++it;
             continue;
         }
@@ -60,14 +60,14 @@ void CodeModules::follow(Subdomain& part, Entry& entry) {
         leaving.write_block(state.view());
         it = entry.own.erase(it);
     }
-    for (const auto& from : part.comm.allgather_any(leaving.view())) {
+    for (const auto& from : subdomain.comm.allgather_any(leaving.view())) {
         ByteReader in(from, "hand-written modules that follow their catoms");
         while (!in.done()) {
             const auto id = in.read<std::uint64_t>();
             ByteReader state(in.read_block(), "the state of a hand-written module");
-            const std::optional<Catom> catom = part.ensemble.find(id);
-            if (!catom || !part.owned(*catom)) continue;
-            std::unique_ptr<CodeModule> instance = instance_of(entry, part.module);
+            const std::optional<Catom> catom = subdomain.ensemble.find(id);
+            if (!catom || !subdomain.owned(*catom)) continue;
+            std::unique_ptr<CodeModule> instance = instance_of(entry, subdomain.module);
             instance->load(state);
             MELD_CHECK(state.done(), "the module of catom @{} leaves {} bytes of its saved state unread", id, state.left());
             entry.own[id] = std::move(instance);

@@ -1,4 +1,4 @@
-// The hand-written modules of a run, at each catom of a part.
+// The hand-written modules of a run, at each catom of a process.
 #pragma once
 
 #include <memory>
@@ -17,9 +17,9 @@ class CodeModules {
     void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
     // Lets every module find the predicates it uses, once, before the first run.
     Result<void> look_up(const ModuleInfo& module);
-    // Runs every module at every catom of this part, catoms in the order of their indices. Cost: all catoms, in every
+    // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every
     // tick; the price of code that does not know what changed.
-    void run(Subdomain& part);
+    void run(Subdomain& subdomain);
     bool empty() const { return modules_.empty(); }
 
   private:
@@ -32,7 +32,7 @@ class CodeModules {
     // A new object for one catom.
     std::unique_ptr<CodeModule> instance_of(const Entry& entry, const ModuleInfo& module) const;
     // Instances whose catoms have left follow them.
-    void follow(Subdomain& part, Entry& entry);
+    void follow(Subdomain& subdomain, Entry& entry);
 
     std::vector<Entry> modules_;
     const world::World* world_ = nullptr;

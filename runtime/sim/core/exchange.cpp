@@ -11,8 +11,8 @@ namespace meld::sim {
 Exchange::Exchange(Subdomain& subdomain)
     : subdomain_(subdomain),
       exports_(static_cast<std::size_t>(subdomain.workers.threads()),
-               std::vector<std::vector<Export>>(static_cast<std::size_t>(subdomain.comm.parts()))),
-      packets_(static_cast<std::size_t>(subdomain.comm.parts())) {}
+               std::vector<std::vector<Export>>(static_cast<std::size_t>(subdomain.comm.processes()))),
+      packets_(static_cast<std::size_t>(subdomain.comm.processes())) {}
 
 void Exchange::note_export(int worker, Catom catom, u16 column) {
     if (subdomain_.alone()) return;
@@ -103,7 +103,7 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
     ByteReader in(packet.bytes, "a packet of exports and messages");
     while (!in.done()) {
         const auto record = in.read<Record>();
-        const Catom catom = unpack_name(in, packet.part);
+        const Catom catom = unpack_name(in, packet.process);
         const auto number = in.read<u16>();
         if (record == Record::Message) {
             MELD_ASSERT(subdomain_.owned(catom) && number < module.predicate_count, "catom {}, predicate {}", catom, number);

@@ -25,20 +25,20 @@ class Subdomain;
 class SimModule {
   public:
     virtual ~SimModule() = default;
-    // Called on every part, once, when the ensemble stands; and at the end, when the last tick is over.
+    // Called on every process, once, when the ensemble stands; and at the end, when the last tick is over.
     virtual Result<void> start(Subdomain&) { return {}; }
     virtual void finish(Subdomain&) {}
     // A passive module has no step; it is there for others to ask.
     virtual bool runnable() const { return true; }
-    // The central phase of a tick, on every part at the same time: it may exchange through the part's communicator.
+    // The central phase of a tick, on every process at the same time: it may exchange through the process's communicator.
     virtual Result<void> step(Subdomain&) { return {}; }
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
-    // A few words for the progress line and the summary, e.g. "1,204 outside the target"; part 0 is asked.
+    // A few words for the progress line and the summary, e.g. "1,204 outside the target"; process 0 is asked.
     virtual std::string status() const { return ""; }
     // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
     virtual std::string outcome() const { return ""; }
-    // Seconds that the stages of its steps have taken on this part, by wall clock.
+    // Seconds that the stages of its steps have taken on this process, by wall clock.
     using Stages = std::vector<std::pair<std::string, double>>;
     virtual Stages stages() const { return {}; }
 };
@@ -100,7 +100,7 @@ class CatomView {
 class CodeModule {
   public:
     virtual ~CodeModule() = default;
-    enum class Instances { Shared, PerCatom };  // One object for all catoms of a part, or one each with its own state.
+    enum class Instances { Shared, PerCatom };  // One object for all catoms of a process, or one each with its own state.
     virtual Instances instances() const { return Instances::Shared; }
     virtual bool runnable() const { return true; }
     // Looks up the predicates that it uses. Called once for each object, before its first run; an error ends the run.
@@ -113,7 +113,7 @@ class CodeModule {
     virtual void load(ByteReader&) {}
 };
 
-// Both sides in one object a part: in every tick step(), on every part at the same time, then run() at each catom, so the
+// Both sides in one object a process: in every tick step(), on every process at the same time, then run() at each catom, so the
 // catoms see what was decided centrally in the same tick.
 class Component : public SimModule, public CodeModule {
   public:

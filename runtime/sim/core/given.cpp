@@ -129,7 +129,7 @@ Result<void> GivenFacts::start() {
     return {};
 }
 
-// A region that matches no catom on any part is hardly meant.
+// A region that matches no catom on any process is hardly meant.
 void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched) {
     if (!subdomain_.alone()) {
         const std::vector<std::byte> all = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
@@ -137,7 +137,7 @@ void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& f
         for (ByteReader in(all, "how many catoms facts match"); !in.done();)
             for (u64& count : matched) count += in.read<u64>();
     }
-    if (subdomain_.comm.part() != 0) return;
+    if (subdomain_.comm.process() != 0) return;
     for (std::size_t i = 0; i < facts.size(); ++i)
         if (matched[i] == 0)
             log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),
@@ -146,7 +146,7 @@ void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& f
 
 // Nor is a rule at a catom that is not there and never will be.
 void GivenFacts::warn_of_missing_catoms() {
-    if (subdomain_.comm.part() != 0) return;
+    if (subdomain_.comm.process() != 0) return;
     const ModuleInfo& module = subdomain_.module;
     const std::uint64_t next_id = subdomain_.next_id();
     const RuleInfo* first = nullptr;

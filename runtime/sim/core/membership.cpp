@@ -30,8 +30,8 @@ Cell nearest_cell(const world::Vec3& position) {
 
 Membership::Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm)
     : ensemble(world::Lattice(world.lattice), target),
-      rank_(comm.part()),
-      ranks_(comm.parts()),
+      rank_(comm.process()),
+      ranks_(comm.processes()),
       senses_positions_(reads_positions(module)) {
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }

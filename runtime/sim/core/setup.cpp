@@ -19,8 +19,8 @@ using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
 
 // Every process counts its share of the bricks; all learn all counts.
 Counts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
-    const Counts mine = world::count_bricks(world, lattice, comm.part(), comm.parts());
-    if (comm.parts() == 1) return mine;
+    const Counts mine = world::count_bricks(world, lattice, comm.process(), comm.processes());
+    if (comm.processes() == 1) return mine;
     ByteWriter bytes;
     for (const auto& [key, count] : mine) {
         bytes.write(key);
@@ -55,10 +55,10 @@ Result<void> Setup::run() {
     Subdomain& s = subdomain_;
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
     const Counts counts = count_together(s.world, s.lattice, s.comm);
-    s.members_.partition.emplace(counts, s.comm.parts());
+    s.members_.partition.emplace(counts, s.comm.processes());
     // A catom that goes around another looks once around that one.
     const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
-    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.part(), reach);
+    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach);
 
     if (s.world.is_free())
         populate_freely(counts);
@@ -76,7 +76,7 @@ Result<void> Setup::run() {
 
 void Setup::set_limits() {
     const world::World& world = subdomain_.world;
-    Part& abi = subdomain_.abi_;
+    SubdomainView& abi = subdomain_.abi_;
     abi.seed = world.seed;
     abi.max_derivations = world.limits.max_derivations_per_tick;
     abi.max_facts = world.limits.max_facts_per_catom;
@@ -90,7 +90,7 @@ void Setup::populate_cells(const Counts& counts) {
     Membership& m = subdomain_.members_;
     const world::World& world = subdomain_.world;
     const world::Lattice& lattice = subdomain_.lattice;
-    const int rank = subdomain_.comm.part();
+    const int rank = subdomain_.comm.process();
     std::vector<std::uint64_t> first_id;
     std::size_t mine = 0, bricks = 0;
     for (const auto& [key, count] : counts) {
@@ -126,12 +126,12 @@ void Setup::populate_cells(const Counts& counts) {
 }
 
 // Bodies begin where their cells would be, those that are listed where they are listed, numbered behind the others. Who shall
-// own them is for the motion to say; until then the owners of the cells do, and part 0 those that are listed.
+// own them is for the motion to say; until then the owners of the cells do, and process 0 those that are listed.
 void Setup::populate_freely(const Counts& counts) {
     Membership& m = subdomain_.members_;
     const world::World& world = subdomain_.world;
     const world::Lattice& lattice = subdomain_.lattice;
-    const int rank = subdomain_.comm.part();
+    const int rank = subdomain_.comm.process();
     std::size_t mine = rank == 0 ? world.placed.size() : 0;
     for (const auto& [key, count] : counts)
         if (m.partition->owner(key) == rank) mine += count;
@@ -156,7 +156,7 @@ void Setup::populate_freely(const Counts& counts) {
     }
 }
 
-Result<void> check_length(tuple::ListStore& lists, const Part& limits, const std::string& what) {
+Result<void> check_length(tuple::ListStore& lists, const SubdomainView& limits, const std::string& what) {
     const auto [items, text] = lists.too_long(0);
     if (items == 0) return {};
     return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") + ", and " +

@@ -28,6 +28,6 @@ class Setup {
 };
 
 // An error if a list was refused since it was last asked: none is longer than the world allows. `what` had it.
-Result<void> check_length(tuple::ListStore& lists, const Part& limits, const std::string& what);
+Result<void> check_length(tuple::ListStore& lists, const SubdomainView& limits, const std::string& what);
 
 }  // namespace meld::sim

@@ -38,7 +38,7 @@ class Subdomain {
     const world::World& world;
     comm::Communicator& comm;
     Workers workers;
-    bool alone() const { return comm.parts() == 1; }
+    bool alone() const { return comm.processes() == 1; }
 
     // ---- what is there, to be read
   private:
@@ -155,7 +155,7 @@ class Subdomain {
     friend class Exchange;
     friend class Tick;
 
-    Part abi_;                                  // As the compiled module sees it.
+    SubdomainView abi_;                         // As the compiled module sees it.
     std::function<double(Catom)> diameter_of_;  // None where all have the world's.
     std::size_t motion_bytes_ = 0;              // Held by what moves it.
 };

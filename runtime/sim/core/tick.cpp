@@ -82,7 +82,7 @@ Totals Tick::agree(const Totals& mine) {
     const std::vector<std::byte> all = subdomain_.comm.allgather(bytes.view());
     ByteReader in(all, "the totals of all processes");
     Totals sum;
-    for (int rank = 0; rank < subdomain_.comm.parts(); ++rank) sum.add(in.read<Totals>());
+    for (int rank = 0; rank < subdomain_.comm.processes(); ++rank) sum.add(in.read<Totals>());
     MELD_ENSURE(in.done(), "{} bytes are left", in.left());
     return sum;
 }

@@ -37,42 +37,42 @@ Unsettled::Unsettled(const ModuleInfo& module) : module_(module) {
         if (shown(module.predicates[p])) followed_.push_back({.predicate = p});
 }
 
-std::vector<std::string> Unsettled::facts_of(const Subdomain& part, u32 predicate, u32 catom) const {
+std::vector<std::string> Unsettled::facts_of(const Subdomain& subdomain, u32 predicate, u32 catom) const {
     std::vector<std::string> facts;
     const PredicateInfo& p = module_.predicates[predicate];
-    tuple::each_fact(module_, part.columns, part.geometry(), predicate, catom,
-                     [&](const Value* v) { facts.push_back(tuple::print_fact(module_, p, part.ensemble.id(catom), v)); });
+    tuple::each_fact(module_, subdomain.columns, subdomain.geometry(), predicate, catom,
+                     [&](const Value* v) { facts.push_back(tuple::print_fact(module_, p, subdomain.ensemble.id(catom), v)); });
     std::sort(facts.begin(), facts.end());
     return facts;
 }
 
 // The same for the same facts in any order.
-u32 Unsettled::hash_of(const Subdomain& part, u32 predicate, u32 catom) const {
+u32 Unsettled::hash_of(const Subdomain& subdomain, u32 predicate, u32 catom) const {
     u64 sum = 0;
-    tuple::each_fact(module_, part.columns, part.geometry(), predicate, catom,
+    tuple::each_fact(module_, subdomain.columns, subdomain.geometry(), predicate, catom,
                      [&](const Value* v) { sum += tuple::hash_arguments(module_, module_.predicates[predicate], 1, v); });
     return static_cast<u32>(sum ^ sum >> 32);
 }
 
-void Unsettled::before(Subdomain& part) {
-    part.refresh();
+void Unsettled::before(Subdomain& subdomain) {
+    subdomain.refresh();
     ++looked_;
-    stride_ = 1 + part.totals.tick.awake * followed_.size() / kMaxHashes;
+    stride_ = 1 + subdomain.totals.tick.awake * followed_.size() / kMaxHashes;
     awake_.clear();
     hashes_.clear();
-    part.agenda().each([&](u32 catom) {
-        if (part.owned(catom) && part.ensemble.id(catom) % stride_ == 0) awake_.push_back({catom, part.ensemble.id(catom)});
+    subdomain.agenda().each([&](u32 catom) {
+        if (subdomain.owned(catom) && subdomain.ensemble.id(catom) % stride_ == 0) awake_.push_back({catom, subdomain.ensemble.id(catom)});
     });
     for (const Seen& s : awake_)
-        for (const Followed& f : followed_) hashes_.push_back(hash_of(part, f.predicate, s.catom));
+        for (const Followed& f : followed_) hashes_.push_back(hash_of(subdomain, f.predicate, s.catom));
     for (Followed& f : followed_) {
-        const auto catom = f.id == kNobody ? std::nullopt : part.ensemble.find(f.id);
-        if (catom && part.owned(*catom)) f.facts = facts_of(part, f.predicate, *catom);
+        const auto catom = f.id == kNobody ? std::nullopt : subdomain.ensemble.find(f.id);
+        if (catom && subdomain.owned(*catom)) f.facts = facts_of(subdomain, f.predicate, *catom);
     }
 }
 
-void Unsettled::after(Subdomain& part) {
-    part.refresh();
+void Unsettled::after(Subdomain& subdomain) {
+    subdomain.refresh();
     // Of each predicate: at how many catoms it has changed, the least of them, and whether the one that is followed has.
     struct News {
         u64 count = 0;
@@ -83,15 +83,15 @@ void Unsettled::after(Subdomain& part) {
     const u32* hash = hashes_.data();
     for (const Seen& s : awake_)
         for (std::size_t i = 0; i < followed_.size(); ++i) {
-            if (*hash++ == hash_of(part, followed_[i].predicate, s.catom)) continue;
+            if (*hash++ == hash_of(subdomain, followed_[i].predicate, s.catom)) continue;
             ++news[i].count;
             news[i].least = std::min(news[i].least, s.id);
             news[i].followed = news[i].followed || s.id == followed_[i].id;
         }
     ByteWriter mine;
     for (const News& n : news) mine.write(n);
-    for (std::size_t other = 0; const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
-        if (static_cast<int>(other++) == part.comm.part()) continue;
+    for (std::size_t other = 0; const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
+        if (static_cast<int>(other++) == subdomain.comm.process()) continue;
         ByteReader in(bytes, "what changes still");
         for (News& n : news) {
             const auto theirs = in.read<News>();
@@ -104,21 +104,21 @@ void Unsettled::after(Subdomain& part) {
         Followed& f = followed_[i];
         if (news[i].count == 0) continue;
         ++f.ticks;
-        f.last = part.tick();
+        f.last = subdomain.tick();
         f.most = std::max(f.most, news[i].count * stride_);
-        note_changes(part, f, news[i].followed);
-        if (news[i].followed) f.moved = part.tick();
-        if (f.id != kNobody && part.tick() - f.moved < kPatience) continue;
+        note_changes(subdomain, f, news[i].followed);
+        if (news[i].followed) f.moved = subdomain.tick();
+        if (f.id != kNobody && subdomain.tick() - f.moved < kPatience) continue;
         f.id = news[i].least;
-        f.moved = part.tick();
+        f.moved = subdomain.tick();
         f.changes.clear();
     }
 }
 
-void Unsettled::note_changes(Subdomain& part, Followed& f, bool changed) {
-    const auto catom = f.id == kNobody || !changed ? std::nullopt : part.ensemble.find(f.id);
-    if (!catom || !part.owned(*catom)) return;
-    const std::vector<std::string> now = facts_of(part, f.predicate, *catom);
+void Unsettled::note_changes(Subdomain& subdomain, Followed& f, bool changed) {
+    const auto catom = f.id == kNobody || !changed ? std::nullopt : subdomain.ensemble.find(f.id);
+    if (!catom || !subdomain.owned(*catom)) return;
+    const std::vector<std::string> now = facts_of(subdomain, f.predicate, *catom);
     std::vector<std::string> gone, come;
     std::set_difference(f.facts.begin(), f.facts.end(), now.begin(), now.end(), std::back_inserter(gone));
     std::set_difference(now.begin(), now.end(), f.facts.begin(), f.facts.end(), std::back_inserter(come));
@@ -126,18 +126,18 @@ void Unsettled::note_changes(Subdomain& part, Followed& f, bool changed) {
     add_facts(text, '-', gone);
     add_facts(text, '+', come);
     if (f.changes.size() == kShownChanges) f.changes.erase(f.changes.begin());
-    f.changes.push_back({part.tick(), std::move(text)});
+    f.changes.push_back({subdomain.tick(), std::move(text)});
 }
 
-// From all parts: the catom may have moved from one to another.
-std::string Unsettled::changes_of(Subdomain& part, const Followed& f) const {
+// From all processes: the catom may have moved from one to another.
+std::string Unsettled::changes_of(Subdomain& subdomain, const Followed& f) const {
     ByteWriter mine;
     for (const Change& c : f.changes) {
         mine.write(c.tick);
         mine.write_string(c.text);
     }
     std::vector<Change> all;
-    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+    for (const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
         ByteReader in(bytes, "what changes still");
         while (!in.done()) {
             const i64 tick = in.read<i64>();
@@ -166,21 +166,22 @@ std::string Unsettled::rules_of(u32 predicate) const {
 }
 
 // Facts that are kept for a later tick, `p` in a predicate of the compiler's called p@later.
-std::string Unsettled::waiting(Subdomain& part) const {
+std::string Unsettled::waiting(Subdomain& subdomain) const {
     std::string text;
     for (u32 p = 0; p < module_.predicate_count; ++p) {
         const std::string_view name = module_.predicates[p].name;
         if (!module_.predicates[p].auxiliary || !name.ends_with("@later")) continue;
         u64 catoms = 0;
-        for (u32 catom = 0; catom < part.ensemble.index_count(); ++catom) {
+        for (u32 catom = 0; catom < subdomain.ensemble.index_count(); ++catom) {
             bool any = false;
-            if (part.owned(catom)) tuple::each_fact(module_, part.columns, part.geometry(), p, catom, [&](const Value*) { any = true; });
+            if (subdomain.owned(catom))
+                tuple::each_fact(module_, subdomain.columns, subdomain.geometry(), p, catom, [&](const Value*) { any = true; });
             catoms += any;
         }
         ByteWriter mine;
         mine.write(catoms);
         catoms = 0;
-        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+        for (const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
             ByteReader in(bytes, "what changes still");
             catoms += in.read<u64>();
         }
@@ -194,18 +195,18 @@ std::string Unsettled::waiting(Subdomain& part) const {
 }
 
 // A delayed view, or the end of a quarantine.
-std::string Unsettled::next_timer(Subdomain& part) const {
+std::string Unsettled::next_timer(Subdomain& subdomain) const {
     ByteWriter mine;
-    mine.write(part.timers().empty() ? std::numeric_limits<i64>::max() : part.timers().next());
+    mine.write(subdomain.timers().empty() ? std::numeric_limits<i64>::max() : subdomain.timers().next());
     i64 next = std::numeric_limits<i64>::max();
-    for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+    for (const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
         ByteReader in(bytes, "what changes still");
         next = std::min(next, in.read<i64>());
     }
     return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
 }
 
-std::string Unsettled::describe(Subdomain& part) const {
+std::string Unsettled::describe(Subdomain& subdomain) const {
     std::vector<const Followed*> changing;
     i64 last = 0;
     for (const Followed& f : followed_) last = std::max(last, f.last);
@@ -214,22 +215,22 @@ std::string Unsettled::describe(Subdomain& part) const {
         if (f.ticks > 0 && f.last > last - kPatience) changing.push_back(&f);
     std::stable_sort(changing.begin(), changing.end(),
                      [](const Followed* a, const Followed* b) { return std::pair(a->last, a->ticks) > std::pair(b->last, b->ticks); });
-    const std::string pending = waiting(part);
+    const std::string pending = waiting(subdomain);
     std::string text =
         fmt::format("In the last {}{}", count_of(static_cast<u64>(looked_), "tick"), changing.empty() ? " no fact came or went" : "");
     for (std::size_t i = 0; i < std::min(changing.size(), kShownPredicates); ++i) {
         const Followed& f = *changing[i];
         text += fmt::format("\n  `{}` changed in {}, at up to {} in one; at @{}:", module_.predicates[f.predicate].name,
                             f.ticks == looked_ ? std::string("each") : fmt::format("{}", f.ticks), count_of(f.most, "catom"), f.id);
-        text += changes_of(part, f);
+        text += changes_of(subdomain, f);
         text += rules_of(f.predicate);
     }
     if (changing.size() > kShownPredicates)
         text += fmt::format("\n  and {}", count_of(changing.size() - kShownPredicates, "more predicate"));
     text += pending;
-    if (changing.empty() && pending.empty()) text += next_timer(part);
+    if (changing.empty() && pending.empty()) text += next_timer(subdomain);
     if (module_.reads_tick) text += "\n  The program reads `tick`, which is new in each: it ends with --ticks, or with stop-program";
-    if (part.status().moving) text += "\n  Bodies were moving";
+    if (subdomain.status().moving) text += "\n  Bodies were moving";
     return text;
 }
 

@@ -18,13 +18,13 @@ class Unsettled {
 
     explicit Unsettled(const ModuleInfo& module);
 
-    // Around the evaluation of a tick, on every part at the same time. Catoms whose facts were given or taken by somebody
+    // Around the evaluation of a tick, on every process at the same time. Catoms whose facts were given or taken by somebody
     // else before it have not changed by themselves. Cost: the facts of the catoms that are awake, twice.
-    void before(Subdomain& part);
-    void after(Subdomain& part);
+    void before(Subdomain& subdomain);
+    void after(Subdomain& subdomain);
 
-    // One text for all parts, the same for any number of them; each calls it.
-    std::string describe(Subdomain& part) const;
+    // One text for all processes, the same for any number of them; each calls it.
+    std::string describe(Subdomain& subdomain) const;
 
   private:
     struct Seen {
@@ -36,7 +36,7 @@ class Unsettled {
         i64 tick;
         std::string text;
     };
-    // Of a predicate; the numbers are the same on all parts.
+    // Of a predicate; the numbers are the same on all processes.
     struct Followed {
         u32 predicate = 0;
         i64 ticks = 0;                        // In how many ticks it has changed,
@@ -44,18 +44,18 @@ class Unsettled {
         u64 most = 0;                         // and at how many catoms at most.
         u64 id = kNobody;                     // The catom that is followed,
         i64 moved = 0;                        // and when it changed last.
-        std::vector<std::string> facts = {};  // What it held before this tick, where it is of this part.
-        std::vector<Change> changes = {};     // The latest, where it was of this part.
+        std::vector<std::string> facts = {};  // What it held before this tick, where it is of this process.
+        std::vector<Change> changes = {};     // The latest, where it was of this process.
     };
     static constexpr u64 kNobody = ~u64{0};
 
-    std::vector<std::string> facts_of(const Subdomain& part, u32 predicate, u32 catom) const;
-    u32 hash_of(const Subdomain& part, u32 predicate, u32 catom) const;
-    void note_changes(Subdomain& part, Followed& f, bool changed);
-    std::string changes_of(Subdomain& part, const Followed& f) const;
+    std::vector<std::string> facts_of(const Subdomain& subdomain, u32 predicate, u32 catom) const;
+    u32 hash_of(const Subdomain& subdomain, u32 predicate, u32 catom) const;
+    void note_changes(Subdomain& subdomain, Followed& f, bool changed);
+    std::string changes_of(Subdomain& subdomain, const Followed& f) const;
     std::string rules_of(u32 predicate) const;
-    std::string waiting(Subdomain& part) const;
-    std::string next_timer(Subdomain& part) const;
+    std::string waiting(Subdomain& subdomain) const;
+    std::string next_timer(Subdomain& subdomain) const;
 
     const ModuleInfo& module_;
     std::vector<Followed> followed_;

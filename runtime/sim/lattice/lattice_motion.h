@@ -17,9 +17,9 @@ namespace meld::sim {
 class LatticeMotion : public SimModule {
   public:
     explicit LatticeMotion(const world::World& world);
-    Result<void> start(Subdomain& part) override;
-    Result<void> step(Subdomain& part) override;
-    void finish(Subdomain& part) override;
+    Result<void> start(Subdomain& subdomain) override;
+    Result<void> step(Subdomain& subdomain) override;
+    void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
 
@@ -30,7 +30,7 @@ class LatticeMotion : public SimModule {
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
         std::int32_t direction = 0;
         std::uint64_t id = 0;     // Of the mover.
-        Catom mover = 0;          // Its index on its own part.
+        Catom mover = 0;          // Its index on its own process.
         Cell from = {}, to = {};  // Its cell; the cell of the new place, the new catom, or the receiver.
         auto order() const { return std::tuple(kind, id, direction); }
     };
@@ -49,43 +49,43 @@ class LatticeMotion : public SimModule {
         bool newborn = false;                                                            // Add
         std::int32_t held = 0;                                                           // Add: units it comes with; Hold: the change.
         Cell cell = {};                                                                  // Move: the old place.
-        Cell to = {};                       // Move: the new one; only for the part that owns both.
+        Cell to = {};                       // Move: the new one; only for the process that owns both.
         std::uint64_t id = 0;               // Add
         std::vector<std::byte> state = {};  // Add: everything for the new owner, the exports for the others.
     };
 
     // proposals.cpp
-    Proposals collect(Subdomain& part);
-    bool propose(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_move(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_around(Subdomain& part, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool full(const Subdomain& part, Cell cell) const { return part.ensemble.at(cell).has_value(); }
-    bool stays_connected(const Subdomain& part, Cell without, Cell with) const;
-    Proposals share(Subdomain& part, const Proposals& mine) const;
+    Proposals collect(Subdomain& subdomain);
+    bool propose(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    bool full(const Subdomain& subdomain, Cell cell) const { return subdomain.ensemble.at(cell).has_value(); }
+    bool stays_connected(const Subdomain& subdomain, Cell without, Cell with) const;
+    Proposals share(Subdomain& subdomain, const Proposals& mine) const;
     static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
 
-    void veto_teleports(Subdomain& part, std::vector<Proposal>& all) const;
+    void veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
-    void refuse(Subdomain& part, Catom catom, ActionKind kind);
-    void grant(Subdomain& part, const std::vector<Proposal>& granted);
-    std::vector<CellKey> number_creations(Subdomain& part, const std::vector<Proposal>& granted) const;
-    void relocate(Subdomain& part, const Proposal& p);
-    void announce(Subdomain& part, const Change& change);
-    std::vector<Change> exchange(Subdomain& part);
-    void apply(Subdomain& part, std::vector<Change> changes);
-    void apply_add(Subdomain& part, const Change& change);
-    void hold(Subdomain& part, Catom catom, std::int32_t units);
+    void refuse(Subdomain& subdomain, Catom catom, ActionKind kind);
+    void grant(Subdomain& subdomain, const std::vector<Proposal>& granted);
+    std::vector<CellKey> number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const;
+    void relocate(Subdomain& subdomain, const Proposal& p);
+    void announce(Subdomain& subdomain, const Change& change);
+    std::vector<Change> exchange(Subdomain& subdomain);
+    void apply(Subdomain& subdomain, std::vector<Change> changes);
+    void apply_add(Subdomain& subdomain, const Change& change);
+    void hold(Subdomain& subdomain, Catom catom, std::int32_t units);
     // Adds a catom of ours to the counts below, or takes it out.
-    void account(const Subdomain& part, Catom catom, int sign);
+    void account(const Subdomain& subdomain, Catom catom, int sign);
 
     const world::World& world_;
     Known known_;
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
     std::vector<ByteWriter> packets_;                                 // By destination.
-    std::vector<Change> mine_;                                        // Changes for this part.
-    std::int64_t outside_ = 0, units_ = 0;                            // Of this part: catoms outside the target, units held.
-    std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all parts, at the end.
+    std::vector<Change> mine_;                                        // Changes for this process.
+    std::int64_t outside_ = 0, units_ = 0;                            // Of this process: catoms outside the target, units held.
+    std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all processes, at the end.
     std::int64_t last_change_ = 0;                                    // The tick in which anything moved last.
 };
 

@@ -57,28 +57,28 @@ void read_proposal(ByteReader& in, Proposals& to) {
 
 }  // namespace
 
-// The actions of this part's catoms as proposals; those whose conditions do not hold are refused at once.
-Proposals LatticeMotion::collect(Subdomain& part) {
+// The actions of this process's catoms as proposals; those whose conditions do not hold are refused at once.
+Proposals LatticeMotion::collect(Subdomain& subdomain) {
     Proposals out;
-    for (const eval::Action& action : part.actions()) {
+    for (const eval::Action& action : subdomain.actions()) {
         Proposal p;
-        const ActionKind kind = part.kind_of(action);
+        const ActionKind kind = subdomain.kind_of(action);
         if (info(kind).performer != ActionInfo::Performer::Lattice) continue;
         p.kind = kind;
-        p.id = part.ensemble.id(action.catom);
-        const Cell cell = part.ensemble.cell(action.catom);
+        p.id = subdomain.ensemble.id(action.catom);
+        const Cell cell = subdomain.ensemble.cell(action.catom);
         p.mover = action.catom;
         p.from = cell;
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
-        out.claims.push_back(kActor | part.ensemble.key(cell));
-        const bool fits = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(part, action, p, out.claims)
-                          : kind == ActionKind::MoveAround                      ? propose_around(part, action, p, out.claims)
-                                                                                : propose(part, action, p, out.claims);
+        out.claims.push_back(kActor | subdomain.ensemble.key(cell));
+        const bool fits = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
+                          : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
+                                                                                : propose(subdomain, action, p, out.claims);
         // The same request twice is granted once: a catom's requests stand together. Whether a far cell is empty is for its owner to
         // say, so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
         for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) {
-            if (kind == ActionKind::MoveTo && other->kind == kind && !part.alone())
+            if (kind == ActionKind::MoveTo && other->kind == kind && !subdomain.alone())
                 p.direction = std::max(p.direction, other->direction + 1);
             else
                 again = again || other->order() == p.order();
@@ -89,22 +89,22 @@ Proposals LatticeMotion::collect(Subdomain& part) {
             continue;
         }
         out.claims.resize(p.first_claim);
-        refuse(part, action.catom, kind);
+        refuse(subdomain, action.catom, kind);
     }
     return out;
 }
 
-bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
-    const Cell cell = part.ensemble.cell(action.catom);
+bool LatticeMotion::propose(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+    const Cell cell = subdomain.ensemble.cell(action.catom);
     const std::int32_t units = held_[action.catom];
     if (p.kind == ActionKind::Create) {
         const std::int64_t port = action.arguments[0].integer;
-        if (port < 0 || port >= part.lattice.ports() || units < 1) return false;
-        const Cell to = part.lattice.neighbour(cell, static_cast<int>(port));
-        if (full(part, to)) return false;
+        if (port < 0 || port >= subdomain.lattice.ports() || units < 1) return false;
+        const Cell to = subdomain.lattice.neighbour(cell, static_cast<int>(port));
+        if (full(subdomain, to)) return false;
         p.direction = static_cast<std::int32_t>(port);
         p.to = to;
-        claims.push_back(part.ensemble.key(to));
+        claims.push_back(subdomain.ensemble.key(to));
         return true;
     }
     if (p.kind == ActionKind::MoveTo) {
@@ -115,93 +115,94 @@ bool LatticeMotion::propose(Subdomain& part, const eval::Action& action, Proposa
             if (at < -world::kCellLimit || at >= world::kCellLimit) return false;
             *axes[i] = static_cast<std::int32_t>(at);
         }
-        if (part.lattice.flat() && to.z != 0) return false;
-        if (full(part, to)) return false;
+        if (subdomain.lattice.flat() && to.z != 0) return false;
+        if (full(subdomain, to)) return false;
         p.to = to;
-        claims.push_back(kBody | part.ensemble.key(p.from));
-        claims.push_back(part.ensemble.key(to));
+        claims.push_back(kBody | subdomain.ensemble.key(p.from));
+        claims.push_back(subdomain.ensemble.key(to));
         return true;
     }
     // give and destroy name a neighbour by its id.
     const std::int32_t amount = p.kind == ActionKind::Give ? 1 : 1 + units;
     if (p.kind == ActionKind::Give && units < 1) return false;
-    for (int port = 0; port < part.lattice.ports(); ++port) {
-        const std::int32_t other = catom_towards(part.geometry(), part.geometry().catom_site[action.catom], port);
-        if (other < 0 || part.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
+    for (int port = 0; port < subdomain.lattice.ports(); ++port) {
+        const std::int32_t other = catom_towards(subdomain.geometry(), subdomain.geometry().catom_site[action.catom], port);
+        if (other < 0 || subdomain.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
         if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return false;
-        const Cell to = part.lattice.neighbour(cell, port);
+        const Cell to = subdomain.lattice.neighbour(cell, port);
         p.direction = port;
         p.to = to;
-        if (p.kind == ActionKind::Destroy) claims.push_back(kBody | part.ensemble.key(p.from));
-        claims.push_back(kBody | part.ensemble.key(to));
+        if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key(p.from));
+        claims.push_back(kBody | subdomain.ensemble.key(to));
         return true;
     }
     return false;
 }
 
 // The sliding cube: along a face of its pivots, or round an edge of one.
-bool LatticeMotion::propose_move(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
-    const world::LatticeKind lattice = part.lattice.kind();
+bool LatticeMotion::propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+    const world::LatticeKind lattice = subdomain.lattice.kind();
     if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
     const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
-    const int ports = part.lattice.ports();
+    const int ports = subdomain.lattice.ports();
     if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards ||
-        part.lattice.opposite(static_cast<int>(pivot)) == towards)
+        subdomain.lattice.opposite(static_cast<int>(pivot)) == towards)
         return false;
-    const Cell here = part.ensemble.cell(action.catom);
-    const Cell P = part.lattice.neighbour(here, static_cast<int>(pivot)) - here;
-    const Cell D = part.lattice.neighbour(here, static_cast<int>(towards)) - here;
+    const Cell here = subdomain.ensemble.cell(action.catom);
+    const Cell P = subdomain.lattice.neighbour(here, static_cast<int>(pivot)) - here;
+    const Cell D = subdomain.lattice.neighbour(here, static_cast<int>(towards)) - here;
     p.direction = static_cast<std::int32_t>(pivot * ports + towards);
-    const auto key = [&](Cell offset) { return part.ensemble.key(here + offset); };
-    if (!full(part, here + P)) return false;
+    const auto key = [&](Cell offset) { return subdomain.ensemble.key(here + offset); };
+    if (!full(subdomain, here + P)) return false;
     claims.push_back(kBody | key({}));
     claims.push_back(kBody | key(P));
     Cell to;
     if (p.kind == ActionKind::Slide) {
         to = here + D;
-        if (!full(part, here + P + D) || full(part, to)) return false;
+        if (!full(subdomain, here + P + D) || full(subdomain, to)) return false;
         claims.push_back(kBody | key(P + D));
         claims.push_back(key(D));
     } else {
         to = here + P + D;
         const Cell zero{};
         for (const Cell empty : {P + D, D, D + D, P + D + D, zero - P, D - P}) {
-            if (full(part, here + empty)) return false;
+            if (full(subdomain, here + empty)) return false;
             claims.push_back(key(empty));
         }
     }
     p.to = to;
-    return !world_.motion.keep_connected || stays_connected(part, here, to);
+    return !world_.motion.keep_connected || stays_connected(subdomain, here, to);
 }
 
 // Around one neighbour to a place beside another catom.
-bool LatticeMotion::propose_around(Subdomain& part, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+bool LatticeMotion::propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const std::uint64_t around = action.arguments[0].catom, beside = action.arguments[1].catom;
-    const std::optional<Catom> last = part.ensemble.find(beside);
+    const std::optional<Catom> last = subdomain.ensemble.find(beside);
     if (around == beside || beside == p.id || !last) return false;
-    for (int port = 0; port < part.lattice.ports(); ++port) {
-        const std::optional<Catom> pivot = part.ensemble.at(part.lattice.neighbour(p.from, port));
-        if (!pivot || part.ensemble.id(*pivot) != around) continue;
-        const auto way = way_around(part.lattice, [&](Cell c) { return full(part, c); }, p.from, port, part.ensemble.cell(*last));
+    for (int port = 0; port < subdomain.lattice.ports(); ++port) {
+        const std::optional<Catom> pivot = subdomain.ensemble.at(subdomain.lattice.neighbour(p.from, port));
+        if (!pivot || subdomain.ensemble.id(*pivot) != around) continue;
+        const auto way =
+            way_around(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.from, port, subdomain.ensemble.cell(*last));
         if (!way) return false;
         p.to = way->to;
         p.direction = way->direction;
-        for (const Cell cell : way->bodies) claims.push_back(kBody | part.ensemble.key(cell));
-        for (const Cell cell : way->empty) claims.push_back(part.ensemble.key(cell));
-        return !world_.motion.keep_connected || stays_connected(part, p.from, p.to);
+        for (const Cell cell : way->bodies) claims.push_back(kBody | subdomain.ensemble.key(cell));
+        for (const Cell cell : way->empty) claims.push_back(subdomain.ensemble.key(cell));
+        return !world_.motion.keep_connected || stays_connected(subdomain, p.from, p.to);
     }
     return false;
 }
 
 // Whether the neighbours a mover leaves stay connected among themselves within two cells of it. Where they are joined
 // only further away the move is refused too: a catom cannot know more without asking around.
-bool LatticeMotion::stays_connected(const Subdomain& part, Cell without, Cell with) const {
+bool LatticeMotion::stays_connected(const Subdomain& subdomain, Cell without, Cell with) const {
     std::vector<Cell> found;
     std::map<Cell, bool> reached;
-    const auto solid = [&](Cell c) { return c != without && (c == with || full(part, c)); };
-    for (int port = 0; port < part.lattice.ports(); ++port) {
-        const Cell c = part.lattice.neighbour(without, port);
-        if (c != with && full(part, c)) found.push_back(c);
+    const auto solid = [&](Cell c) { return c != without && (c == with || full(subdomain, c)); };
+    for (int port = 0; port < subdomain.lattice.ports(); ++port) {
+        const Cell c = subdomain.lattice.neighbour(without, port);
+        if (c != with && full(subdomain, c)) found.push_back(c);
     }
     if (found.empty()) return true;
     std::vector<Cell> todo{found[0]};
@@ -212,8 +213,8 @@ bool LatticeMotion::stays_connected(const Subdomain& part, Cell without, Cell wi
     while (!todo.empty()) {
         const Cell at = todo.back();
         todo.pop_back();
-        for (int port = 0; port < part.lattice.ports(); ++port) {
-            const Cell next = part.lattice.neighbour(at, port);
+        for (int port = 0; port < subdomain.lattice.ports(); ++port) {
+            const Cell next = subdomain.lattice.neighbour(at, port);
             if (near(next) && solid(next) && !reached[next]) {
                 reached[next] = true;
                 todo.push_back(next);
@@ -225,24 +226,24 @@ bool LatticeMotion::stays_connected(const Subdomain& part, Cell without, Cell wi
 
 // Everything that may compete with a proposal of ours is known here afterwards: competitors stand within six cells of
 // our mover, so in its brick or one next to it. Where any catom teleports, all processes get all proposals.
-Proposals LatticeMotion::share(Subdomain& part, const Proposals& mine) const {
-    if (part.alone()) return mine;
+Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) const {
+    if (subdomain.alone()) return mine;
     Proposals all;
-    if (part.totals.teleports > 0) {
+    if (subdomain.totals.teleports > 0) {
         ByteWriter bytes;
         for (const Proposal& p : mine.list) write_proposal(bytes, mine, p);
-        for (const auto& from : part.comm.allgather_any(bytes.view())) {
+        for (const auto& from : subdomain.comm.allgather_any(bytes.view())) {
             ByteReader in(from, "proposals");
             while (!in.done()) read_proposal(in, all);
         }
-        veto_teleports(part, all.list);
+        veto_teleports(subdomain, all.list);
         return all;
     }
-    std::vector<ByteWriter> out(static_cast<std::size_t>(part.comm.parts()));
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     for (const Proposal& p : mine.list)
-        for (const int other : part.halo->around(p.from)) write_proposal(out[static_cast<std::size_t>(other)], mine, p);
+        for (const int other : subdomain.halo->around(p.from)) write_proposal(out[static_cast<std::size_t>(other)], mine, p);
     all = mine;
-    for (const comm::Packet& packet : part.comm.exchange(comm::take_packets(out))) {
+    for (const comm::Packet& packet : subdomain.comm.exchange(comm::take_packets(out))) {
         ByteReader in(packet.bytes, "proposals");
         while (!in.done()) read_proposal(in, all);
     }
@@ -251,16 +252,16 @@ Proposals LatticeMotion::share(Subdomain& part, const Proposals& mine) const {
 
 // Only the owner of a far cell knows whether it is empty. Of each catom the first moveTo to an empty cell is kept, as one process
 // alone keeps it.
-void LatticeMotion::veto_teleports(Subdomain& part, std::vector<Proposal>& all) const {
+void LatticeMotion::veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const {
     using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the how-manieth moveTo of it.
     ByteWriter mine;
     for (const Proposal& p : all)
-        if (p.kind == ActionKind::MoveTo && part.halo->owner(p.to) == part.comm.part() && full(part, p.to)) {
+        if (p.kind == ActionKind::MoveTo && subdomain.halo->owner(p.to) == subdomain.comm.process() && full(subdomain, p.to)) {
             mine.write(p.id);
             mine.write(p.direction);
         }
     std::set<Request> vetoed;
-    for (const auto& from : part.comm.allgather_any(mine.view()))
+    for (const auto& from : subdomain.comm.allgather_any(mine.view()))
         for (ByteReader in(from, "vetoed moves"); !in.done();) {
             const auto id = in.read<std::uint64_t>();
             vetoed.emplace(id, in.read<std::int32_t>());

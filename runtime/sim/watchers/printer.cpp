@@ -36,29 +36,29 @@ void unpack(std::span<const std::byte> bytes, std::vector<Line>& lines) {
 
 }  // namespace
 
-Result<void> Printer::start(Subdomain& part) {
-    prints_ = part.program_actions.uses(ActionKind::Print) || part.program_actions.uses(ActionKind::WriteString);
+Result<void> Printer::start(Subdomain& subdomain) {
+    prints_ = subdomain.program_actions.uses(ActionKind::Print) || subdomain.program_actions.uses(ActionKind::WriteString);
     return {};
 }
 
-Result<void> Printer::after(Subdomain& part) {
-    // Alike on all parts, so that all exchange or none does.
-    if (!prints_ || part.totals.actions == 0) return {};
+Result<void> Printer::after(Subdomain& subdomain) {
+    // Alike on all processes, so that all exchange or none does.
+    if (!prints_ || subdomain.totals.actions == 0) return {};
     ByteWriter mine;
-    for (const eval::Action& a : part.actions()) {
-        const ActionKind kind = part.kind_of(a);
+    for (const eval::Action& a : subdomain.actions()) {
+        const ActionKind kind = subdomain.kind_of(a);
         if (info(kind).performer != ActionInfo::Performer::Printer) continue;
-        const std::uint64_t id = part.ensemble.id(a.catom);
+        const std::uint64_t id = subdomain.ensemble.id(a.catom);
         const std::string line =
             kind == ActionKind::Print ? fmt::format("@{}: {}", id, text_of(a.arguments[0])) : std::string(text_of(a.arguments[0]));
         mine.write(id);
         mine.write_string(line);
     }
-    // To part 0, which keeps its own.
+    // To process 0, which keeps its own.
     std::vector<comm::Packet> packets;
-    if (part.comm.part() != 0 && !mine.empty()) packets.push_back({0, mine.take()});
-    if (part.comm.parts() > 1) packets = part.comm.exchange(std::move(packets));
-    if (part.comm.part() != 0) return {};
+    if (subdomain.comm.process() != 0 && !mine.empty()) packets.push_back({0, mine.take()});
+    if (subdomain.comm.processes() > 1) packets = subdomain.comm.exchange(std::move(packets));
+    if (subdomain.comm.process() != 0) return {};
     std::vector<Line> lines;
     unpack(mine.view(), lines);
     for (const comm::Packet& packet : packets) unpack(packet.bytes, lines);

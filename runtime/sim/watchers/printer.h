@@ -1,4 +1,4 @@
-// The actions `print` and `write-string`: what catoms say, a line each, in the same order for any number of parts.
+// The actions `print` and `write-string`: what catoms say, a line each, in the same order for any number of processes.
 #pragma once
 
 #include <cstdio>
@@ -10,11 +10,11 @@ namespace meld::sim {
 
 class Printer : public SimModule {
   public:
-    // Part 0 writes there; the others send it what their catoms say.
+    // Process 0 writes there; the others send it what their catoms say.
     explicit Printer(std::FILE* to) : to_(to) {}
-    Result<void> start(Subdomain& part) override;
+    Result<void> start(Subdomain& subdomain) override;
     // After each tick, ordered by the numbers of the catoms and for each by what it says.
-    Result<void> after(Subdomain& part) override;
+    Result<void> after(Subdomain& subdomain) override;
 
   private:
     std::FILE* to_;

@@ -8,8 +8,8 @@
 namespace meld::sim {
 
 // A day has 24 ticks; it is 10.0 to 25.9 degrees, in tenths.
-Result<void> Weather::step(Subdomain& part) {
-    const auto day = static_cast<std::uint64_t>(part.tick() / 24);
+Result<void> Weather::step(Subdomain& subdomain) {
+    const auto day = static_cast<std::uint64_t>(subdomain.tick() / 24);
     today_ = 10.0 + static_cast<double>(hash_combine(seed_, day) % 160) / 10.0;
     return {};
 }

@@ -40,12 +40,12 @@ class DriftingThermometer : public CodeModule {
     int tenths_ = 150;
 };
 
-// The weather of the day is decided centrally, alike on every part because it depends on the seed and the tick alone; each
+// The weather of the day is decided centrally, alike on every process because it depends on the seed and the tick alone; each
 // catom feels it, colder by half a degree a diameter of height.
 class Weather : public Component {
   public:
     explicit Weather(std::uint64_t seed) : seed_(seed) {}
-    Result<void> step(Subdomain& part) override;
+    Result<void> step(Subdomain& subdomain) override;
     Result<void> look_up(const Names& names) override {
         return names.sensed("temperature", 1).map([this](Predicate found) { temperature_ = found; });
     }

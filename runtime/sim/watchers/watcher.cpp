@@ -21,29 +21,29 @@ bool stored(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16
 
 }  // namespace
 
-Result<void> Watcher::start(Subdomain& part) {
-    watch_ = part.program_actions.predicate_of(ActionKind::Watch);
-    watch_all_ = part.program_actions.predicate_of(ActionKind::WatchAll);
+Result<void> Watcher::start(Subdomain& subdomain) {
+    watch_ = subdomain.program_actions.predicate_of(ActionKind::Watch);
+    watch_all_ = subdomain.program_actions.predicate_of(ActionKind::WatchAll);
     return {};
 }
 
-// What catoms of all parts want watched from now on.
-Result<void> Watcher::begin(Subdomain& part) {
-    const auto repeats = [&](const std::optional<u32>& action) { return action && part.module.predicates[*action].repeats; };
+// What catoms of all processes want watched from now on.
+Result<void> Watcher::begin(Subdomain& subdomain) {
+    const auto repeats = [&](const std::optional<u32>& action) { return action && subdomain.module.predicates[*action].repeats; };
     if (repeats(watch_)) named_.clear();
     if (repeats(watch_all_)) everything_.clear();
-    if (part.totals.actions > 0) {
+    if (subdomain.totals.actions > 0) {
         ByteWriter mine;
-        for (const eval::Action& a : part.actions()) {
+        for (const eval::Action& a : subdomain.actions()) {
             if (watch_ != a.predicate && watch_all_ != a.predicate) continue;
-            mine.write(part.ensemble.id(a.catom));
+            mine.write(subdomain.ensemble.id(a.catom));
             mine.write(watch_all_ == a.predicate);
             mine.write_string(
                 watch_all_ == a.predicate || a.arguments[0].list == nullptr
                     ? std::string_view{}
                     : std::string_view(reinterpret_cast<const char*>(a.arguments[0].list->items), a.arguments[0].list->count));
         }
-        for (const std::vector<std::byte>& bytes : part.comm.allgather_any(mine.view())) {
+        for (const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
             ByteReader in(bytes, "what catoms watch");
             while (!in.done()) {
                 const u64 id = in.read<u64>();
@@ -51,24 +51,24 @@ Result<void> Watcher::begin(Subdomain& part) {
                 const std::string name = in.read_string();
                 if (all)
                     everything_.insert(id);
-                else if (auto added = add(part, id, name); !added)
+                else if (auto added = add(subdomain, id, name); !added)
                     return added;
             }
         }
     }
     watched_ = named_;
     for (const u64 id : everything_)
-        for (u32 i = 0; i < part.module.predicate_count; ++i)
-            if (stored(part.module.predicates[i])) watched_.emplace(id, i);
+        for (u32 i = 0; i < subdomain.module.predicate_count; ++i)
+            if (stored(subdomain.module.predicates[i])) watched_.emplace(id, i);
     return {};
 }
 
-Result<void> Watcher::add(Subdomain& part, u64 id, const std::string& name) {
+Result<void> Watcher::add(Subdomain& subdomain, u64 id, const std::string& name) {
     std::vector<std::string_view> known;
     bool found = false;
-    for (u32 i = 0; i < part.module.predicate_count; ++i) {
-        if (!stored(part.module.predicates[i])) continue;
-        known.emplace_back(part.module.predicates[i].name);
+    for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
+        if (!stored(subdomain.module.predicates[i])) continue;
+        known.emplace_back(subdomain.module.predicates[i].name);
         if (known.back() != name) continue;
         named_.emplace(id, i);
         found = true;
@@ -79,19 +79,19 @@ Result<void> Watcher::add(Subdomain& part, u64 id, const std::string& name) {
 }
 
 // Sorted, each as often as it is there.
-Watcher::Facts Watcher::facts_of(Subdomain& part, const Watch& watch) const {
+Watcher::Facts Watcher::facts_of(Subdomain& subdomain, const Watch& watch) const {
     Facts facts;
-    const auto catom = part.ensemble.find(watch.first);
-    const PredicateInfo& p = part.module.predicates[watch.second];
-    tuple::each_fact(part.module, part.columns, part.geometry(), watch.second, *catom,
-                     [&](const Value* v) { facts.push_back(tuple::print_fact(part.module, p, watch.first, v)); });
+    const auto catom = subdomain.ensemble.find(watch.first);
+    const PredicateInfo& p = subdomain.module.predicates[watch.second];
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), watch.second, *catom,
+                     [&](const Value* v) { facts.push_back(tuple::print_fact(subdomain.module, p, watch.first, v)); });
     std::sort(facts.begin(), facts.end());
     return facts;
 }
 
 // What has not been sent to process 0 yet of this process's catoms. A catom that has left is left out: its new process sends what it
 // holds, and if there is none it is gone.
-std::vector<std::byte> Watcher::changes(Subdomain& part) {
+std::vector<std::byte> Watcher::changes(Subdomain& subdomain) {
     ByteWriter out;
     const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
         out.write(watch.first);
@@ -101,15 +101,15 @@ std::vector<std::byte> Watcher::changes(Subdomain& part) {
         for (const std::string& fact : facts) out.write_string(fact);
     };
     std::erase_if(reported_, [&](const auto& reported) {
-        const auto catom = part.ensemble.find(reported.first.first);
-        const bool stays = watched_.contains(reported.first) && catom && part.owned(*catom);
+        const auto catom = subdomain.ensemble.find(reported.first.first);
+        const bool stays = watched_.contains(reported.first) && catom && subdomain.owned(*catom);
         if (!stays) put_facts(reported.first, {}, false);
         return !stays;
     });
     for (const Watch& watch : watched_) {
-        const auto catom = part.ensemble.find(watch.first);
-        if (!catom || !part.owned(*catom)) continue;
-        Facts facts = facts_of(part, watch);
+        const auto catom = subdomain.ensemble.find(watch.first);
+        if (!catom || !subdomain.owned(*catom)) continue;
+        Facts facts = facts_of(subdomain, watch);
         const auto reported = reported_.find(watch);
         if (reported != reported_.end() && reported->second == facts) continue;
         put_facts(watch, facts, true);
@@ -134,7 +134,7 @@ void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts
     }
 }
 
-Result<void> Watcher::print(Subdomain& part, const std::map<Watch, Facts>& now) {
+Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& now) {
     std::string text;
     for (const auto& [watch, facts] : now) {
         Facts& before = known_[watch];
@@ -143,8 +143,8 @@ Result<void> Watcher::print(Subdomain& part, const std::map<Watch, Facts>& now) 
         std::set_difference(facts.begin(), facts.end(), before.begin(), before.end(), std::back_inserter(come));
         // Where a watch has ended nothing has changed.
         if (watched_.contains(watch)) {
-            for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", part.tick(), fact);
-            for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", part.tick(), fact);
+            for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", subdomain.tick(), fact);
+            for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", subdomain.tick(), fact);
         }
         before = facts;
     }
@@ -155,22 +155,22 @@ Result<void> Watcher::print(Subdomain& part, const std::map<Watch, Facts>& now) 
     return {};
 }
 
-Result<void> Watcher::after(Subdomain& part) {
+Result<void> Watcher::after(Subdomain& subdomain) {
     if (!watch_ && !watch_all_) return {};
-    if (auto done = begin(part); !done) return done;
-    // Alike on all parts, so that all exchange or none does; once more after the last watch has ended.
+    if (auto done = begin(subdomain); !done) return done;
+    // Alike on all processes, so that all exchange or none does; once more after the last watch has ended.
     const bool ended = watched_.empty() && !watching_;
     watching_ = !watched_.empty();
     if (ended) return {};
-    std::vector<std::byte> mine = changes(part);
+    std::vector<std::byte> mine = changes(subdomain);
     std::vector<comm::Packet> packets;
-    if (part.comm.part() != 0 && !mine.empty()) packets.push_back({0, std::move(mine)});
-    if (part.comm.parts() > 1) packets = part.comm.exchange(std::move(packets));
-    if (part.comm.part() != 0) return {};
+    if (subdomain.comm.process() != 0 && !mine.empty()) packets.push_back({0, std::move(mine)});
+    if (subdomain.comm.processes() > 1) packets = subdomain.comm.exchange(std::move(packets));
+    if (subdomain.comm.process() != 0) return {};
     std::map<Watch, Facts> now;
     receive(mine, now);
     for (const comm::Packet& packet : packets) receive(packet.bytes, now);
-    return print(part, now);
+    return print(subdomain, now);
 }
 
 }  // namespace meld::sim

@@ -18,29 +18,29 @@ class Watcher : public SimModule {
   public:
     // Process 0 writes there; the others send it what their catoms hold.
     explicit Watcher(std::FILE* to) : to_(to) {}
-    Result<void> start(Subdomain& part) override;
+    Result<void> start(Subdomain& subdomain) override;
     // After each tick: what has changed since the one before, by catom and predicate. All facts are new where a watch begins.
     // Errors: a watch names no predicate. Cost: the facts that are watched are looked at in every tick.
-    Result<void> after(Subdomain& part) override;
+    Result<void> after(Subdomain& subdomain) override;
 
   private:
     // The number of a catom and a predicate of the program.
     using Watch = std::pair<u64, u32>;
     using Facts = std::vector<std::string>;
-    Result<void> begin(Subdomain& part);
-    Result<void> add(Subdomain& part, u64 id, const std::string& name);
-    Facts facts_of(Subdomain& part, const Watch& watch) const;
-    std::vector<std::byte> changes(Subdomain& part);
+    Result<void> begin(Subdomain& subdomain);
+    Result<void> add(Subdomain& subdomain, u64 id, const std::string& name);
+    Facts facts_of(Subdomain& subdomain, const Watch& watch) const;
+    std::vector<std::byte> changes(Subdomain& subdomain);
     void receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const;
-    Result<void> print(Subdomain& part, const std::map<Watch, Facts>& now);
+    Result<void> print(Subdomain& subdomain, const std::map<Watch, Facts>& now);
 
     std::FILE* to_;
     std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.
-    std::set<Watch> named_, watched_;       // By name, and in all; the same on all parts.
+    std::set<Watch> named_, watched_;       // By name, and in all; the same on all processes.
     std::set<u64> everything_;              // Catoms of which all is watched.
     bool watching_ = false;                 // There were any in the last tick.
     std::map<Watch, Facts> reported_;       // What process 0 has got of catoms of this one.
-    std::map<Watch, Facts> known_;          // On part 0, of all.
+    std::map<Watch, Facts> known_;          // On process 0, of all.
 };
 
 }  // namespace meld::sim

@@ -9,16 +9,16 @@
 namespace meld::comm {
 namespace {
 
-// Runs a shell line as parts and returns what they have printed.
-std::string output_of(int parts, const std::string& shell_line) {
+// Runs a shell line as processes and returns what they have printed.
+std::string output_of(int processes, const std::string& shell_line) {
     testing::internal::CaptureStdout();
-    const int exit_code = launch_mpi(parts, {"sh", "-c", shell_line});
+    const int exit_code = launch_mpi(processes, {"sh", "-c", shell_line});
     const std::string output = testing::internal::GetCapturedStdout();
     EXPECT_EQ(exit_code, 0) << output;
     return output;
 }
 
-TEST(LaunchMpi, GivesTheOutputOfThePartsAsItIs) { EXPECT_EQ(output_of(3, "echo hello"), "hello\nhello\nhello\n"); }
+TEST(LaunchMpi, GivesTheOutputOfTheProcessesAsItIs) { EXPECT_EQ(output_of(3, "echo hello"), "hello\nhello\nhello\n"); }
 
 TEST(LaunchMpi, PassesArgumentsWithSpacesAndQuotes) {
     testing::internal::CaptureStdout();
@@ -26,17 +26,17 @@ TEST(LaunchMpi, PassesArgumentsWithSpacesAndQuotes) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "a b'c\"\n$x");
 }
 
-TEST(LaunchMpi, ReturnsTheExitCodeOfAPart) {
+TEST(LaunchMpi, ReturnsTheExitCodeOfAProcess) {
     EXPECT_EQ(launch_mpi(2, {"true"}), 0);
     EXPECT_EQ(launch_mpi(2, {"sh", "-c", "exit 3"}), 3);
     EXPECT_EQ(launch_mpi(2, {"sh", "-c", "test $OMPI_COMM_WORLD_RANK = 0 || exit 4"}), 4);
 }
 
-TEST(LaunchMpi, TellsAKilledPartFromACrashedOne) {
+TEST(LaunchMpi, TellsAKilledProcessFromACrashedOne) {
     EXPECT_EQ(launch_mpi(2, {"sh", "-c", "kill -KILL $$"}), 137);
     EXPECT_EQ(launch_mpi(2, {"sh", "-c", "ulimit -c 0; kill -SEGV $$"}), 139);
     EXPECT_NE(describe_launch_failure(137).find("killed"), std::string::npos);
-    EXPECT_EQ(describe_launch_failure(139), "a part crashed (signal 11: Segmentation fault)");
+    EXPECT_EQ(describe_launch_failure(139), "a process crashed (signal 11: Segmentation fault)");
     EXPECT_EQ(describe_launch_failure(0), "");
     EXPECT_EQ(describe_launch_failure(4), "");
     EXPECT_EQ(describe_launch_failure(255), "");
@@ -50,12 +50,12 @@ TEST(LaunchMpi, SaysWhenThePathHasNoMpirun) {
     EXPECT_NE(describe_launch_failure(127).find("mpirun"), std::string::npos);
 }
 
-TEST(LaunchMpi, GivesTheFirstInterruptToThePartsToEndWell) {
+TEST(LaunchMpi, GivesTheFirstInterruptToTheProcessesToEndWell) {
     const std::string line = fmt::format("exec 2>/dev/null; trap 'exit 130' USR1; kill -INT {}; while :; do sleep 0.01; done", getpid());
     EXPECT_EQ(launch_mpi(1, {"sh", "-c", line}), 130);
 }
 
-TEST(LaunchMpi, EndsThePartsAtTheSecondInterrupt) {
+TEST(LaunchMpi, EndsTheProcessesAtTheSecondInterrupt) {
     const std::string line =
         fmt::format("exec 2>/dev/null; trap 'kill -INT {0}' USR1; trap '' TERM; kill -INT {0}; while :; do sleep 0.01; done", getpid());
     EXPECT_NE(launch_mpi(1, {"sh", "-c", line}), 0);
@@ -68,9 +68,9 @@ TEST(LaunchMpi, DoesNotOverrideTheUsersSettings) {
     EXPECT_EQ(output_of(1, "echo $OMPI_MCA_btl_vader_single_copy_mechanism"), "none\n");
 }
 
-TEST(LaunchMpi, YieldsWhenThereAreMorePartsThanCores) {
-    const long parts = sysconf(_SC_NPROCESSORS_ONLN) + 1;
-    const std::string output = output_of(static_cast<int>(parts), "echo $OMPI_MCA_mpi_yield_when_idle");
+TEST(LaunchMpi, YieldsWhenThereAreMoreProcessesThanCores) {
+    const long processes = sysconf(_SC_NPROCESSORS_ONLN) + 1;
+    const std::string output = output_of(static_cast<int>(processes), "echo $OMPI_MCA_mpi_yield_when_idle");
     EXPECT_EQ(output.substr(0, 2), "1\n");
 }
 

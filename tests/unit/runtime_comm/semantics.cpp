@@ -12,14 +12,14 @@ namespace meld::comm::semantics {
 namespace {
 
 void require(bool condition, const Communicator& communicator, const std::string& what) {
-    if (!condition) throw std::runtime_error(fmt::format("part {} of {}: {}", communicator.part(), communicator.parts(), what));
+    if (!condition) throw std::runtime_error(fmt::format("process {} of {}: {}", communicator.process(), communicator.processes(), what));
 }
 
 std::uint64_t word(std::uint64_t round, int from, int to) {
     return hash_combine(hash_combine(round, static_cast<std::uint64_t>(from)), static_cast<std::uint64_t>(to));
 }
 
-// The bytes that part `from` sends to part `to` in a round: anyone can compute them, so the receiver can check them.
+// The bytes that process `from` sends to process `to` in a round: anyone can compute them, so the receiver can check them.
 std::vector<std::byte> payload(std::uint64_t round, int from, int to, std::size_t size_bytes) {
     std::vector<std::byte> bytes(size_bytes);
     std::uint64_t state = word(round, from, to);
@@ -30,32 +30,32 @@ std::vector<std::byte> payload(std::uint64_t round, int from, int to, std::size_
     return bytes;
 }
 
-// A traffic says how many bytes go from one part to another in a round; negative: no packet.
+// A traffic says how many bytes go from one process to another in a round; negative: no packet.
 using Traffic = std::int64_t (*)(std::uint64_t round, int from, int to);
 
 void exchange_once(Communicator& communicator, std::uint64_t round, Traffic traffic) {
-    const int me = communicator.part();
+    const int me = communicator.process();
     std::vector<Packet> packets;
-    for (int to = communicator.parts() - 1; to >= 0; --to) {
+    for (int to = communicator.processes() - 1; to >= 0; --to) {
         const std::int64_t size = to == me ? -1 : traffic(round, me, to);
         if (size >= 0) packets.push_back({to, payload(round, me, to, static_cast<std::size_t>(size))});
     }
     const std::vector<Packet> received = communicator.exchange(std::move(packets));
     std::size_t next = 0;
-    for (int from = 0; from < communicator.parts(); ++from) {
+    for (int from = 0; from < communicator.processes(); ++from) {
         const std::int64_t size = from == me ? -1 : traffic(round, from, me);
         if (size < 0) continue;
-        require(next < received.size(), communicator, fmt::format("round {}: no packet of part {}", round, from));
-        require(received[next].part == from, communicator, fmt::format("round {}: packets are not sorted", round));
+        require(next < received.size(), communicator, fmt::format("round {}: no packet of process {}", round, from));
+        require(received[next].process == from, communicator, fmt::format("round {}: packets are not sorted", round));
         require(received[next].bytes == payload(round, from, me, static_cast<std::size_t>(size)), communicator,
-                fmt::format("round {}: packet of part {} differs", round, from));
+                fmt::format("round {}: packet of process {} differs", round, from));
         ++next;
     }
     require(next == received.size(), communicator, fmt::format("round {}: {} packets too many", round, received.size() - next));
 }
 
 void knows_its_place(Communicator& communicator) {
-    require(communicator.part() >= 0 && communicator.part() < communicator.parts(), communicator, "part out of range");
+    require(communicator.process() >= 0 && communicator.process() < communicator.processes(), communicator, "process out of range");
 }
 
 void random_sparse_rounds(Communicator& communicator) {
@@ -68,7 +68,7 @@ void random_sparse_rounds(Communicator& communicator) {
     }
 }
 
-// Parts run ahead of each other here: in most rounds only one of them has anything to say.
+// Processes run ahead of each other here: in most rounds only one of them has anything to say.
 void lopsided_rounds(Communicator& communicator) {
     for (std::uint64_t round = 0; round < 400; ++round) {
         exchange_once(communicator, round, [](std::uint64_t r, int from, int) -> std::int64_t {
@@ -109,9 +109,9 @@ void packets_of_whole_chunks(Communicator& communicator) {
 void gathers(Communicator& communicator) {
     for (std::uint64_t round = 0; round < 100; ++round) {
         const std::size_t size = round % 9;
-        const auto all = communicator.allgather(payload(round, communicator.part(), 0, size));
-        require(all.size() == size * static_cast<std::size_t>(communicator.parts()), communicator, "allgather has another size");
-        for (int from = 0; from < communicator.parts(); ++from) {
+        const auto all = communicator.allgather(payload(round, communicator.process(), 0, size));
+        require(all.size() == size * static_cast<std::size_t>(communicator.processes()), communicator, "allgather has another size");
+        for (int from = 0; from < communicator.processes(); ++from) {
             const auto expected = payload(round, from, 0, size);
             const auto begin = all.begin() + static_cast<std::ptrdiff_t>(size) * from;
             require(std::equal(expected.begin(), expected.end(), begin), communicator, "allgather differs");
@@ -121,13 +121,13 @@ void gathers(Communicator& communicator) {
 
 void gathers_of_any_size(Communicator& communicator) {
     for (std::uint64_t round = 0; round < 60; ++round) {
-        const auto size_of = [&](int part) {
-            return round == 59 ? std::size_t{200'000} : static_cast<std::size_t>(word(round, part, 0) % 50);
+        const auto size_of = [&](int process) {
+            return round == 59 ? std::size_t{200'000} : static_cast<std::size_t>(word(round, process, 0) % 50);
         };
-        const int me = communicator.part();
+        const int me = communicator.process();
         const auto all = communicator.allgather_any(payload(round, me, 0, size_of(me)));
-        require(all.size() == static_cast<std::size_t>(communicator.parts()), communicator, "allgather_any has another size");
-        for (int from = 0; from < communicator.parts(); ++from)
+        require(all.size() == static_cast<std::size_t>(communicator.processes()), communicator, "allgather_any has another size");
+        for (int from = 0; from < communicator.processes(); ++from)
             require(all[static_cast<std::size_t>(from)] == payload(round, from, 0, size_of(from)), communicator, "allgather_any differs");
     }
 }
@@ -138,8 +138,8 @@ void all_operations_in_turn(Communicator& communicator) {
             return (word(r, from, to) & 1) != 0 ? static_cast<std::int64_t>(r) : -1;
         });
         if (round % 3 == 0) communicator.barrier();
-        const auto all = communicator.allgather(payload(round, communicator.part(), 0, 1));
-        require(all.size() == static_cast<std::size_t>(communicator.parts()), communicator, "allgather has another size");
+        const auto all = communicator.allgather(payload(round, communicator.process(), 0, 1));
+        require(all.size() == static_cast<std::size_t>(communicator.processes()), communicator, "allgather has another size");
     }
 }
 

@@ -1,5 +1,5 @@
-// What every communicator must do, written once: the tests run it over one part, over threads and over MPI processes.
-// Each function is called by all parts together and throws in the part that sees a difference.
+// What every communicator must do, written once: the tests run it over one process, over threads and over MPI processes.
+// Each function is called by all processes together and throws in the process that sees a difference.
 #pragma once
 
 #include <string>

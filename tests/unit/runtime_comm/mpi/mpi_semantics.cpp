@@ -1,5 +1,5 @@
 // One process of the MPI tests: runs every semantic case in both kinds of exchange. Started by mpirun, once for each number
-// of parts; part 0 prints, and the exit code says whether all went well. With "fail N", part N leaves by an exception and the
+// of processes; process 0 prints, and the exit code says whether all went well. With "fail N", process N leaves by an exception and the
 // others must be ended, not hang; with "abort N" it calls abort(42).
 #include <cstdio>
 #include <cstdlib>
@@ -19,15 +19,15 @@ int run_cases(ExchangeKind kind, const char* name) {
     for (const semantics::Case& test : semantics::all_cases()) {
         test.run(*communicator);
         communicator->barrier();
-        if (communicator->part() == 0) std::printf("%s.%s: ok\n", name, test.name.c_str());
+        if (communicator->process() == 0) std::printf("%s.%s: ok\n", name, test.name.c_str());
     }
     return 0;
 }
 
-int run_unhappy(std::string_view what, int failing_part) {
+int run_unhappy(std::string_view what, int failing_process) {
     const auto communicator = make_mpi();
-    if (communicator->part() == failing_part && what == "abort") communicator->abort(42);
-    if (communicator->part() == failing_part) throw std::runtime_error("failed on purpose");
+    if (communicator->process() == failing_process && what == "abort") communicator->abort(42);
+    if (communicator->process() == failing_process) throw std::runtime_error("failed on purpose");
     communicator->exchange({});
     return 0;
 }
