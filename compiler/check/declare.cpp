@@ -2,7 +2,6 @@
 // Assumes expand_type_names(); leaves every declared name in the tables, with Type::Error where its type was refused.
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "compiler/check/check.h"
 #include "compiler/check/library.h"
@@ -17,8 +16,7 @@ using diagnostics::Kind;
 namespace {
 
 bool of_bodies(const std::string& name) {
-    static const std::set<std::string> senses = {"contact", "orientation", "velocity", "acceleration", "pressure", "energy"};
-    return senses.contains(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
+    return is_body_sense(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
                return action.word == name && action.performer == ActionInfo::Performer::Bodies;
            });
 }

@@ -37,6 +37,11 @@ constexpr auto kNames = [] {
     return names;
 }();
 
+constexpr BodySense kBodySenses[] = {
+#define MELD_BODY_SENSE(quantity, word, arguments, change) {BodyQuantity::quantity, word, arguments, BodySense::Change::change},
+#include "runtime/abi/senses.def"
+};
+
 }  // namespace
 
 const SenseInfo& info(WorldSource source) {
@@ -51,6 +56,12 @@ WorldSource world_source(std::string_view word, std::size_t arguments) {
     const auto found =
         std::ranges::find_if(kNames, [&](const SenseName& name) { return name.word == word && name.arguments == arguments; });
     return found == kNames.end() ? WorldSource::None : found->source;
+}
+
+std::span<const BodySense> body_senses() { return kBodySenses; }
+
+bool is_body_sense(std::string_view word) {
+    return std::ranges::any_of(kBodySenses, [&](const BodySense& sense) { return sense.word == word; });
 }
 
 }  // namespace meld

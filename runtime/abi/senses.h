@@ -1,4 +1,5 @@
-// The predicates that are read from the ensemble and stored nowhere, as the table senses.def describes them.
+// The predicates that are read from the ensemble and stored nowhere, and those that store what catoms sense of their bodies, as the
+// table senses.def describes them.
 #pragma once
 
 #include <cstddef>
@@ -43,5 +44,21 @@ WorldSource world_source(std::string_view word, std::size_t arguments);
 
 // Whether it says which catoms touch, so that a rule may go over it to a neighbour.
 inline bool is_link(WorldSource source) { return info(source).facts == SenseInfo::Facts::Links; }
+
+// ---- what catoms sense of their bodies
+
+enum class BodyQuantity { Obstacle, Contact, Orientation, Velocity, Acceleration, Pressure, Energy };
+
+struct BodySense {
+    enum class Change { Touch, Distance, Angle, Share };
+
+    BodyQuantity quantity = BodyQuantity::Obstacle;
+    std::string_view word;
+    std::size_t arguments = 0;
+    Change change = Change::Touch;
+};
+std::span<const BodySense> body_senses();
+// Whether any of them has this word.
+bool is_body_sense(std::string_view word);
 
 }  // namespace meld

@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "runtime/abi/senses.h"
 #include "runtime/base/assert.h"
 
 namespace meld::sim {
@@ -19,11 +18,31 @@ namespace {
 // Whole bricks of the ensemble, whose bits for the target one worker writes.
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
-std::optional<u32> stored(const Subdomain& subdomain, const char* name, std::size_t arity) {
-    const std::optional<u32> p = tuple::find_sensed(subdomain.module, name, arity);
+// The predicate that stores it, if the program reads it.
+std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense) {
+    const std::optional<u32> p = tuple::find_sensed(subdomain.module, sense.word, sense.arguments);
     if (!p || subdomain.module.predicates[*p].base == kNone16) return std::nullopt;
     const u16 base = subdomain.module.predicates[*p].base;
     return subdomain.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+}
+
+double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
+    switch (quantity) {
+        case BodyQuantity::Orientation:
+            return sense.orientation;
+        case BodyQuantity::Velocity:
+            return sense.velocity;
+        case BodyQuantity::Acceleration:
+            return sense.acceleration;
+        case BodyQuantity::Pressure:
+            return sense.pressure;
+        case BodyQuantity::Energy:
+            return sense.energy;
+        case BodyQuantity::Obstacle:
+        case BodyQuantity::Contact:
+            break;
+    }
+    MELD_CHECK(false, "touches have no threshold");
 }
 
 double square_distance(const world::Vec3& a, const world::Vec3& b) {
@@ -42,18 +61,25 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
 
 }  // namespace
 
-void BodySenses::find_sensor(const Subdomain& subdomain, const char* name, std::size_t arity, Quantity quantity, double threshold) {
-    if (const auto base = stored(subdomain, name, arity))
-        sensors_.push_back({quantity, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty, threshold});
+void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense) {
+    const std::optional<u32> base = stored(subdomain, sense);
+    if (!base) return;
+    if (sense.quantity == BodyQuantity::Obstacle)
+        touches_obstacle_ = base;
+    else if (sense.quantity == BodyQuantity::Contact)
+        touches_at_ = base;
+    else
+        sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
+                            threshold_of(sense.quantity, world_->physics.sense)});
 }
 
 bool BodySenses::senses_acceleration(const Subdomain& subdomain) {
-    return stored(subdomain, "acceleration", 1) || stored(subdomain, "acceleration", 3);
+    return std::ranges::any_of(
+        body_senses(), [&](const BodySense& sense) { return sense.quantity == BodyQuantity::Acceleration && stored(subdomain, sense); });
 }
 
 Result<void> BodySenses::start(Subdomain& subdomain, const world::World& world) {
     world_ = &world;
-    const world::SenseOptions& s = world.physics.sense;
     const auto reads = [&](std::string_view name, std::size_t arity) {
         const std::optional<u32> p = tuple::find_sensed(subdomain.module, name, arity);
         return p && subdomain.module.predicates[*p].storage == Storage::World && subdomain.module.predicates[*p].read;
@@ -62,15 +88,7 @@ Result<void> BodySenses::start(Subdomain& subdomain, const world::World& world) 
         if (info(source).has(SenseInfo::kCells) && reads(name, arity))
             return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
                         "Read position, or give the world [motion] kind = \"lattice\"");
-    find_sensor(subdomain, "orientation", 4, Quantity::Orientation, s.orientation);
-    for (const std::size_t arity : {std::size_t{1}, std::size_t{3}}) {
-        find_sensor(subdomain, "velocity", arity, Quantity::Velocity, s.velocity);
-        find_sensor(subdomain, "acceleration", arity, Quantity::Acceleration, s.acceleration);
-    }
-    find_sensor(subdomain, "pressure", 1, Quantity::Pressure, s.pressure);
-    find_sensor(subdomain, "energy", 1, Quantity::Energy, s.energy);
-    touches_obstacle_ = stored(subdomain, "contact", 1);
-    touches_at_ = stored(subdomain, "contact", 2);
+    for (const BodySense& sense : body_senses()) find_sensor(subdomain, sense);
     return {};
 }
 
@@ -89,7 +107,7 @@ void BodySenses::note_obstacles(Subdomain& subdomain, std::span<const physics::T
 }
 
 void BodySenses::sense(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
-    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.quantity == Quantity::Pressure; }))
+    if (std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.sense.quantity == BodyQuantity::Pressure; }))
         sum_normal_forces(subdomain, *physics.scene, divided);
     const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
     const auto each_catom = [&](const auto& visit) {
@@ -125,7 +143,7 @@ void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
         news |= kDirtyPlace;
     }
     for (const Sensor& sensor : sensors_) {
-        const tuple::Numbers now = measure(scene, sensor.quantity, body, state);
+        const tuple::Numbers now = measure(scene, sensor.sense.quantity, body, state);
         if (!differs(sensor, tuple::read_numbers(subdomain.module, subdomain.columns, sensor.predicate, catom), now)) continue;
         subdomain.give_numbers(sensor.predicate, catom, now, worker);
         news |= sensor.dirty;
@@ -133,30 +151,32 @@ void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
     if (news != 0) subdomain.mark_shared(catom, news);
 }
 
-tuple::Numbers BodySenses::measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body,
+tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body,
                                    const physics::BodyState& state) const {
     const auto numbers = [](physics::Vec3 v) { return tuple::Numbers{{v.x, v.y, v.z, 0}, 3}; };
     switch (quantity) {
-        case Quantity::Orientation:
+        case BodyQuantity::Orientation:
             return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
-        case Quantity::Velocity:
+        case BodyQuantity::Velocity:
             return numbers(state.linear_velocity_m_s);
-        case Quantity::Acceleration:
+        case BodyQuantity::Acceleration:
             return numbers(scene.acceleration(body));
-        case Quantity::Pressure:
+        case BodyQuantity::Pressure:
             return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0},
                     1};
-        case Quantity::Energy:
+        case BodyQuantity::Energy:
             return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
+        case BodyQuantity::Obstacle:
+        case BodyQuantity::Contact:
+            break;
     }
-    return {};
+    MELD_CHECK(false, "touches are not measured");
 }
 
 bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now) {
     if (last.count == 0) return true;
-    if (sensor.quantity == Quantity::Pressure || sensor.quantity == Quantity::Energy)
-        return std::abs(now.at[0] - last.at[0]) > sensor.threshold * std::abs(last.at[0]);
-    if (sensor.quantity == Quantity::Orientation) {
+    if (sensor.sense.change == BodySense::Change::Share) return std::abs(now.at[0] - last.at[0]) > sensor.threshold * std::abs(last.at[0]);
+    if (sensor.sense.change == BodySense::Change::Angle) {
         // Half the angle between two rotations has this cosine.
         const double cosine = std::abs(now.at[0] * last.at[0] + now.at[1] * last.at[1] + now.at[2] * last.at[2] + now.at[3] * last.at[3]);
         return 2 * std::acos(std::min(1.0, cosine)) > sensor.threshold;

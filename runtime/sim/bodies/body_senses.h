@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/abi/senses.h"
 #include "runtime/base/exact_sum.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
@@ -26,14 +27,13 @@ class BodySenses {
     void sense(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
 
   private:
-    enum class Quantity { Orientation, Velocity, Acceleration, Pressure, Energy };
     struct Sensor {
-        Quantity quantity;
+        BodySense sense;
         u32 predicate;  // That stores it.
         u64 dirty;      // What to mark at a catom that is notified.
         double threshold;
     };
-    void find_sensor(const Subdomain& subdomain, const char* name, std::size_t arity, Quantity quantity, double threshold);
+    void find_sensor(const Subdomain& subdomain, const BodySense& sense);
     // Of this process's bodies; contacts at the border of the process are known to the process next to it.
     void sum_normal_forces(Subdomain& subdomain, const physics::Scene& scene, const DividedBodies* divided);
     // The next two may run on different workers for different catoms.
@@ -41,7 +41,7 @@ class BodySenses {
     void sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const;
     // Writes which of its features its neighbours touch, once all are placed.
     void write_contacts(Subdomain& subdomain, const PhysicsScene& physics, Catom catom, int worker) const;
-    tuple::Numbers measure(const physics::Scene& scene, Quantity quantity, physics::BodyId body, const physics::BodyState& state) const;
+    tuple::Numbers measure(const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body, const physics::BodyState& state) const;
     static bool differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now);
 
     const world::World* world_ = nullptr;

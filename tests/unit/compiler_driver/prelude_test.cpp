@@ -48,6 +48,15 @@ TEST(Prelude, DeclaresTheSensesOfTheTable) {
     EXPECT_EQ(known.size(), sense_names().size()) << "a sense is twice in the table";
 }
 
+TEST(Prelude, DeclaresTheSensesOfBodiesOfTheTable) {
+    std::set<Signature> declared, known;
+    for (const check::Predicate& p : prelude().predicates)
+        if (p.sensed && is_body_sense(p.name)) declared.emplace(p.name, p.arguments.size() - 1);
+    for (const BodySense& sense : body_senses()) known.emplace(sense.word, sense.arguments);
+    EXPECT_EQ(declared, known);
+    EXPECT_EQ(known.size(), body_senses().size()) << "a sense of bodies is twice in the table";
+}
+
 TEST(Prelude, HasIntsWhereTheTableHasBounds) {
     for (const check::Predicate& p : prelude().predicates) {
         if (info(p.world).values != SenseInfo::Values::Any) {
