@@ -5,6 +5,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/comm/packets.h"
+#include "runtime/sim/core/migration.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::retraction {
@@ -60,12 +61,13 @@ void Changes::give_or_take(Subdomain& subdomain, const Given& given, const Chang
         subdomain.take(base, *catom, values.data());
 }
 
-void Changes::add(Subdomain& subdomain, std::uint64_t id, Cell cell) {
-    const bool ours = subdomain.halo->owner(cell) == subdomain.comm.process();
+bool Changes::sees(const Subdomain& subdomain, Cell cell) {
     const std::vector<int> processes = subdomain.halo->listeners(cell);
-    if (!ours && std::find(processes.begin(), processes.end(), subdomain.comm.process()) == processes.end()) return;
-    const Catom catom = subdomain.add_catom(id, cell, ours ? kCatomOwned : kCatomGhost);
-    if (ours) subdomain.mark(catom, kDirtyBirths);
+    return std::find(processes.begin(), processes.end(), subdomain.comm.process()) != processes.end();
+}
+
+void Changes::add(Subdomain& subdomain, std::uint64_t id, Cell cell) {
+    if (sees(subdomain, cell)) add_newborn(subdomain, id, cell);
 }
 
 // As LatticeMotion relocates a catom: it keeps its index within a process; between processes all of it is sent to the new owner,
@@ -74,43 +76,24 @@ void Changes::move(Subdomain& subdomain, std::uint64_t id, Cell from, Cell to) {
     const int me = subdomain.comm.process(), old_owner = subdomain.halo->owner(from), owner = subdomain.halo->owner(to);
     const std::optional<Catom> known = subdomain.ensemble.at(from);
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
+    std::optional<sim::Migrant> ghost;
     if (me == old_owner) {
-        for (const int other : subdomain.halo->listeners(to)) {
-            if (other == me) continue;
-            ByteWriter& bytes = out[static_cast<std::size_t>(other)];
-            bytes.write(id);  // Without it, the packet of a catom that exports nothing would be empty and not be sent.
-            if (other == owner)
-                subdomain.pack_catom(*known, bytes);
-            else
-                subdomain.pack_exports(*known, bytes);
-        }
+        for (const int other : subdomain.halo->listeners(to))
+            if (other != me)
+                pack_migrant(subdomain, *known, other == owner ? kCatomOwned : kCatomGhost).write(out[static_cast<std::size_t>(other)]);
+        if (me != owner && sees(subdomain, to)) ghost = pack_migrant(subdomain, *known, kCatomGhost);
     }
-    ByteWriter exports;
-    if (me == old_owner && me != owner) subdomain.pack_exports(*known, exports);
-    if (me == old_owner && me == owner) {
+    if (me == old_owner && me == owner)
         subdomain.move_catom(*known, to);
-    } else if (known) {
+    else if (known)
         subdomain.remove_catom(*known);
-    }
-    std::vector<comm::Packet> received;
-    if (!subdomain.alone()) received = subdomain.comm.exchange(comm::take_packets(out));
-    const std::vector<int> processes = subdomain.halo->listeners(to);
-    const bool sees = std::find(processes.begin(), processes.end(), me) != processes.end();
-    if (me == old_owner && me != owner && sees) {
-        const Catom ghost = subdomain.add_catom(id, to, kCatomGhost);
-        ByteReader in(exports.view(), "the exports of a catom that has left");
-        subdomain.unpack_exports(ghost, in);
-    }
-    for (const comm::Packet& packet : received) {
-        const Catom catom = subdomain.add_catom(id, to, me == owner ? kCatomOwned : kCatomGhost);
+    if (ghost) add_migrant(subdomain, *ghost, to);
+    if (subdomain.alone()) return;
+    for (const comm::Packet& packet : subdomain.comm.exchange(comm::take_packets(out))) {
         ByteReader in(packet.bytes, "a catom that has moved");
-        MELD_CHECK(in.read<std::uint64_t>() == id, "process {} sent another catom than @{}", packet.process, id);
-        if (me == owner) {
-            subdomain.unpack_catom(catom, in);
-            subdomain.mark(catom, kDirtyLinks | kDirtyPlace);
-        } else {
-            subdomain.unpack_exports(catom, in);
-        }
+        const sim::Migrant who = sim::Migrant::read(in);
+        MELD_CHECK(who.id == id, "process {} sent catom @{} instead of @{}", packet.process, who.id, id);
+        add_migrant(subdomain, who, to);
     }
 }
 

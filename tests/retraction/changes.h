@@ -26,6 +26,7 @@ class Changes : public sim::SimModule {
   private:
     void apply(sim::Subdomain& subdomain, const Change& change, std::uint64_t id);
     static void give_or_take(sim::Subdomain& subdomain, const Given& given, const Change& change);
+    static bool sees(const sim::Subdomain& subdomain, Cell cell);
     static void add(sim::Subdomain& subdomain, std::uint64_t id, Cell cell);
     static void move(sim::Subdomain& subdomain, std::uint64_t id, Cell from, Cell to);
 

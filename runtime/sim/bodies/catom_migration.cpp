@@ -5,6 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/sim/core/migration.h"
 
 namespace meld::sim {
 
@@ -16,34 +17,21 @@ using NewOwners = std::map<std::uint64_t, int>;
 // process needs to know the other as a ghost.
 struct Neighbour {
     int port = 0;
-    std::uint64_t id = 0;
     int port_there = 0;
     int owner = 0;
     world::Vec3 position = {};
-    std::vector<std::byte> exports = {};
+    Migrant who = {};
 };
 
 // At least, of a neighbour as bytes.
-constexpr std::size_t kNeighbourBytes = 3 * sizeof(int) + sizeof(std::uint64_t) + sizeof(world::Vec3) + sizeof(std::uint32_t);
+constexpr std::size_t kNeighbourBytes = 3 * sizeof(int) + sizeof(world::Vec3) + Migrant::kLeastBytes;
 
 struct Arrival {
-    std::uint64_t id = 0;
+    Migrant who = {};
     world::Vec3 position = {}, sensed = {};
-    std::vector<std::byte> state = {};
     std::vector<Neighbour> neighbours = {};
     std::vector<std::uint64_t> waits_for = {};
 };
-
-std::vector<std::byte> read_bytes(ByteReader& in) {
-    const auto block = in.read_block();
-    return {block.begin(), block.end()};
-}
-
-std::vector<std::byte> exports_of(const Subdomain& subdomain, Catom catom) {
-    ByteWriter bytes;
-    subdomain.pack_exports(catom, bytes);
-    return bytes.take();
-}
 
 // All that leave their processes now, wherever.
 NewOwners learn_owners(Subdomain& subdomain, const DividedBodies& divided) {
@@ -71,12 +59,11 @@ std::vector<Neighbour> neighbours_of(const Subdomain& subdomain, const NewOwners
     for (int port = 0; port < kMaxPorts; ++port) {
         const std::optional<Catom> other = subdomain.ensemble.linked(catom, port);
         if (!other) continue;
-        found.push_back({port,
-                         subdomain.ensemble.id(*other),
-                         *subdomain.ensemble.port_towards(*other, catom),
-                         owner_after(subdomain, owners, *other),
-                         subdomain.ensemble.position(*other),
-                         {}});
+        found.push_back({.port = port,
+                         .port_there = *subdomain.ensemble.port_towards(*other, catom),
+                         .owner = owner_after(subdomain, owners, *other),
+                         .position = subdomain.ensemble.position(*other),
+                         .who = {subdomain.ensemble.id(*other), {}}});
     }
     return found;
 }
@@ -95,22 +82,17 @@ Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
 }
 
 void pack(const Subdomain& subdomain, const NewOwners& owners, const std::vector<std::uint64_t>& waits_for, Catom catom, ByteWriter& out) {
-    const std::uint64_t id = subdomain.ensemble.id(catom);
-    out.write(id);
+    pack_migrant(subdomain, catom, kCatomOwned).write(out);
     out.write(subdomain.ensemble.position(catom));
     out.write(subdomain.sensed_position(catom));
-    ByteWriter state;
-    subdomain.pack_catom(catom, state);
-    out.write_block(state.view());
     const std::vector<Neighbour> neighbours = neighbours_of(subdomain, owners, catom);
     out.write_count(neighbours.size());
     for (const Neighbour& n : neighbours) {
         out.write(n.port);
-        out.write(n.id);
         out.write(n.port_there);
         out.write(n.owner);
         out.write(n.position);
-        out.write_block(exports_of(subdomain, *subdomain.ensemble.find(n.id)));
+        pack_migrant(subdomain, *subdomain.ensemble.find(n.who.id), kCatomGhost).write(out);
     }
     out.write_count(waits_for.size());
     for (const std::uint64_t other : waits_for) out.write(other);
@@ -118,18 +100,16 @@ void pack(const Subdomain& subdomain, const NewOwners& owners, const std::vector
 
 Arrival unpack(ByteReader& in) {
     Arrival a;
-    a.id = in.read<std::uint64_t>();
+    a.who = Migrant::read(in);
     a.position = in.read<world::Vec3>();
     a.sensed = in.read<world::Vec3>();
-    a.state = read_bytes(in);
     a.neighbours.resize(in.read_count(kNeighbourBytes));
     for (Neighbour& n : a.neighbours) {
         n.port = in.read<int>();
-        n.id = in.read<std::uint64_t>();
         n.port_there = in.read<int>();
         n.owner = in.read<int>();
         n.position = in.read<world::Vec3>();
-        n.exports = read_bytes(in);
+        n.who = Migrant::read(in);
     }
     a.waits_for.resize(in.read_count(sizeof(std::uint64_t)));
     for (std::uint64_t& other : a.waits_for) other = in.read<std::uint64_t>();
@@ -153,35 +133,27 @@ void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int
     const Catom catom = *subdomain.ensemble.find(id);
     std::vector<Neighbour> staying = neighbours_of(subdomain, owners, catom);
     std::erase_if(staying, [&](const Neighbour& n) {
-        return n.owner != subdomain.comm.process() || !subdomain.owned(*subdomain.ensemble.find(n.id));
+        return n.owner != subdomain.comm.process() || !subdomain.owned(*subdomain.ensemble.find(n.who.id));
     });
     const world::Vec3 position = subdomain.ensemble.position(catom);
-    const std::vector<std::byte> exports = exports_of(subdomain, catom);
+    const Migrant who = pack_migrant(subdomain, catom, kCatomGhost);
     take_out(subdomain, catom);
     if (staying.empty()) return;
-    const Catom ghost = subdomain.add_freely(id, position, kCatomGhost, owner);
-    ByteReader in(exports, "the exports of a catom that has left");
-    subdomain.unpack_exports(ghost, in);
-    for (const Neighbour& n : staying) subdomain.restore_link(ghost, n.port, *subdomain.ensemble.find(n.id), n.port_there);
+    const Catom ghost = add_migrant_freely(subdomain, who, position, owner);
+    for (const Neighbour& n : staying) subdomain.restore_link(ghost, n.port, *subdomain.ensemble.find(n.who.id), n.port_there);
 }
 
 void arrive(Subdomain& subdomain, const Arrival& a) {
-    if (const std::optional<Catom> ghost = subdomain.ensemble.find(a.id)) take_out(subdomain, *ghost);
-    const Catom catom = subdomain.add_freely(a.id, a.position, kCatomOwned, subdomain.comm.process());
+    if (const std::optional<Catom> ghost = subdomain.ensemble.find(a.who.id)) take_out(subdomain, *ghost);
+    const Catom catom = add_migrant_freely(subdomain, a.who, a.position, subdomain.comm.process());
     if (subdomain.senses_positions()) subdomain.sense_position(catom, a.sensed);
-    ByteReader in(a.state, "a catom that has come");
-    subdomain.unpack_catom(catom, in);
 }
 
 void connect(Subdomain& subdomain, const Arrival& a) {
-    const Catom catom = *subdomain.ensemble.find(a.id);
+    const Catom catom = *subdomain.ensemble.find(a.who.id);
     for (const Neighbour& n : a.neighbours) {
-        std::optional<Catom> other = subdomain.ensemble.find(n.id);
-        if (!other) {
-            other = subdomain.add_freely(n.id, n.position, kCatomGhost, n.owner);
-            ByteReader in(n.exports, "the exports of a neighbour");
-            subdomain.unpack_exports(*other, in);
-        }
+        std::optional<Catom> other = subdomain.ensemble.find(n.who.id);
+        if (!other) other = add_migrant_freely(subdomain, n.who, n.position, n.owner);
         if (!subdomain.ensemble.linked(catom, n.port)) subdomain.restore_link(catom, n.port, *other, n.port_there);
         subdomain.mark(*other, kDirtyLinks);
     }
@@ -208,7 +180,8 @@ void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactL
     std::vector<ContactLinks::Pair> waiting;
     for (const Arrival& a : arrivals)
         for (const std::uint64_t other : a.waits_for)
-            waiting.push_back({static_cast<physics::BodyId>(std::min(a.id, other)), static_cast<physics::BodyId>(std::max(a.id, other))});
+            waiting.push_back(
+                {static_cast<physics::BodyId>(std::min(a.who.id, other)), static_cast<physics::BodyId>(std::max(a.who.id, other))});
     links.change_hands(subdomain, waiting);
 }
 

@@ -148,13 +148,10 @@ void ContactLinks::exchange_offers(Subdomain& subdomain, const DividedBodies& di
         if (owner == subdomain.comm.process()) return;
         const Catom catom = *subdomain.ensemble.find(from);
         ByteWriter& bytes = out[static_cast<std::size_t>(owner)];
-        bytes.write(from);
         bytes.write(to);
         bytes.write(port);
         bytes.write(subdomain.ensemble.position(catom));
-        ByteWriter exports;
-        subdomain.pack_exports(catom, exports);
-        bytes.write_block(exports.view());
+        pack_migrant(subdomain, catom, kCatomGhost).write(bytes);
     };
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         send(waiting_[i].first, waiting_[i].second, offered_[i][0]);
@@ -162,13 +159,10 @@ void ContactLinks::exchange_offers(Subdomain& subdomain, const DividedBodies& di
     }
     for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "offered ports"); !in.done();) {
-            const auto from = in.read<physics::BodyId>(), to_us = in.read<physics::BodyId>();
-            Offer& offer = offers_[{from, to_us}];
-            offer.port = in.read<int>();
-            offer.owner = packet.process;
-            offer.position = in.read<world::Vec3>();
-            const auto exports = in.read_block();
-            offer.exports.assign(exports.begin(), exports.end());
+            const auto to_us = in.read<physics::BodyId>();
+            Offer offer{.port = in.read<int>(), .owner = packet.process, .position = in.read<world::Vec3>(), .who = Migrant::read(in)};
+            const auto from = static_cast<physics::BodyId>(offer.who.id);
+            offers_[{from, to_us}] = std::move(offer);
         }
 }
 
@@ -178,11 +172,7 @@ std::optional<ContactLinks::Side> ContactLinks::side(Subdomain& subdomain, physi
     if (received == offers_.end()) return std::nullopt;
     const Offer& offer = received->second;
     std::optional<Catom> ghost = subdomain.ensemble.find(from);
-    if (!ghost) {
-        ghost = subdomain.add_freely(from, offer.position, kCatomGhost, offer.owner);
-        ByteReader in(offer.exports, "the exports of a neighbour");
-        subdomain.unpack_exports(*ghost, in);
-    }
+    if (!ghost) ghost = add_migrant_freely(subdomain, offer.who, offer.position, offer.owner);
     return Side{*ghost, offer.port};
 }
 

@@ -11,6 +11,7 @@
 
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/core/migration.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -43,7 +44,7 @@ class ContactLinks {
         int port = 0;
         int owner = 0;
         world::Vec3 position = {};
-        std::vector<std::byte> exports = {};
+        Migrant who = {};
     };
     std::vector<physics::TouchEvent> share(Subdomain& subdomain, std::span<const physics::TouchEvent> events,
                                            const DividedBodies& divided) const;

@@ -80,6 +80,22 @@ void Subdomain::remove_freely(Catom catom) {
     members_.ensemble.remove(catom);
 }
 
+void Subdomain::pack_catom(Catom catom, CatomState there, ByteWriter& out) const {
+    MELD_EXPECT(ensemble.state(catom) != kCatomFree && (owned(catom) || there == kCatomGhost), "catom {}", catom);
+    if (there == kCatomOwned)
+        facts_.pack(catom, out);
+    else
+        columns.pack(catom, tuple::Columns::Which::Exported, out);
+}
+
+void Subdomain::unpack_catom(Catom catom, ByteReader& in) {
+    MELD_EXPECT(ensemble.state(catom) != kCatomFree, "catom {}", catom);
+    if (owned(catom))
+        facts_.unpack(catom, in);
+    else
+        facts_.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
+}
+
 void Subdomain::link(Catom a, int port_of_a, Catom b, int port_of_b) {
     members_.ensemble.link(a, port_of_a, b, port_of_b);
     note_change();

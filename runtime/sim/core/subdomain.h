@@ -133,11 +133,11 @@ class Subdomain {
     void forget_start_cells() { members_.forget_start_cells(); }
 
     // ---- catoms that change processes
-    // All of a catom, for its new owner, or what it exports, for those that see it.
-    void pack_catom(Catom catom, ByteWriter& out) const { facts_.pack(catom, out); }
-    void unpack_catom(Catom catom, ByteReader& in) { facts_.unpack(catom, in); }
-    void pack_exports(Catom catom, ByteWriter& out) const { columns.pack(catom, tuple::Columns::Which::Exported, out); }
-    void unpack_exports(Catom catom, ByteReader& in) { facts_.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0); }
+    // What another process needs of a catom (runtime/sim/core/migration.h): all of it if it is owned there, what it exports if it is
+    // a ghost.
+    void pack_catom(Catom catom, CatomState there, ByteWriter& out) const;
+    // As it was packed for the state that the catom has here.
+    void unpack_catom(Catom catom, ByteReader& in);
 
     // ---- what a module says of the run
     // Facts or links have changed in a tick that may still fail: then they are no longer those of the last tick.

@@ -109,7 +109,7 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                     static_cast<std::uint64_t>(std::lower_bound(creations.begin(), creations.end(), subdomain.ensemble.key(p.to)) -
                                                creations.begin());
                 announce(subdomain, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
-                announce(subdomain, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .id = id});
+                announce(subdomain, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .who = {id, {}}});
                 if (known_.created) {
                     Value value{};
                     value.catom = id;
@@ -141,91 +141,65 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
 // A catom goes to another cell: its new owner gets all of it, processes that see it get what it exports, its old process and
 // those that saw it forget it. Within one process it keeps its index.
 void LatticeMotion::relocate(Subdomain& subdomain, const Proposal& p) {
-    const Cell from = p.from, to = p.to;
-    const Catom mover = p.mover;
-    const int me = subdomain.comm.process(), owner = subdomain.halo->owner(to);
-    const std::vector<int> old_processes = subdomain.halo->listeners(from);
-    for (const int other : old_processes) {
-        if (other == me && owner == me) continue;
-        const Change change{.kind = Change::Kind::Remove, .cell = p.from};
-        if (other == me)
-            mine_.push_back(change);
-        else {
-            packets_[static_cast<std::size_t>(other)].write(change.kind);
-            packets_[static_cast<std::size_t>(other)].write(change.cell);
-        }
-    }
-    for (const int other : subdomain.halo->listeners(to)) {
+    const int me = subdomain.comm.process(), owner = subdomain.halo->owner(p.to);
+    MELD_EXPECT(subdomain.owned(p.mover) && subdomain.halo->owner(p.from) == me, "catom @{} is moved by process {}", p.id, me);
+    for (const int other : subdomain.halo->listeners(p.from))
+        if (other != me || owner != me) tell(other, me, {.kind = Change::Kind::Remove, .cell = p.from});
+    for (const int other : subdomain.halo->listeners(p.to)) {
         if (other == me && owner == me) {
             mine_.push_back({.kind = Change::Kind::Move, .cell = p.from, .to = p.to});
             continue;
         }
-        Change change{.kind = Change::Kind::Add, .held = held_[mover], .cell = p.to, .id = p.id};
-        ByteWriter state;
-        if (other == owner)
-            subdomain.pack_catom(mover, state);
-        else
-            subdomain.pack_exports(mover, state);
-        change.state = state.take();
-        if (other == me) {
-            mine_.push_back(std::move(change));
-            continue;
-        }
-        ByteWriter& out = packets_[static_cast<std::size_t>(other)];
-        out.write(change.kind);
-        out.write(change.cell);
-        out.write(change.newborn);
-        out.write(change.held);
-        out.write(change.id);
-        out.write_block(change.state);
+        const CatomState there = other == owner ? kCatomOwned : kCatomGhost;
+        tell(other, me, {.kind = Change::Kind::Add, .held = held_[p.mover], .cell = p.to, .who = pack_migrant(subdomain, p.mover, there)});
     }
 }
 
-// Queues a change without state for every process that knows its cell.
+// Queues a change for every process that knows its cell.
 void LatticeMotion::announce(Subdomain& subdomain, const Change& change) {
-    const auto send = [&](int other) {
-        if (other == subdomain.comm.process()) {
-            mine_.push_back(change);
-            return;
-        }
-        ByteWriter& out = packets_[static_cast<std::size_t>(other)];
-        out.write(change.kind);
-        out.write(change.cell);
-        if (change.kind == Change::Kind::Add) {
-            out.write(change.newborn);
-            out.write(change.held);
-            out.write(change.id);
-            out.write_block({});
-        } else if (change.kind == Change::Kind::Hold) {
-            out.write(change.held);
-        }
-    };
-    if (subdomain.alone()) return send(0);
-    for (const int other : subdomain.halo->listeners(change.cell)) send(other);
+    const int me = subdomain.comm.process();
+    if (subdomain.alone()) return tell(me, me, change);
+    for (const int other : subdomain.halo->listeners(change.cell)) tell(other, me, change);
+}
+
+void LatticeMotion::tell(int process, int me, const Change& change) {
+    MELD_EXPECT(process >= 0 && static_cast<std::size_t>(process) < packets_.size(), "process {} of {}", process, packets_.size());
+    if (process == me)
+        mine_.push_back(change);
+    else
+        write(packets_[static_cast<std::size_t>(process)], change);
+}
+
+void LatticeMotion::write(ByteWriter& out, const Change& change) {
+    MELD_EXPECT(change.kind != Change::Kind::Move, "a move within a process is sent to another");
+    out.write(change.kind);
+    out.write(change.cell);
+    if (change.kind == Change::Kind::Remove) return;
+    out.write(change.held);
+    if (change.kind == Change::Kind::Hold) return;
+    out.write(change.newborn);
+    change.who.write(out);
+}
+
+LatticeMotion::Change LatticeMotion::read(ByteReader& in) {
+    Change change;
+    change.kind = in.read<Change::Kind>();
+    change.cell = in.read<Cell>();
+    if (change.kind == Change::Kind::Remove) return change;
+    change.held = in.read<std::int32_t>();
+    if (change.kind == Change::Kind::Hold) return change;
+    MELD_CHECK(change.kind == Change::Kind::Add, "a change of kind {} from another process", static_cast<int>(change.kind));
+    change.newborn = in.read<bool>();
+    change.who = Migrant::read(in);
+    return change;
 }
 
 std::vector<LatticeMotion::Change> LatticeMotion::exchange(Subdomain& subdomain) {
     std::vector<Change> changes = std::move(mine_);
     mine_.clear();
     if (subdomain.alone()) return changes;
-    for (const comm::Packet& packet : subdomain.comm.exchange(comm::take_packets(packets_))) {
-        ByteReader in(packet.bytes, "granted moves");
-        while (!in.done()) {
-            Change c;
-            c.kind = in.read<Change::Kind>();
-            c.cell = in.read<Cell>();
-            if (c.kind == Change::Kind::Add) {
-                c.newborn = in.read<bool>();
-                c.held = in.read<std::int32_t>();
-                c.id = in.read<std::uint64_t>();
-                const auto state = in.read_block();
-                c.state.assign(state.begin(), state.end());
-            } else if (c.kind == Change::Kind::Hold) {
-                c.held = in.read<std::int32_t>();
-            }
-            changes.push_back(std::move(c));
-        }
-    }
+    for (const comm::Packet& packet : subdomain.comm.exchange(comm::take_packets(packets_)))
+        for (ByteReader in(packet.bytes, "granted moves"); !in.done();) changes.push_back(read(in));
     return changes;
 }
 
@@ -257,26 +231,12 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
 }
 
 void LatticeMotion::apply_add(Subdomain& subdomain, const Change& c) {
-    const Cell cell = c.cell;
-    const bool ours = subdomain.halo->owner(cell) == subdomain.comm.process();
-    const Catom catom = subdomain.add_catom(c.id, cell, ours ? kCatomOwned : kCatomGhost);
+    MELD_EXPECT(c.held >= 0 && c.held <= world_.motion.capacity, "catom @{} holds {} units", c.who.id, c.held);
+    const Catom catom = c.newborn ? add_newborn(subdomain, c.who.id, c.cell) : add_migrant(subdomain, c.who, c.cell);
     held_.resize(subdomain.ensemble.index_count());
     held_[catom] = c.held;
-    MELD_ASSERT(c.held >= 0, "catom @{} holds {} units", c.id, c.held);
     account(subdomain, catom, 1);
-    if (c.newborn) {
-        if (!ours) return;
-        subdomain.mark(catom, kDirtyBirths);
-        hold(subdomain, catom, 0);
-        return;
-    }
-    ByteReader in(c.state, "a catom that has moved");
-    if (ours) {
-        subdomain.unpack_catom(catom, in);
-        subdomain.mark(catom, kDirtyLinks | kDirtyPlace);
-    } else {
-        subdomain.unpack_exports(catom, in);
-    }
+    if (c.newborn) hold(subdomain, catom, 0);
 }
 
 void LatticeMotion::finish(Subdomain& subdomain) {

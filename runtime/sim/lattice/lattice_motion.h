@@ -10,6 +10,7 @@
 
 #include "runtime/abi/actions.h"
 #include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/migration.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -49,9 +50,8 @@ class LatticeMotion : public SimModule {
         bool newborn = false;                                                            // Add
         std::int32_t held = 0;                                                           // Add: units it comes with; Hold: the change.
         Cell cell = {};                                                                  // Move: the old place.
-        Cell to = {};                       // Move: the new one; only for the process that owns both.
-        std::uint64_t id = 0;               // Add
-        std::vector<std::byte> state = {};  // Add: everything for the new owner, the exports for the others.
+        Cell to = {};      // Move: the new one; only for the process that owns both.
+        Migrant who = {};  // Add
     };
 
     // proposals.cpp
@@ -72,6 +72,11 @@ class LatticeMotion : public SimModule {
     std::vector<CellKey> number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const;
     void relocate(Subdomain& subdomain, const Proposal& p);
     void announce(Subdomain& subdomain, const Change& change);
+    // Queues a change for a process, which may be this one, `me`.
+    void tell(int process, int me, const Change& change);
+    // A change on its way to another process.
+    static void write(ByteWriter& out, const Change& change);
+    static Change read(ByteReader& in);
     std::vector<Change> exchange(Subdomain& subdomain);
     void apply(Subdomain& subdomain, std::vector<Change> changes);
     void apply_add(Subdomain& subdomain, const Change& change);
