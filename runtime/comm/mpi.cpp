@@ -130,6 +130,7 @@ class Mpi final : public Communicator {
         allgather_now(&own_size, sizeof own_size, sizes.data());
         std::uint64_t total = 0;
         for (const std::uint64_t size : sizes) total += size;
+        MELD_ENSURE(total >= own_size, "{} bytes in all, and {} of them of this process", total, own_size);
         return total <= chunk_bytes_ ? gather_at_once(bytes, sizes, total) : gather_by_broadcasts(bytes, sizes);
     }
 
@@ -160,6 +161,8 @@ class Mpi final : public Communicator {
 
     std::vector<std::vector<std::byte>> gather_at_once(std::span<const std::byte> bytes, const std::vector<std::uint64_t>& sizes,
                                                        std::uint64_t total) const {
+        MELD_EXPECT(sizes[static_cast<std::size_t>(process_)] == bytes.size() && total <= chunk_bytes_, "{} bytes of {}", bytes.size(),
+                    total);
         std::vector<int> counts, begins;
         int begin = 0;
         for (const std::uint64_t size : sizes) {

@@ -35,6 +35,7 @@ MpiExchange::MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes) : commu
 // Exchange", PPoPP 2010, algorithm 2. A synchronous send is complete when its receiver has begun to receive; a process whose
 // sends are complete enters the barrier; when the barrier is complete, every message of the round has been received.
 std::vector<Packet> MpiExchange::by_consensus(const std::vector<Packet>& packets) {
+    MELD_EXPECT(sends_.empty(), "{} packets of an earlier round are under way", sends_.size());
     const int tag = kConsensusTags[round_++ % 2];
     for (const Packet& packet : packets) send_chunks(packet, tag);
 
@@ -63,6 +64,7 @@ std::vector<Packet> MpiExchange::by_consensus(const std::vector<Packet>& packets
     sends_.clear();
     for (const Packet& packet : received) place_of_process_[static_cast<std::size_t>(packet.process)] = kNowhere;
     std::ranges::sort(received, {}, &Packet::process);
+    MELD_ENSURE(std::ranges::adjacent_find(received, {}, &Packet::process) == received.end(), "two packets of one process");
     return received;
 }
 
@@ -93,6 +95,7 @@ bool MpiExchange::receive_one(int tag, std::vector<Packet>& received) {
 }
 
 Packet& MpiExchange::packet_from(int process, std::vector<Packet>& received) {
+    MELD_EXPECT(process >= 0 && process < processes_ && process != process_, "a packet of process {}", process);
     std::size_t& place = place_of_process_[static_cast<std::size_t>(process)];
     if (place == kNowhere) {
         place = received.size();
@@ -102,12 +105,15 @@ Packet& MpiExchange::packet_from(int process, std::vector<Packet>& received) {
 }
 
 std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
+    MELD_EXPECT(sends_.empty() && receives_.empty(), "{} packets of an earlier round are under way", sends_.size() + receives_.size());
     // A word says size + 1, and 0 that there is no packet: a packet may be empty.
     std::ranges::fill(send_counts_, 0);
     for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.process)] = packet.bytes.size() + 1;
     MPI_Request counts = MPI_REQUEST_NULL;
     MPI_Ialltoall(send_counts_.data(), 1, MPI_UINT64_T, receive_counts_.data(), 1, MPI_UINT64_T, communicator_, &counts);
     wait_patiently(counts);
+
+    MELD_CHECK(receive_counts_[static_cast<std::size_t>(process_)] == 0, "process {} sends itself a packet", process_);
 
     std::vector<Packet> received;
     for (int from = 0; from < processes_; ++from) {

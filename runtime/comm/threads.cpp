@@ -55,6 +55,7 @@ class Hall {
         if (arrived_ == 0) operation_ = operation;
         if (operation_ != operation)
             break_with(fmt::format("a process calls {} while another one calls {}", name_of(operation), name_of(operation_)));
+        MELD_ASSERT(arrived_ < processes_, "{} of {} processes have arrived", arrived_, processes_);
         const std::size_t meeting = meeting_;
         if (++arrived_ == processes_) {
             arrived_ = 0;
@@ -69,6 +70,7 @@ class Hall {
     // A process has returned from its body.
     void finish() {
         const std::lock_guard lock(mutex_);
+        MELD_EXPECT(finished_ < processes_, "{} of {} processes have finished", finished_, processes_);
         ++finished_;
         if (arrived_ > 0 && !failed_) {
             failure_ = std::make_exception_ptr(
@@ -159,6 +161,7 @@ class ThreadProcess final : public Communicator {
   private:
     std::vector<Offer>& put(Offer offer, Operation operation) {
         std::vector<Offer>& board = hall_.board(round_++);
+        MELD_EXPECT(static_cast<std::size_t>(process_) < board.size(), "process {} of {}", process_, board.size());
         board[static_cast<std::size_t>(process_)] = std::move(offer);
         hall_.meet(operation);
         return board;

@@ -131,6 +131,7 @@ void take_out(Subdomain& subdomain, Catom catom) {
 // A catom of ours that has gone stays as a ghost where a catom that stays touches it.
 void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int owner) {
     const Catom catom = *subdomain.ensemble.find(id);
+    MELD_EXPECT(subdomain.owned(catom) && owner != subdomain.comm.process(), "catom @{} goes to process {}", id, owner);
     std::vector<Neighbour> staying = neighbours_of(subdomain, owners, catom);
     std::erase_if(staying, [&](const Neighbour& n) {
         return n.owner != subdomain.comm.process() || !subdomain.owned(*subdomain.ensemble.find(n.who.id));
@@ -144,13 +145,17 @@ void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int
 }
 
 void arrive(Subdomain& subdomain, const Arrival& a) {
-    if (const std::optional<Catom> ghost = subdomain.ensemble.find(a.who.id)) take_out(subdomain, *ghost);
+    if (const std::optional<Catom> ghost = subdomain.ensemble.find(a.who.id)) {
+        MELD_CHECK(!subdomain.owned(*ghost), "catom @{} comes to the process that has it", a.who.id);
+        take_out(subdomain, *ghost);
+    }
     const Catom catom = add_migrant_freely(subdomain, a.who, a.position, subdomain.comm.process());
     if (subdomain.senses_positions()) subdomain.sense_position(catom, a.sensed);
 }
 
 void connect(Subdomain& subdomain, const Arrival& a) {
     const Catom catom = *subdomain.ensemble.find(a.who.id);
+    MELD_EXPECT(subdomain.owned(catom), "catom @{} is not ours", a.who.id);
     for (const Neighbour& n : a.neighbours) {
         std::optional<Catom> other = subdomain.ensemble.find(n.who.id);
         if (!other) other = add_migrant_freely(subdomain, n.who, n.position, n.owner);
@@ -177,6 +182,12 @@ void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactL
         if (const std::optional<Catom> ghost = subdomain.ensemble.find(id)) subdomain.set_owner(*ghost, owner);
     for (const Arrival& a : arrivals) arrive(subdomain, a);
     for (const Arrival& a : arrivals) connect(subdomain, a);
+    MELD_ENSURE(std::ranges::all_of(owners,
+                                    [&](const auto& moved) {
+                                        const std::optional<Catom> catom = subdomain.ensemble.find(moved.first);
+                                        return !catom || subdomain.owner_of(*catom) == moved.second;
+                                    }),
+                "a catom has not followed its body");
     std::vector<ContactLinks::Pair> waiting;
     for (const Arrival& a : arrivals)
         for (const std::uint64_t other : a.waits_for)

@@ -117,6 +117,7 @@ void DividedBodies::balance(Subdomain& subdomain) {
     for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "work of processes"); !in.done();) {
             const auto p = in.read<std::size_t>();
+            MELD_CHECK(p < processes, "work of process {} of {}", p, processes);
             all[p] += in.read<std::uint64_t>();
         }
     double load = load_of(all);

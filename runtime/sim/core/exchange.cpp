@@ -23,6 +23,7 @@ void Exchange::note_export(int worker, Catom catom, u16 column) {
 }
 
 void Exchange::run() {
+    MELD_EXPECT(std::ranges::all_of(packets_, &ByteWriter::empty), "something of an earlier tick is still to be sent");
     sent_bytes_ = 0;
     arrivals_.clear();
     if (subdomain_.alone()) {
@@ -61,6 +62,8 @@ void Exchange::pack_export(ByteWriter& out, const Export& changed) const {
     pack_name(out, changed.catom);
     out.write(changed.column);
     if (!rows) return columns.pack_column(changed.column, changed.catom, out);
+    MELD_ASSERT(columns.changes().of(changed.column, changed.catom) != nullptr, "column {} of catom {} has not changed", changed.column,
+                changed.catom);
     const RowChanges& changes = *columns.changes().of(changed.column, changed.catom);
     out.write(changes.removed);
     out.write(changes.added);
@@ -113,7 +116,9 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
             arrivals_.push_back({catom, number, values.data()});
             continue;
         }
-        MELD_ASSERT(!subdomain_.owned(catom) && number < module.column_count, "catom {}, column {}", catom, number);
+        MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
+                    packet.process);
+        MELD_ASSERT(number < module.column_count, "catom {}, column {}", catom, number);
         if (record == Record::Rows)
             unpack_rows(number, catom, in);
         else
@@ -141,6 +146,7 @@ void Exchange::sort_arrivals() {
     sort_by_key(order_, spare_);
     sorted_.clear();
     for (const Keyed& k : order_) sorted_.push_back(arrivals_[k.place]);
+    MELD_ENSURE(sorted_.size() == arrivals_.size(), "{} of {} facts that came", sorted_.size(), arrivals_.size());
     arrivals_.swap(sorted_);
 }
 

@@ -65,6 +65,8 @@ Result<void> Setup::run() {
     else
         populate_cells(counts);
 
+    MELD_ENSURE(s.ensemble.owned_count() + s.ensemble.ghost_count() == s.ensemble.index_count() && s.ensemble.owned_count() <= s.next_id(),
+                "{} catoms and {} ghosts", s.ensemble.owned_count(), s.ensemble.ghost_count());
     s.facts_.resize(s.ensemble.index_count());
     for (Catom c = 0; c < s.ensemble.index_count(); ++c)
         if (s.owned(c)) s.mark(c, kDirtyBirths);

@@ -22,11 +22,14 @@ void Tick::begin() {
         s.mark(catom, kDirtyGroups);
     };
     s.facts_.evaluator.timers().fire(now, wake, wake_group);
+    MELD_ENSURE(s.timers().empty() || s.timers().next() > now, "a timer of tick {} is left in tick {}", s.timers().next(), now);
 }
 
 const Totals& Tick::end() {
     Subdomain& s = subdomain_;
     s.refresh();
+    MELD_EXPECT(s.abi_.greatest_rank <= s.totals.greatest_rank, "rank {} was known before {}", s.abi_.greatest_rank,
+                s.totals.greatest_rank);
     s.abi_.greatest_rank = s.totals.greatest_rank;
     eval::Failure failure;
     {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/tuple/facts.h"
@@ -80,6 +81,7 @@ void Unsettled::after(Subdomain& subdomain) {
         bool followed = false;
     };
     std::vector<News> news(followed_.size());
+    MELD_EXPECT(hashes_.size() == awake_.size() * followed_.size(), "{} hashes of {} catoms", hashes_.size(), awake_.size());
     const u32* hash = hashes_.data();
     for (const Seen& s : awake_)
         for (std::size_t i = 0; i < followed_.size(); ++i) {
@@ -119,6 +121,7 @@ void Unsettled::note_changes(Subdomain& subdomain, Followed& f, bool changed) {
     const auto catom = f.id == kNobody || !changed ? std::nullopt : subdomain.ensemble.find(f.id);
     if (!catom || !subdomain.owned(*catom)) return;
     const std::vector<std::string> now = facts_of(subdomain, f.predicate, *catom);
+    MELD_EXPECT(std::is_sorted(f.facts.begin(), f.facts.end()), "facts of @{} out of order", f.id);
     std::vector<std::string> gone, come;
     std::set_difference(f.facts.begin(), f.facts.end(), now.begin(), now.end(), std::back_inserter(gone));
     std::set_difference(now.begin(), now.end(), f.facts.begin(), f.facts.end(), std::back_inserter(come));

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "runtime/base/assert.h"
+
 namespace meld::sim {
 
 namespace {
@@ -22,6 +24,8 @@ class Surroundings {
           beside_(beside),
           pivot_port_(pivot),
           ports_(lattice.ports()) {
+        MELD_EXPECT(pivot >= 0 && pivot < ports_, "port {} of {}", pivot, ports_);
+        MELD_EXPECT(full(pivot_) && pivot_ != beside, "a catom goes around the empty cell {} {} {}", pivot_.x, pivot_.y, pivot_.z);
         const world::Vec3 zero = lattice.position({});
         for (int port = 0; port < ports_; ++port) {
             const world::Vec3 at = lattice.position(lattice.neighbour({}, port));
@@ -94,6 +98,7 @@ class Surroundings {
             const std::optional<std::vector<Cell>> step = needs(from[static_cast<std::size_t>(port)], port);
             way.empty.insert(way.empty.end(), step->begin(), step->end());
         }
+        MELD_ENSURE(!full_(way.to) && reached(way.to), "the way ends in {} {} {}", way.to.x, way.to.y, way.to.z);
         std::erase(way.empty, mover_);
         std::sort(way.empty.begin(), way.empty.end());
         way.empty.erase(std::unique(way.empty.begin(), way.empty.end()), way.empty.end());

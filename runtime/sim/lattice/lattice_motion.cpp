@@ -41,6 +41,7 @@ Result<void> LatticeMotion::start(Subdomain& subdomain) {
 }
 
 void LatticeMotion::account(const Subdomain& subdomain, Catom catom, int sign) {
+    MELD_EXPECT(catom < held_.size() && (sign == 1 || sign == -1), "catom {} of {}", catom, held_.size());
     if (!subdomain.owned(catom)) return;
     units_ += sign * held_[catom];
     if (world_.target && !subdomain.ensemble.target(subdomain.ensemble.cell(catom))) outside_ += sign;
@@ -135,7 +136,9 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                 MELD_CHECK(false, "{} is no motion on a lattice", info(p.kind).word);
         }
     }
-    subdomain.take_ids(creations.size());
+    [[maybe_unused]] const std::uint64_t first = subdomain.take_ids(creations.size());
+    MELD_ENSURE(std::adjacent_find(creations.begin(), creations.end()) == creations.end(), "two catoms are made in one cell after @{}",
+                first);
 }
 
 // A catom goes to another cell: its new owner gets all of it, processes that see it get what it exports, its old process and

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "runtime/abi/actions.h"
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
 #include "runtime/comm/packets.h"
@@ -27,7 +28,8 @@ class Claims {
   public:
     explicit Claims(std::size_t claims) { slots_.resize(std::bit_ceil((claims + 16) * 2)); }
     const Proposal*& at(CellKey key) {
-        // No claim is the key ~0: the highest brick is never reached by that cell.
+        // The highest brick is never reached by that cell.
+        MELD_EXPECT(key != kEmpty, "a claim on the cell that stands for none");
         for (std::size_t i = mix64(key) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
             if (slots_[i].key == kEmpty) slots_[i].key = key;
             if (slots_[i].key == key) return slots_[i].best;
@@ -50,6 +52,8 @@ void write_proposal(ByteWriter& out, const Proposals& from, const Proposal& p) {
 
 void read_proposal(ByteReader& in, Proposals& to) {
     Proposal p = in.read<Proposal>();
+    MELD_CHECK(p.claim_count <= in.left() / sizeof(CellKey), "a proposal of catom @{} with {} claims in {} bytes", p.id, p.claim_count,
+               in.left());
     p.first_claim = static_cast<std::uint32_t>(to.claims.size());
     for (std::uint32_t i = 0; i < p.claim_count; ++i) to.claims.push_back(in.read<CellKey>());
     to.list.push_back(p);
@@ -64,6 +68,7 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         Proposal p;
         const ActionKind kind = subdomain.kind_of(action);
         if (info(kind).performer != ActionInfo::Performer::Lattice) continue;
+        MELD_EXPECT(subdomain.owned(action.catom) && action.arguments != nullptr, "{} of catom {}", info(kind).word, action.catom);
         p.kind = kind;
         p.id = subdomain.ensemble.id(action.catom);
         const Cell cell = subdomain.ensemble.cell(action.catom);
@@ -91,6 +96,7 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         out.claims.resize(p.first_claim);
         refuse(subdomain, action.catom, kind);
     }
+    MELD_ENSURE(std::ranges::is_sorted(out.list, {}, &Proposal::id), "the requests of a catom do not stand together");
     return out;
 }
 
@@ -281,11 +287,14 @@ void LatticeMotion::veto_teleports(Subdomain& subdomain, std::vector<Proposal>& 
 // A proposal is granted if it is the smallest on each of its claims.
 std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& all) {
     Claims best(all.claims.size());
-    for (const Proposal& p : all.list)
+    for (const Proposal& p : all.list) {
+        MELD_EXPECT(p.claim_count > 0 && p.first_claim + p.claim_count <= all.claims.size(), "catom @{} claims {} of {}", p.id,
+                    p.first_claim, all.claims.size());
         for (std::uint32_t i = 0; i < p.claim_count; ++i) {
             const Proposal*& first = best.at(all.claims[p.first_claim + i]);
             if (first == nullptr || p.order() < first->order()) first = &p;
         }
+    }
     std::vector<bool> granted;
     for (const Proposal& p : mine.list) {
         bool wins = true;
@@ -296,6 +305,7 @@ std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& 
         }
         granted.push_back(wins);
     }
+    MELD_ENSURE(granted.size() == mine.list.size(), "{} of {} requests are decided", granted.size(), mine.list.size());
     return granted;
 }
 
