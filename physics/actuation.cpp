@@ -29,16 +29,55 @@ Interaction moved(Interaction interaction, Vec3 first_lever, Vec3 second_lever) 
     return interaction;
 }
 
-Interaction two_poles(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b) {
+// An interaction whose energy falls as `power` of the distance along a line, so ended that nothing is left at `reach`: the energy is
+// taken (1 - x)^2 times, x = (distance / reach)^power, and the force is its derivative, which along the line is the former force
+// 1 - x^2 times. So both fall all the way, and what goes in comes out again.
+Interaction ended(const Interaction& whole, Vec3 apart, double distance, double reach, int power) {
+    if (!(distance < reach)) return {};
+    double x = 1;
+    for (int i = 0; i < power; ++i) x *= distance / reach;
+    const double kept = (1 - x) * (1 - x), slope = -2 * power * x * (1 - x) / distance;
+    return {kept * whole.force_n - (whole.energy_j * slope / distance) * apart, kept * whole.first_torque_nm, kept * whole.second_torque_nm,
+            kept * whole.energy_j};
+}
+
+// Levers lead from the surface points to where something acts. Depths add to the reach: it ends where the surfaces of two that face
+// each other are the range apart, and nowhere acts between bodies with a wider gap.
+Interaction two_dipoles(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double range) {
+    const Vec3 first_lever = -first.depth_m * a.direction, second_lever = -second.depth_m * b.direction;
+    const Vec3 apart = (b.surface + second_lever) - (a.surface + first_lever);
+    const Interaction whole = dipoles((a.sign * first.strength) * a.direction, (b.sign * second.strength) * b.direction, apart);
+    return moved(ended(whole, apart, length(apart), range + first.depth_m + second.depth_m, 3), first_lever, second_lever);
+}
+
+Interaction two_poles(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double range) {
     Interaction sum;
     for (const int i : {0, 1})
         for (const int j : {0, 1}) {
-            const Vec3 first_lever = -(first.depth_m + i * first.length_m) * a.direction;
-            const Vec3 second_lever = -(second.depth_m + j * second.length_m) * b.direction;
+            const double first_depth = first.depth_m + i * first.length_m, second_depth = second.depth_m + j * second.length_m;
+            const Vec3 first_lever = -first_depth * a.direction, second_lever = -second_depth * b.direction;
+            const Vec3 apart = (b.surface + second_lever) - (a.surface + first_lever);
             const double p = (i == 0 ? 1 : -1) * a.sign * first.strength, q = (j == 0 ? 1 : -1) * b.sign * second.strength;
-            add(sum, moved(poles(p, q, (b.surface + second_lever) - (a.surface + first_lever)), first_lever, second_lever));
+            const Interaction whole = poles(p, q, apart);
+            add(sum, moved(ended(whole, apart, length(apart), range + first_depth + second_depth, 1), first_lever, second_lever));
         }
     return sum;
+}
+
+// Plates pull along the line between their surface points, or straight on when they touch. What separates them electrically is the gap
+// and the dielectric.
+Interaction two_plates(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double range,
+                       double& charge_j) {
+    constexpr double kTouching_m = 1e-9;
+    const Vec3 between = b.surface - a.surface;
+    const double gap = length(between), volts = a.sign * first.strength - b.sign * second.strength;
+    const Vec3 line = gap > kTouching_m ? (1 / gap) * between : a.direction;
+    const PlatePull pull = plates(first, second, volts, gap);
+    const double cover = first.cover_m / first.permittivity + second.cover_m / second.permittivity;
+    const Interaction whole{-pull.force_n * line, {}, {}, -pull.capacitance_f * volts * volts / 2};
+    const Interaction left = ended(whole, (gap + cover) * line, gap + cover, range + cover, 1);
+    charge_j = -2 * left.energy_j;
+    return left;
 }
 
 }  // namespace
@@ -60,6 +99,19 @@ std::vector<Vec3> feature_directions(int count) {
     if (count == 24)
         for (const Vec3 v : {Vec3{1, 1, far}, Vec3{1, far, 1}, Vec3{far, 1, 1}}) add_signs(v);
     return directions;
+}
+
+double depth_of(const Feature& feature) {
+    switch (feature.kind) {
+        case FeatureKind::Dipole:
+            return feature.depth_m;
+        case FeatureKind::TwoPole:
+            return feature.depth_m + feature.length_m;
+        case FeatureKind::Plate:
+        case FeatureKind::Latch:
+            break;
+    }
+    return 0;
 }
 
 Result<std::vector<Feature>> check_features(std::vector<Feature> features) {
@@ -101,50 +153,27 @@ Interaction poles(double p, double q, Vec3 r) {
     return {(kMagnetic * p * q / (d2 * d)) * r, {}, {}, kMagnetic * p * q / d};
 }
 
-PlatePull plates(const Feature& first, const Feature& second, double gap_m) {
-    const double area = std::min(first.area_m2, second.area_m2), volts = first.strength + second.strength;
+PlatePull plates(const Feature& first, const Feature& second, double volts, double gap_m) {
+    const double area = std::min(first.area_m2, second.area_m2);
     const double gap = std::max(gap_m, 0.0) + first.cover_m / first.permittivity + second.cover_m / second.permittivity;
     return {kEpsilon0 * area * volts * volts / (2 * gap * gap), kEpsilon0 * area / gap};
 }
 
 Interaction interact(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double& charge_j) {
     charge_j = 0;
-    if (first.kind != second.kind || first.kind == FeatureKind::Latch) return {};
-    const Vec3 between = b.surface - a.surface;
-    const double distance = length(between), range = std::min(first.range_m, second.range_m);
-    if (distance >= range) return {};
-    Interaction whole;
+    if (first.kind != second.kind) return {};
+    const double range = std::min(first.range_m, second.range_m);
     switch (first.kind) {
-        case FeatureKind::Dipole: {
-            const Vec3 first_lever = -first.depth_m * a.direction, second_lever = -second.depth_m * b.direction;
-            const Vec3 apart = (b.surface + second_lever) - (a.surface + first_lever);
-            whole = moved(dipoles((a.sign * first.strength) * a.direction, (b.sign * second.strength) * b.direction, apart), first_lever,
-                          second_lever);
-            break;
-        }
+        case FeatureKind::Dipole:
+            return two_dipoles(first, a, second, b, range);
         case FeatureKind::TwoPole:
-            whole = two_poles(first, a, second, b);
-            break;
-        case FeatureKind::Plate: {
-            // Plates pull along the line between them, or straight on when they touch.
-            const Vec3 line = distance > 1e-9 ? (1 / distance) * between : a.direction;
-            const PlatePull pull = plates(first, second, distance);
-            const double volts = first.strength + second.strength;
-            charge_j = pull.capacitance_f * volts * volts;
-            whole = {-pull.force_n * line, {}, {}, -charge_j / 2};
-            break;
-        }
+            return two_poles(first, a, second, b, range);
+        case FeatureKind::Plate:
+            return two_plates(first, a, second, b, range, charge_j);
         case FeatureKind::Latch:
             break;
     }
-    // The energy is faded by a smooth step s, and the force is its derivative, so that what goes in comes out again.
-    const double begin = 2 * range / 3;
-    if (distance <= begin) return whole;
-    const double t = (distance - begin) / (range - begin), kept = 1 - t * t * (3 - 2 * t), slope = -6 * t * (1 - t) / (range - begin);
-    const Vec3 line = (1 / distance) * between;
-    charge_j *= kept;
-    return {kept * whole.force_n - (whole.energy_j * slope) * line, kept * whole.first_torque_nm, kept * whole.second_torque_nm,
-            kept * whole.energy_j};
+    return {};
 }
 
 }  // namespace meld::physics

@@ -16,7 +16,7 @@ enum class FeatureKind : std::uint8_t {
     Dipole,
     // Two poles of strength, A m, the outer `depth_m` below the surface, the other `length_m` deeper. For gaps below the length.
     TwoPole,
-    // A plate of area_m2 at the surface under `cover_m` of dielectric, charged to strength, V, when on.
+    // A plate of area_m2 at the surface under `cover_m` of dielectric, at strength, V, when on, or -strength where reversed.
     Plate,
     // Holds with up to strength, N, once it has met another latch.
     Latch,
@@ -31,8 +31,8 @@ struct Feature {
     double area_m2 = 0.01;
     double cover_m = 1e-4;
     double permittivity = 3;
-    // Two features farther apart than this do not act on each other; from two thirds of it on they fade. For a latch: how wide
-    // a gap it closes.
+    // Two features that face each other do not act across a wider gap; their force falls to nothing there. For a latch: how wide a gap
+    // it closes.
     double range_m = 0.1;
     // Drawn while on, and at each switching on.
     double power_w = 0;
@@ -40,6 +40,9 @@ struct Feature {
 };
 
 inline constexpr std::size_t kMaxFeatures = 32;
+
+// How deep below the surface a feature acts, m.
+double depth_of(const Feature& feature);
 
 // Directions to the neighbours in the lattices that ensembles use: 6 (cubic), 12 (face-centred cubic), or 24 (the corners of
 // a rhombicuboctahedron, a dense cover). Unit vectors.
@@ -62,13 +65,13 @@ struct Interaction {
 Interaction dipoles(Vec3 first_moment, Vec3 second_moment, Vec3 apart_m);
 // Two magnetic poles of strengths p, q: F = mu0 p q / (4 pi r^2), apart for equal signs.
 Interaction poles(double first, double second, Vec3 apart_m);
-// Two plates facing each other `gap_m` apart: F = eps0 A V^2 / (2 (g + t/eps_r)^2) together, C = eps0 A / (g + t/eps_r), where t
-// is the dielectric of both.
+// Two plates facing each other `gap_m` apart, `volts` between them: F = eps0 A V^2 / (2 (g + t/eps_r)^2) together,
+// C = eps0 A / (g + t/eps_r), where t is the dielectric of both.
 struct PlatePull {
     double force_n;
     double capacitance_f;
 };
-PlatePull plates(const Feature& first, const Feature& second, double gap_m);
+PlatePull plates(const Feature& first, const Feature& second, double volts, double gap_m);
 
 // Two features in the world: places of their surface points and unit directions. `signs`: whether each is reversed.
 struct FeaturePose {
@@ -76,8 +79,10 @@ struct FeaturePose {
     Vec3 direction;
     double sign;
 };
-// The interaction about the surface points (torques of forces that act deeper are included), faded by the range of the
-// weaker. Latches and features of unlike kind do nothing here. `charge_j` receives C V^2 of plates.
+// The interaction about the surface points (torques of forces that act deeper are included), ended at the lesser of the ranges: along
+// the line between two dipoles, poles or plates, an attraction or repulsion falls with their distance all the way, to 0. Of plates,
+// unlike polarities attract and like ones of one voltage do nothing. Latches and features of unlike kind do nothing here. `charge_j`
+// receives C V^2 of plates.
 Interaction interact(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose,
                      double& charge_j);
 

@@ -14,6 +14,7 @@
 #include "physics/broadphase.h"
 #include "physics/feature_wrenches.h"
 #include "physics/kernels.h"
+#include "physics/meeting.h"
 #include "physics/ode_library.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
@@ -34,6 +35,13 @@ constexpr double kStepsAhead = 2;
 // A blow goes through about two touching bodies a sweep; what is left of it after the last sweep is stopped without restitution.
 constexpr int kBounceSweeps = 4;
 
+// Bodies that come less far than this, as a share of the smallest diameter, while a list is used are found in time when they
+// overlap a little.
+constexpr double kSlowShare = 0.375;
+
+// A new list holds what fast bodies may meet in the step, and what a relaxing sweep then keeps from touching in the next substep.
+double ahead_of_fast_s(const StepTimes& times) { return times.dt_s + times.substep_s(); }
+
 float squared(double value) { return static_cast<float>(value * value); }
 
 }  // namespace
@@ -44,39 +52,45 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
     const bool soft = solver.mode == SolverMode::Soft, bounces = world_.bounces();
     std::vector<Stage> stages;
     const auto coloured = [&](Kind kind) {
-        for (int colour = 0; colour < kColours; ++colour) stages.push_back({kind, colour});
+        for (int colour = 0; colour < kColours; ++colour) stages.push_back({.kind = kind, .colour = colour});
     };
     // Before anything that would take the approach away: the sweeps of a solver that knows no restitution, and the relaxing one.
     const auto bounce = [&] {
-        for (int sweep = 0; bounces && sweep < kBounceSweeps; ++sweep) coloured(Kind::Bounce);
+        for (int left = bounces ? kBounceSweeps : 0; left > 0; --left) {
+            stages.push_back({.kind = Kind::FindBounces, .bounce_stages = left * (1 + kColours) - 1});
+            coloured(Kind::Bounce);
+        }
     };
-    stages.push_back({Kind::Prepare});
-    stages.push_back({Kind::UpdateSleep});
+    stages.push_back({.kind = Kind::Prepare});
+    stages.push_back({.kind = Kind::UpdateSleep});
     if (world_.has_features()) coloured(Kind::Actuate);
     bounce();
     for (int substep = 0; substep < times.substeps; ++substep) {
-        stages.push_back({Kind::Accelerate});
+        stages.push_back({.kind = Kind::Accelerate});
         if (soft) coloured(Kind::WarmStart);
         for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
-        stages.push_back({Kind::Move});
-        stages.push_back({Kind::Refresh});
+        stages.push_back({.kind = Kind::Move});
+        stages.push_back({.kind = Kind::Refresh});
         bounce();
         for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
     }
-    stages.push_back({Kind::Finish});
+    stages.push_back({.kind = Kind::Finish});
     return stages;
 }
 
 Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
-    for (const Stage& stage : plan(times))
-        if (auto done = run(stage, times, workers); !done) return tl::unexpected(done.error());
+    const std::vector<Stage> stages = plan(times);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        if (auto done = run(stages[i], times, workers); !done) return tl::unexpected(done.error());
+        if (stages[i].must_agree()) i += static_cast<std::size_t>(stages[i].left_out(bouncing_colours_));
+    }
     return report();
 }
 
 Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
     MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
     MELD_EXPECT(stage.colour < kColours && stage.kind <= Stage::Kind::Finish, "colour {}", stage.colour);
-    const Rules rules = rules_for(world_.settings, times);
+    const Rules rules = rules_for(world_.settings, times, 2 * smallest_radius_m_);
     Bodies& bodies = world_.bodies;
     const auto over_colour = [&](const auto& f) {
         for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
@@ -123,6 +137,11 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             over_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
             return {};
         }
+        case Stage::Kind::FindBounces: {
+            const StageClock clock(world_.times.solve);
+            find_bounces(rules.bounce, workers);
+            return {};
+        }
         case Stage::Kind::Bounce: {
             const StageClock clock(world_.times.solve);
             over_colour([&](std::uint32_t block) { bounce_block(block, rules.bounce); });
@@ -155,6 +174,20 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
     }
 }
 
+void BlockEngine::find_bounces(const BounceRule& rule, Workers& workers) {
+    std::atomic<std::uint8_t> found{0};
+    for_blocks(active_, workers, [&](int, std::uint32_t block) {
+        const auto colour = static_cast<std::uint8_t>(1u << colour_of(unpack(grid_.blocks()[block].key)));
+        if ((found.load(std::memory_order_relaxed) & colour) != 0) return;
+        const BodyVelocity* velocities = world_.bodies.velocity.data();
+        bool bounces = false;
+        look_for_bounces(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule, bounces);
+        look_for_bounces(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule, bounces);
+        if (bounces) found.fetch_or(colour, std::memory_order_relaxed);
+    });
+    bouncing_colours_ = found;
+}
+
 void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
     BodyVelocity* velocities = world_.bodies.velocity.data();
     bounce(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule);
@@ -175,7 +208,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
-    if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, list_reach_m()});
+    if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
     if (!fresh_)
         if (auto refreshed = refresh(times, workers); !refreshed) return refreshed;
     // All must forget after a step that failed; a step of another length would make impulses of another size.
@@ -206,7 +239,13 @@ GridShape BlockEngine::next_shape() const {
     const RadiusRange radii = radii_of_world();
     const double skin = world_.settings.skin_share * 2 * radii.min,
                  margin = std::max(kLookAheadShare * 2 * radii.min, world_.feature_range_m());
-    return GridShape::fitting(radii.min, radii.max, margin + skin);
+    return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
+}
+
+void BlockEngine::set_velocities(const Velocities& all, const StepTimes& times) {
+    frame_m_s_ = all.mean();
+    // What is faster ends the step.
+    farthest_path_m_ = std::min(all.greatest_beside_mean(), world_.settings.max_speed_m_s) * ahead_of_fast_s(times);
 }
 
 Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
@@ -214,6 +253,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     note_stillness();
     const RadiusRange radii = radii_of_world();
     if (world_.has_features()) bodies.need_features();
+    if (!owns_) set_velocities(velocities_of(bodies), times);
     smallest_radius_m_ = radii.min;
     skin_m_ = world_.settings.skin_share * 2 * radii.min;
     margin_m_ = reach_m();
@@ -230,10 +270,14 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         std::vector<bool> owned;
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, list_reach_m(), kStepsAhead * times.dt_s},
-                          owns_ ? &owned : nullptr, workers);
+        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_of_fast_s(times), .frame_m_s = frame_m_s_};
+        reach.slow_m = kSlowShare * 2 * radii.min;
+        if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s}, owns_ ? &owned : nullptr,
+                          workers);
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});
+        cages_.clear();
         for (std::size_t b = 0; b < owned.size(); ++b) states_[b].owned = owned[b];
     }
     for (std::size_t b = 0; b < states_.size(); ++b) {
@@ -307,7 +351,9 @@ Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
             const std::lock_guard lock(failing);
             if (!failure || collided.error().first < failure->first) failure = collided.error();
         }
-        if (!refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap)) return;
+        const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
+        refresh_fast(block, times.dt_s);
+        if (!deep) return;
         std::uint32_t seen = crushed.load();
         while (block < seen && !crushed.compare_exchange_weak(seen, block)) {
         }
@@ -316,6 +362,23 @@ Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
     if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};
+}
+
+void BlockEngine::refresh_fast(std::uint32_t block, double dt_s) {
+    const Bodies& bodies = world_.bodies;
+    for (const std::uint32_t lane : contacts_.fast_lanes(block)) {
+        Batch& batch = contacts_.pairs(block)[lane / kLanes];
+        const int i = static_cast<int>(lane % kLanes);
+        if (static_cast<double>(batch.gap[i]) <= kLookAheadShare * 2 * smallest_radius_m_) continue;
+        const Place &a = bodies.place[batch.a[i]], &b = bodies.place[batch.b[i]];
+        const Vec3 path = kStepsAhead * dt_s * (velocity_of(bodies.velocity[batch.b[i]]) - velocity_of(bodies.velocity[batch.a[i]]));
+        const auto met = meet({b.x - a.x, b.y - a.y, b.z - a.z}, a.radius + b.radius, path);
+        batch.gap[i] = met ? static_cast<float>(met->gap_m) : kNoContactGap;
+        if (!met) continue;
+        batch.nx[i] = static_cast<float>(met->normal.x);
+        batch.ny[i] = static_cast<float>(met->normal.y);
+        batch.nz[i] = static_cast<float>(met->normal.z);
+    }
 }
 
 tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block, double dt_s) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -38,7 +39,11 @@ class BlockEngine final : public Engine {
     std::vector<Stage> plan(const StepTimes& times) const;
     Result<void> run(const Stage& stage, const StepTimes& times, Workers& workers);
     StepReport report() const;
+    // What the last stage FindBounces found: the colours of the blocks with contacts that would bounce, as bits.
+    std::uint8_t bouncing_colours() const { return bouncing_colours_; }
 
+    // Before a rebuild, alike on all subdomains: the velocities of the whole world's bodies.
+    void set_velocities(const Velocities& all, const StepTimes& times);
     const BlockGrid& grid() const { return grid_; }
     bool must_rebuild(const StepTimes& times) const { return rebuild_ || list_is_old(times); }
 
@@ -66,6 +71,19 @@ class BlockEngine final : public Engine {
         bool has_features = false;
     };
 
+    // A body that moves in a block where nearly all are still: where it was when the watch on it began, and how fast it has been since.
+    struct Rattler {
+        std::uint32_t slot;
+        Drift at;
+        float peak_squared;
+    };
+    struct Cages {
+        std::vector<Rattler> rattlers;
+        std::uint64_t since_tick = 0;
+        int watch_ticks = 0;
+        bool hold = false;
+    };
+
     Result<void> prepare(const StepTimes& times, Workers& workers);
     bool list_is_old(const StepTimes& times) const;
     Result<void> rebuild(const StepTimes& times, Workers& workers);
@@ -76,6 +94,8 @@ class BlockEngine final : public Engine {
     // The speed below which a body counts as still in steps of this length.
     double still_speed_m_s(double dt_s) const;
     void count_still_ticks(double dt_s);
+    // Whether the bodies of this block that are not still are few, slow, and have long stayed in their cages.
+    bool only_rattles(std::uint32_t block, float still_squared, double dt_s);
     // What the bodies of a new block know of their stillness.
     void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
     bool has_moving_fixed_body(const Block& block) const;
@@ -95,6 +115,9 @@ class BlockEngine final : public Engine {
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
+    void find_bounces(const BounceRule& rule, Workers& workers);
+    // Gaps and normals of pairs of fast bodies that are still apart: those at which they will meet.
+    void refresh_fast(std::uint32_t block, double dt_s);
     void bounce_block(std::uint32_t block, const BounceRule& rule);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
     // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, obstacle(batch, lane, normal force, what
@@ -114,15 +137,21 @@ class BlockEngine final : public Engine {
     BlockGrid grid_;
     Contacts contacts_;
     std::vector<BlockState> states_;
+    // By block, where some are watched.
+    std::unordered_map<std::uint32_t, Cages> cages_;
     std::vector<Wrench> feature_wrenches_;
     std::vector<std::uint32_t> awake_, active_;
     std::array<std::vector<std::uint32_t>, kColours> coloured_;
     double smallest_radius_m_ = 0.5;
     double skin_m_ = 0, margin_m_ = 0;
+    // How far bodies may come before the next list, beside a frame that moves with all of them.
+    double farthest_path_m_ = 0;
+    Vec3 frame_m_s_;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
     // Whether this subdomain owns a block; empty where the world is not divided.
     std::function<bool(BlockCoordinates)> owns_;
+    std::uint8_t bouncing_colours_ = 0;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };

@@ -30,13 +30,15 @@ struct BlockGrid::Sorting {
     std::vector<std::vector<std::uint64_t>> met;
 };
 
-GridShape GridShape::fitting(double min_radius_m, double max_radius_m, double reach_m) {
+GridShape GridShape::fitting(double min_radius_m, double max_radius_m, double reach_m, double paths_m) {
     MELD_EXPECT(min_radius_m > 0 && max_radius_m >= min_radius_m && reach_m >= 0, "{} to {}, {}", min_radius_m, max_radius_m, reach_m);
     const double smallest = 2 * min_radius_m + reach_m;
     const double largest = 2 * max_radius_m + reach_m;
     const double coarsest = 1 << (kMaxLevels - 1);
     GridShape shape;
     shape.cell_m = std::max(smallest, largest / coarsest);
+    // Doubled, so that blocks seldom change with the speed of the fastest.
+    while (shape.block_m() / 2 < largest + paths_m) shape.cell_m *= 2;
     while (shape.cell_m * (1 << (shape.levels - 1)) < largest && shape.levels < kMaxLevels) ++shape.levels;
     // The solver's colours rely on it: a pair reaches into the next block at most.
     MELD_ENSURE(largest <= shape.cell_m * (1 << (shape.levels - 1)) * (1 + 1e-12), "{} in cells of {}", largest, shape.cell_m);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "physics/bodies.h"
+#include "physics/stage.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/error.h"
 #include "runtime/base/parallel_for.h"
@@ -20,7 +21,6 @@ namespace meld::physics {
 
 inline constexpr int kBlockCells = 8;
 inline constexpr int kMaxLevels = 3;
-inline constexpr int kColours = 8;
 inline constexpr std::uint32_t kNoBlock = 0xffffffff;
 // Cells of all levels in a block, and rows of them along x.
 inline constexpr int kCellsOfBlock = 512 + 64 + 8;
@@ -62,8 +62,9 @@ struct GridShape {
 
     double block_m() const { return cell_m * kBlockCells; }
     // Cells fitting bodies of these radii when pairs up to `reach_m` apart (surface to surface) are wanted. Bodies more than
-    // four times larger than the smallest make all cells larger.
-    static GridShape fitting(double min_radius_m, double max_radius_m, double reach_m);
+    // four times larger than the smallest make all cells larger. So do bodies of which two may come paths_m together before the
+    // next search: all pairs lie within half a block.
+    static GridShape fitting(double min_radius_m, double max_radius_m, double reach_m, double paths_m = 0);
 };
 
 class BlockGrid {

@@ -148,7 +148,7 @@ std::size_t BlockEngine::bytes() const {
 }
 
 double BlockEngine::residual() {
-    const Rules rules = rules_for(world_.settings, {last_substep_s_ > 0 ? last_substep_s_ : 1, 1});
+    const Rules rules = rules_for(world_.settings, {last_substep_s_ > 0 ? last_substep_s_ : 1, 1}, 2 * smallest_radius_m_);
     SquareSums sums;
     for (const std::uint32_t block : active_)
         for (const std::span<Batch> batches : {contacts_.pairs(block), contacts_.obstacle_contacts(block)}) {

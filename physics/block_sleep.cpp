@@ -35,6 +35,7 @@ void BlockEngine::note_stillness() {
 
 void BlockEngine::forget_blocks() {
     states_.clear();
+    cages_.clear();
     awake_.clear(), active_.clear();
     for (auto& list : coloured_) list.clear();
 }
@@ -58,13 +59,15 @@ void BlockEngine::count_still_ticks(double dt_s) {
     const double speed = still_speed_m_s(dt_s);
     const auto limit = static_cast<float>(speed * speed);
     const int enough = world_.settings.sleep_ticks;
-    for (BlockState& state : states_) {
+    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+        BlockState& state = states_[b];
         if (state.asleep) continue;
-        if (state.speed_squared > limit) {
+        if (state.speed_squared > limit && !only_rattles(b, limit, dt_s)) {
             state.still_ticks = 0;
             state.stays = false;
             continue;
         }
+        const float speed_squared = std::min(state.speed_squared, limit);
         if (state.still_ticks < std::numeric_limits<std::uint16_t>::max()) ++state.still_ticks;
         if (state.stays || state.still_ticks == 0) continue;
         if (state.still_ticks == 1 || state.decide_at == 0) {
@@ -73,8 +76,8 @@ void BlockEngine::count_still_ticks(double dt_s) {
         }
         // The second and the last quarter of the watch; in the first what has just landed may still be sinking in.
         const int quarter = (4 * state.still_ticks - 1) / state.decide_at;
-        if (quarter == 1) state.first_speed_squared = std::max(state.first_speed_squared, state.speed_squared);
-        if (quarter == 3) state.second_speed_squared = std::max(state.second_speed_squared, state.speed_squared);
+        if (quarter == 1) state.first_speed_squared = std::max(state.first_speed_squared, speed_squared);
+        if (quarter == 3) state.second_speed_squared = std::max(state.second_speed_squared, speed_squared);
         if (state.still_ticks < state.decide_at) continue;
         constexpr float kGrows = 2;
         if (state.second_speed_squared > kGrows * state.first_speed_squared && state.decide_at < 0x8000) {
@@ -84,6 +87,56 @@ void BlockEngine::count_still_ticks(double dt_s) {
             state.stays = true;
         }
     }
+}
+
+// In a pile some bodies carry nothing and go to and fro in a cage of others, without rolling resistance for ever. A cage shows in that
+// such a body comes less far than its speed would take it, in a time long enough for a swing or two; what rolls away does not
+// stay behind, however slowly it rolls. If they are few, the block may sleep, and they with it.
+bool BlockEngine::only_rattles(std::uint32_t index, float still_squared, double dt_s) {
+    constexpr float kFastest = 8;
+    constexpr std::size_t kFew = 16;
+    constexpr int kWatches = 4, kLongestWatches = 64;
+    constexpr double kComesNotFar = 0.25;
+    const Block& block = grid_.blocks()[index];
+    const Bodies& bodies = world_.bodies;
+    if (states_[index].speed_squared > kFastest * kFastest * still_squared || block.count < kFew) {
+        cages_.erase(index);
+        return false;
+    }
+    Cages& cages = cages_[index];
+    std::vector<Rattler>& rattlers = cages.rattlers;
+    const std::size_t before = rattlers.size();
+    for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
+        const BodyVelocity& v = bodies.velocity[slot];
+        float speed_squared = 0;
+        for (int i = 0; i < 3; ++i) speed_squared += v.linear[i] * v.linear[i] + v.surface[i] * v.surface[i];
+        if (!(speed_squared > still_squared)) continue;
+        const auto known = std::find_if(rattlers.begin(), rattlers.end(), [slot](const Rattler& r) { return r.slot == slot; });
+        if (known == rattlers.end())
+            rattlers.push_back({slot, bodies.drift[slot], speed_squared});
+        else
+            known->peak_squared = std::max(known->peak_squared, speed_squared);
+    }
+    if (rattlers.size() * kFew > block.count) {
+        cages_.erase(index);
+        return false;
+    }
+    const auto watch = [&](int ticks) {
+        cages.since_tick = world_.tick, cages.watch_ticks = ticks, cages.hold = false;
+        for (Rattler& r : rattlers) r = {r.slot, bodies.drift[r.slot], 0};
+    };
+    const int least = kWatches * world_.settings.sleep_ticks;
+    if (rattlers.size() != before) watch(std::max(least, cages.watch_ticks));
+    const auto ticks = static_cast<int>(world_.tick - cages.since_tick);
+    if (cages.hold || ticks < cages.watch_ticks) return cages.hold;
+    cages.hold = std::all_of(rattlers.begin(), rattlers.end(), [&](const Rattler& r) {
+        const Drift& now = bodies.drift[r.slot];
+        const auto way = static_cast<double>(std::hypot(now.x - r.at.x, now.y - r.at.y, now.z - r.at.z));
+        return way < kComesNotFar * ticks * dt_s * std::sqrt(static_cast<double>(r.peak_squared));
+    });
+    // Perhaps it swings more slowly.
+    if (!cages.hold) watch(std::min(2 * cages.watch_ticks, kLongestWatches * world_.settings.sleep_ticks));
+    return cages.hold;
 }
 
 // Former speeds are not known any more, so the second quarter of the watch ends with the next tick; but where lists are made often,
@@ -165,6 +218,7 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
     if (after == blocks.begin()) return;
     const auto index = static_cast<std::size_t>(after - blocks.begin()) - 1;
     if (index < states_.size()) states_[index].still_ticks = 0, states_[index].stays = false;
+    cages_.erase(static_cast<std::uint32_t>(index));
 }
 
 bool BlockEngine::asleep(std::uint32_t slot) const {
@@ -181,6 +235,7 @@ void BlockEngine::state_restored() {
     // A body may have slept in the state that is back and not in the one that was left, or the other way round.
     for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) world_.bodies.restore_masses(slot);
     for (BlockState& state : states_) state.asleep = false, state.still_ticks = 0, state.stays = false;
+    cages_.clear();
 }
 
 }  // namespace meld::physics

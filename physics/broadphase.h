@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "physics/bodies.h"
 #include "runtime/base/error.h"
+#include "runtime/base/exact_sum.h"
 #include "runtime/base/parallel_for.h"
 
 namespace meld::physics {
@@ -29,5 +31,24 @@ struct RadiusRange {
     double min = 1, max = 1;
 };
 RadiusRange radius_range(const Bodies& bodies);
+
+// The velocities of many bodies, m/s: their mean, beside which a crowd that moves as one is slow, and the least box that holds them.
+class Velocities {
+  public:
+    void add(const Vec3& velocity);
+    void add(const Velocities& others);
+    Vec3 mean() const;
+    // None is faster than this beside the mean.
+    double greatest_beside_mean() const;
+
+  private:
+    static constexpr double kNone = std::numeric_limits<double>::infinity();
+    Vec3 least_{kNone, kNone, kNone}, most_{-kNone, -kNone, -kNone};
+    // The same in any order.
+    ExactSum x_, y_, z_;
+    std::uint64_t count_ = 0;
+};
+// Of the bodies that are neither removed nor ghosts, and finite.
+Velocities velocities_of(const Bodies& bodies);
 
 }  // namespace meld::physics

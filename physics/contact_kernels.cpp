@@ -108,13 +108,12 @@ template <bool kAdhesive>
 MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
     const Lanes gap = batch.gap;
     LaneMask pressed = gap <= 0.0f;
-    Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate +
-                 max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, lanes(-rule.max_depenetration_speed));
+    const Lanes fastest = max_lanes(rule.load_rate * (lightness * batch.normal_impulse), lanes(rule.max_depenetration_speed));
+    Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, -fastest);
     if constexpr (kAdhesive) {
         pressed |= holds;
         bias = physics::select(
-            holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.max_depenetration_speed)), lanes(rule.max_depenetration_speed)),
-            bias);
+            holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.max_latch_speed)), lanes(rule.max_latch_speed)), bias);
     }
     const Lanes mass_scale = 1.0f + keep(pressed, lanes(rule.mass_scale - 1));
     const Lanes kept_back = keep(pressed & (lightness > 0.0f), rule.impulse_scale * batch.normal_impulse);
@@ -166,6 +165,48 @@ MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* ad
     sweep_batches<true>(batches, adhesion, step_s, velocities, rule);
 }
 
+// The lanes that bounce, of bodies that part at this speed.
+MELD_INLINE LaneMask bouncing_lanes(const Batch& batch, const Lanes& restitution, const Lanes& parting, const Lanes& lightness,
+                                    const BounceRule& rule) {
+    return (restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) & (batch.gap < rule.margin - rule.step_s * parting);
+}
+
+MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule) {
+    for (std::size_t n = 0; n < batches.size(); ++n) {
+        Batch& batch = batches[n];
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Vector normal{batch.nx, batch.ny, batch.nz};
+        const Vector apart = b.linear - a.linear;
+        const Lanes parting = dot(apart, normal);
+        const Lanes lightness = a.inverse_mass + b.inverse_mass;
+        const LaneMask bouncing = bouncing_lanes(batch, bounces[n].restitution, parting, lightness, rule);
+        if (!any(bouncing)) continue;
+        const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
+        // What stops the slip of the surfaces, as far as friction can.
+        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
+        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
+        constexpr float kNoSlipSquared = 1e-30f;
+        const Lanes speed = sqrt_lanes(max_lanes(dot(slip, slip), lanes(kNoSlipSquared)));
+        const Lanes across = min_lanes(surface_mass, batch.friction * along / speed);
+        apply_impulse(a, b, normal, along, -across * slip);
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
+        bounces[n].impulse += along;
+        // What pressed before does not press now.
+        for (Lanes* kept : {&batch.normal_impulse, &batch.tx, &batch.ty, &batch.tz}) *kept = keep(~bouncing, *kept);
+    }
+}
+
+MELD_INLINE void look_for_bounces_kernel(std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
+                                         const BounceRule& rule, bool& found) {
+    for (std::size_t n = 0; !found && n < batches.size(); ++n) {
+        const Batch& batch = batches[n];
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
+        found = any(bouncing_lanes(batch, bounces[n].restitution, parting, a.inverse_mass + b.inverse_mass, rule));
+    }
+}
+
 }  // namespace
 
 namespace {
@@ -185,6 +226,13 @@ MELD_KERNEL_VARIANTS(sweep_adhesive,
                      (std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule),
                      (batches, adhesion, step_s, velocities, rule))
 
+MELD_KERNEL_VARIANTS(bounce, (std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule),
+                     (batches, bounces, velocities, rule))
+MELD_KERNEL_VARIANTS(look_for_bounces,
+                     (std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
+                      const BounceRule& rule, bool& found),
+                     (batches, bounces, velocities, rule, found))
+
 SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule) {
     SquareSums sums;
     for (const Batch& batch : batches) {
@@ -198,34 +246,6 @@ SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* 
         }
     }
     return sums;
-}
-
-void bounce(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule) {
-    const auto collide = [&](std::size_t n) {
-        Batch& batch = batches[n];
-        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
-        const Vector normal{batch.nx, batch.ny, batch.nz};
-        const Vector apart = b.linear - a.linear;
-        const Lanes parting = dot(apart, normal);
-        const Lanes lightness = a.inverse_mass + b.inverse_mass;
-        const LaneMask bouncing = (bounces[n].restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) &
-                                  (batch.gap < rule.margin - rule.step_s * parting);
-        if (!any(bouncing)) return;
-        const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
-        // What stops the slip of the surfaces, as far as friction can.
-        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
-        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
-        constexpr float kNoSlipSquared = 1e-30f;
-        const Lanes speed = sqrt_lanes(max_lanes(dot(slip, slip), lanes(kNoSlipSquared)));
-        const Lanes across = min_lanes(surface_mass, batch.friction * along / speed);
-        apply_impulse(a, b, normal, along, -across * slip);
-        store(velocities, batch.a, a);
-        store(velocities, batch.b, b);
-        bounces[n].impulse += along;
-        // What pressed before does not press now.
-        for (Lanes* kept : {&batch.normal_impulse, &batch.tx, &batch.ty, &batch.tz}) *kept = keep(~bouncing, *kept);
-    };
-    for (std::size_t n = 0; n < batches.size(); ++n) collide(n);
 }
 
 bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap) {

@@ -162,6 +162,8 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     for (Arena& arena : arenas) arena.batches_per_chunk = std::clamp(bodies.count() / threads, kFewBatches, kMaxBatchesPerChunk);
     pairs_ = Layout(), obstacles_ = Layout();
     pairs_.of_block.resize(blocks), obstacles_.of_block.resize(blocks);
+    fast_lanes_.clear();
+    if (setup.reach.ahead_s > 0) fast_lanes_.resize(blocks);
     std::atomic<std::size_t> candidates{0};
     workers.run(jobs_for(blocks, kBlocksPerJob), [&](int worker, std::size_t job) {
         Arena& arena = arenas[static_cast<std::size_t>(worker)];
@@ -184,7 +186,7 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
 
 void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former) {
     const Bodies& bodies = setup.bodies;
-    arena.search.search(setup.grid, bodies, block, setup.reach_m);
+    arena.search.search(setup.grid, bodies, block, setup.reach);
     const std::span<const std::uint32_t> slots = arena.search.slots();
     const std::span<const BodyPair> pairs = arena.search.pairs();
     const std::uint32_t nobody = motionless_slot(bodies, block);
@@ -192,6 +194,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
     const std::size_t lanes = arena.colour_lanes(slots.size(), pairs, [&](std::size_t lane, std::size_t pair) {
         arena.widen(lane + kLanes, nobody);
         arena.lanes[lane] = {slots[pairs[pair].first], slots[pairs[pair].second]};
+        if (pair >= arena.search.first_fast()) fast_lanes_[block].push_back(static_cast<std::uint32_t>(lane));
     });
     arena.widen(lanes, nobody);
     const BlockBatches room = pairs_.of_block[block] = arena.room(arena.pair_chunks, lanes / kLanes);
@@ -224,7 +227,7 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
     for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
         if (bodies.properties[slot].flags & kFixed) continue;
         const Place& p = bodies.place[slot];
-        const double reach_m = setup.reach_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
+        const double reach_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
             if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
             for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {

@@ -35,7 +35,7 @@ inline constexpr float kNoContactGap = 1e6f;
 
 // Beside a batch where bodies can bounce: the share of the approach speed with which they separate, and the impulses of the
 // bounces in this tick, N s.
-struct Bounce {
+struct alignas(32) Bounce {
     Lanes restitution;
     Lanes impulse;
 };
@@ -64,7 +64,7 @@ class Contacts {
         Bodies& bodies;
         const Obstacles& obstacles;
         std::span<const Material> materials;
-        double reach_m;
+        PairSearch::Reach reach;
         // Obstacles are looked for as far as a body may come in so much time besides.
         double ahead_s = 0;
     };
@@ -84,6 +84,10 @@ class Contacts {
     std::span<Batch> pairs(std::size_t block) { return pairs_.batches(block); }
     std::span<const Batch> obstacle_contacts(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_contacts(block); }
     std::span<Batch> obstacle_contacts(std::size_t block) { return obstacles_.batches(block); }
+    // The lanes of a block's pair batches, eight for each, that hold fast bodies' pairs.
+    std::span<const std::uint32_t> fast_lanes(std::size_t block) const {
+        return block < fast_lanes_.size() ? std::span(fast_lanes_[block]) : std::span<const std::uint32_t>();
+    }
     // Eight for each batch with obstacles.
     const ObstacleLane* obstacle_lanes(std::size_t block) const { return obstacles_.at(block).lanes; }
     // A byte a batch, a bit a lane: whether it touches.
@@ -151,6 +155,8 @@ class Contacts {
     Buffer<Bounce> bounces_;
     Layout pairs_, obstacles_;
     std::vector<Chunks<CachedContact>> cached_;
+    // By block; empty where nothing is fast.
+    std::vector<std::vector<std::uint32_t>> fast_lanes_;
     std::size_t candidates_ = 0;
 };
 

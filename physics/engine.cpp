@@ -7,8 +7,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/broadphase.h"
 #include "physics/contacts.h"
 #include "runtime/base/assert.h"
+#include "runtime/base/natural_scale.h"
 
 namespace meld::physics {
 
@@ -16,6 +18,25 @@ namespace {
 
 // A rate that makes any wider gap ask for nothing, yet whose products stay finite.
 constexpr float kNeverRate = 1e12f;
+
+// What no load presses together parts at this share of the speed of bodies that fall their own diameter; what latches hold, or a cold
+// solver pushes, at about that speed.
+constexpr double kUnloadedShare = 0.03, kFreeShare = 3 / 3.132;
+
+double depenetration_speed_m_s(const Settings& settings, double diameter_m, double share) {
+    if (settings.solver.max_depenetration_speed_m_s > 0) return settings.solver.max_depenetration_speed_m_s;
+    return share * natural_speed_m_s(diameter_m, natural_gravity_m_s2(length(settings.gravity_m_s2)));
+}
+
+// Above what gravity adds within a substep, or resting contacts would bounce for ever; without gravity, so slow that a body takes
+// minutes for its own diameter.
+double min_bounce_speed_m_s(const Settings& settings, double substep_s, double diameter_m) {
+    constexpr double kShare = 0.05 / 3.132, kSubstepsOfGravity = 2, kDiametersASubstep = 1e-5;
+    if (settings.solver.min_bounce_speed_m_s > 0) return settings.solver.min_bounce_speed_m_s;
+    const double gravity = length(settings.gravity_m_s2);
+    return std::max({kShare * natural_speed_m_s(diameter_m, gravity), kSubstepsOfGravity * gravity * substep_s,
+                     kDiametersASubstep * diameter_m / substep_s});
+}
 
 }  // namespace
 
@@ -28,22 +49,29 @@ SolverSettings SolverSettings::pgs20() {
 }
 
 // Soft contacts as in E. Catto's "Solver2D" (2024): a spring of the given frequency and damping ratio, solved implicitly.
-Rules rules_for(const Settings& settings, const StepTimes& times) {
+Rules rules_for(const Settings& settings, const StepTimes& times, double diameter_m) {
+    MELD_EXPECT(diameter_m > 0, "{} m", diameter_m);
     MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
     const SolverSettings& solver = settings.solver;
     const double h = times.substep_s();
+    const auto free_speed = static_cast<float>(depenetration_speed_m_s(settings, diameter_m, kFreeShare));
     Rules rules{};
     if (solver.mode == SolverMode::Pgs) {
         rules.solve = {.apart_rate = kNeverRate,
                        .overlap_rate = static_cast<float>(solver.error_reduction / h),
-                       .max_depenetration_speed = static_cast<float>(solver.max_depenetration_speed_m_s),
+                       .max_depenetration_speed = free_speed,
+                       .max_latch_speed = free_speed,
                        .over_relaxation = static_cast<float>(solver.over_relaxation)};
     } else {
+        // A contact that holds a load stays where b times the push is the speed that its impulse gives.
+        constexpr double kMoreThanHolds = 2;
         const double omega = 2 * std::numbers::pi * solver.stiffness_share / h;
         const double a = 2 * solver.damping_ratio + h * omega, b = h * omega * a, c = 1 / (1 + b);
         rules.solve = {.apart_rate = static_cast<float>(1 / h),
                        .overlap_rate = static_cast<float>(omega / a),
-                       .max_depenetration_speed = static_cast<float>(solver.max_depenetration_speed_m_s),
+                       .max_depenetration_speed = static_cast<float>(depenetration_speed_m_s(settings, diameter_m, kUnloadedShare)),
+                       .load_rate = static_cast<float>(kMoreThanHolds / b),
+                       .max_latch_speed = free_speed,
                        .mass_scale = static_cast<float>(b * c),
                        .impulse_scale = static_cast<float>(c)};
     }
@@ -54,7 +82,7 @@ Rules rules_for(const Settings& settings, const StepTimes& times) {
                   .linear_kept = static_cast<float>(1 / (1 + h * settings.linear_damping_per_s)),
                   .angular_kept = static_cast<float>(1 / (1 + h * settings.angular_damping_per_s))};
     // What gravity adds within the substep closes a gap of this size besides.
-    rules.bounce = {.min_speed = static_cast<float>(solver.min_bounce_speed_m_s),
+    rules.bounce = {.min_speed = static_cast<float>(min_bounce_speed_m_s(settings, h, diameter_m)),
                     .step_s = static_cast<float>(h),
                     .margin = static_cast<float>(h * h * length(settings.gravity_m_s2))};
     return rules;
@@ -103,13 +131,15 @@ Result<void> World::check_speeds() const {
                  "Take a shorter step, check the forces on it, or raise the limit");
 }
 
-double World::feature_range_m() const {
-    double range = 0;
-    if (!has_features()) return range;
-    for (const auto& table : tables)
-        for (const Feature& feature : table) range = std::max(range, feature.range_m);
-    return range;
+void World::add_table(std::vector<Feature> features) {
+    for (const Feature& feature : features) {
+        feature_range = std::max(feature_range, feature.range_m);
+        feature_depth = std::max(feature_depth, depth_of(feature));
+    }
+    tables.push_back(std::move(features));
 }
+
+double World::smallest_diameter_m() const { return 2 * (settings.min_radius_m > 0 ? settings.min_radius_m : radius_range(bodies).min); }
 
 bool World::bounces() const {
     return std::any_of(materials.begin(), materials.end(), [](const Material& material) { return material.restitution > 0; });

@@ -40,6 +40,8 @@ struct World {
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
+    // Of all tables.
+    double feature_range = 0, feature_depth = 0;
     std::vector<TouchEvent> events;
     double last_step_s = 0;
     std::uint64_t tick = 0;
@@ -55,7 +57,12 @@ struct World {
     // The same for a body in an obstacle, without the tick: nothing, if it is not so deep.
     Result<void> check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const;
     // The farthest that two features act on each other, surface to surface; 0 without features.
-    double feature_range_m() const;
+    double feature_range_m() const { return feature_range; }
+    // How deep below the surface the deepest acts.
+    double feature_depth_m() const { return feature_depth; }
+    void add_table(std::vector<Feature> features);
+    // By what the settings or the bodies say; 2 m without bodies.
+    double smallest_diameter_m() const;
     bool has_features() const { return tables.size() > 1; }
     bool bounces() const;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/actuation.h"
 #include "runtime/base/assert.h"
@@ -24,13 +25,14 @@ struct Near {
     std::uint8_t index[kMaxFeatures];
 };
 
-// `towards` leads to the other body, a unit vector in the world; a feature at angle t from it has its surface point as far
-// from the other's centre as the law of cosines says.
+// `towards` leads to the other body, a unit vector in the world; what a feature at angle t from it has in its depth is as far from the
+// other's centre as the law of cosines says. The deepest of all stands for each.
 Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius,
-                   double distance, double range) {
+                   double distance, double range, double depth) {
     const Vec3 local = rotate(conjugate(turned), towards);
-    const double farthest = other_radius + range;
-    const double least_cosine = (radius * radius + distance * distance - farthest * farthest) / (2 * radius * distance);
+    const double inner = radius - depth, farthest = other_radius + range + depth;
+    const double least_cosine = inner > 0 ? (inner * inner + distance * distance - farthest * farthest) / (2 * inner * distance)
+                                          : -std::numeric_limits<double>::infinity();
     Near near;
     for (std::size_t i = 0; i < table.size(); ++i)
         if ((on >> i & 1) != 0 && dot(table[i].direction, local) >= least_cosine) near.index[near.count++] = static_cast<std::uint8_t>(i);
@@ -83,11 +85,11 @@ double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::ui
     const std::vector<Feature>&a_table = world.tables[a_state.table], &b_table = world.tables[b_state.table];
     const Place &a_place = bodies.place[a], &b_place = bodies.place[b];
     const Quat a_turn = orientation(bodies.orientation[a]), b_turn = orientation(bodies.orientation[b]);
-    const double distance = gap_m + a_place.radius + b_place.radius, range = world.feature_range_m();
+    const double distance = gap_m + a_place.radius + b_place.radius, range = world.feature_range_m(), depth = world.feature_depth_m();
 
-    const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range);
+    const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range, depth);
     if (a_near.count == 0) return 0;
-    const Near b_near = near_features(b_table, b_state.on, b_turn, -normal, b_place.radius, a_place.radius, distance, range);
+    const Near b_near = near_features(b_table, b_state.on, b_turn, -normal, b_place.radius, a_place.radius, distance, range, depth);
     const auto pose = [](const Place& place, Quat turned, const Feature& feature, std::uint32_t reversed, std::uint8_t index) {
         const Vec3 direction = rotate(turned, feature.direction);
         return FeaturePose{position(place) + place.radius * direction, direction, (reversed >> index & 1) != 0 ? -1.0 : 1.0};

@@ -37,6 +37,10 @@ SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* 
 // blow goes on from body to body, and no collision adds energy. Kept impulses of contacts that bounce are cleared.
 void bounce(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule);
 
+// Sets `found` if some contact would bounce in such a sweep as velocities are now; if none would, the sweep does nothing.
+void look_for_bounces(std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
+                      const BounceRule& rule, bool& found);
+
 // Velocities of the bodies first .. first + count - 1 under gravity and the wrenches (null: none; two sets are added).
 void accelerate(BodyVelocity* velocities, const Place* places, const Wrench* first_wrench, const Wrench* second_wrench, std::uint32_t first,
                 std::uint32_t count, const MoveRule& rule);

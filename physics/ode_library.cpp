@@ -37,7 +37,7 @@ void start_ode() {
 
 void enter_ode_thread() {
     start_ode();
-    thread_local const int allocated = dAllocateODEDataForThread(dAllocateMaskAll);
+    thread_local const int allocated = dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
     static_cast<void>(allocated);
 }
 

@@ -15,13 +15,15 @@ constexpr std::size_t first_start(int level) { return level == 0 ? 0 : level == 
 
 }  // namespace
 
-void PairSearch::search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block_index, double reach_m) {
-    MELD_EXPECT(block_index < grid.blocks().size() && reach_m >= 0, "block {}, reach {}", block_index, reach_m);
+void PairSearch::search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block_index, const Reach& reach) {
+    MELD_EXPECT(block_index < grid.blocks().size() && reach.apart_m >= 0 && reach.ahead_s >= 0, "block {}, reach {}", block_index,
+                reach.apart_m);
     MELD_EXPECT(grid.cells().size() == bodies.count(), "cells of {} of {} bodies", grid.cells().size(), bodies.count());
     const Block& block = grid.blocks()[block_index];
     pairs_.clear();
-    slots_.clear(), x_.clear(), y_.clear(), z_.clear(), radius_.clear(), fixed_.clear();
-    half_reach_ = static_cast<float>(reach_m / 2);
+    slots_.clear(), x_.clear(), y_.clear(), z_.clear(), radius_.clear(), kinds_.clear();
+    reach_ = reach, block_m_ = grid.shape().block_m();
+    half_reach_ = static_cast<float>(reach.apart_m / 2);
     const int levels = grid.shape().levels;
     for (int level = 0; level < levels; ++level) gather_level(grid, bodies, block, level);
     for (int level = 0; level < levels; ++level) {
@@ -29,6 +31,56 @@ void PairSearch::search(const BlockGrid& grid, const Bodies& bodies, std::uint32
         for (int coarser = level + 1; coarser < levels; ++coarser)
             pair_with_coarser(level, coarser, 1 / (grid.shape().cell_m * (1 << coarser)));
     }
+    first_fast_ = pairs_.size();
+    if (reach.ahead_s > 0) pair_fast(grid, bodies, block);
+}
+
+float PairSearch::path_of(const Bodies& bodies, std::uint32_t slot) const {
+    return static_cast<float>(reach_.ahead_s * length(velocity_of(bodies.velocity[slot]) - reach_.frame_m_s));
+}
+
+// Of a pair in two blocks, the block with the lower key tests it.
+void PairSearch::pair_fast(const BlockGrid& grid, const Bodies& bodies, const Block& block) {
+    indices_.clear();
+    const auto list_fast = [&](const Block& of, std::vector<std::uint32_t>& fast) {
+        fast.clear();
+        for (std::uint32_t slot = of.first; slot < of.first + of.count; ++slot)
+            if (is_fast(bodies, slot)) fast.push_back(slot);
+    };
+    const std::uint32_t end = block.first + block.count;
+    list_fast(block, fast_here_);
+    for (const std::uint32_t a : fast_here_)
+        for (std::uint32_t b = block.first; b < end; ++b)
+            if (b > a || (b < a && !is_fast(bodies, b))) test_fast(bodies, a, b);
+    for (const std::uint32_t neighbour : block.neighbours) {
+        if (neighbour == kNoBlock || grid.blocks()[neighbour].key <= block.key) continue;
+        const Block& there = grid.blocks()[neighbour];
+        for (const std::uint32_t a : fast_here_)
+            for (std::uint32_t b = there.first; b < there.first + there.count; ++b) test_fast(bodies, a, b);
+        list_fast(there, fast_there_);
+        if (fast_there_.empty()) continue;
+        for (std::uint32_t a = block.first; a < end; ++a)
+            for (const std::uint32_t b : fast_there_)
+                if (!is_fast(bodies, a)) test_fast(bodies, a, b);
+    }
+}
+
+void PairSearch::test_fast(const Bodies& bodies, std::uint32_t a, std::uint32_t b) {
+    const Place &first = bodies.place[a], &second = bodies.place[b];
+    const Vec3 apart{second.x - first.x, second.y - first.y, second.z - first.z};
+    const double paths = static_cast<double>(path_of(bodies, a)) + static_cast<double>(path_of(bodies, b));
+    // Only what is faster than the world allows could come farther.
+    const double reach = std::min(first.radius + second.radius + reach_.apart_m + paths, block_m_ / 2);
+    if (dot(apart, apart) >= reach * reach || (bodies.properties[a].flags & bodies.properties[b].flags & kFixed) != 0) return;
+    pairs_.push_back({index_of(a), index_of(b)});
+}
+
+std::uint32_t PairSearch::index_of(std::uint32_t slot) {
+    if (indices_.empty())
+        for (std::uint32_t i = 0; i < slots_.size(); ++i) indices_.emplace(slots_[i], i);
+    const auto [at, made] = indices_.try_emplace(slot, static_cast<std::uint32_t>(slots_.size()));
+    if (made) slots_.push_back(slot);
+    return at->second;
 }
 
 void PairSearch::add_range(const Bodies& bodies, std::uint32_t begin, std::uint32_t end, Vec3 origin) {
@@ -39,7 +91,8 @@ void PairSearch::add_range(const Bodies& bodies, std::uint32_t begin, std::uint3
         y_.push_back(static_cast<float>(p.y - origin.y));
         z_.push_back(static_cast<float>(p.z - origin.z));
         radius_.push_back(static_cast<float>(p.radius) + half_reach_);
-        fixed_.push_back(bodies.properties[slot].flags & kFixed);
+        kinds_.push_back(
+            static_cast<std::uint8_t>((bodies.properties[slot].flags & kFixed ? kIsFixed : 0) | (is_fast(bodies, slot) ? kIsFast : 0)));
     }
 }
 
@@ -93,7 +146,8 @@ void PairSearch::test(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     const float x = x_[i], y = y_[i], z = z_[i], radius = radius_[i];
     for (std::uint32_t j = begin; j < end; ++j) {
         const float dx = x_[j] - x, dy = y_[j] - y, dz = z_[j] - z, reach = radius_[j] + radius;
-        if (dx * dx + dy * dy + dz * dz < reach * reach && !(fixed_[i] & fixed_[j])) pairs_.push_back({i, j});
+        if (dx * dx + dy * dy + dz * dz < reach * reach && !(kinds_[i] & kinds_[j] & kIsFixed) && !((kinds_[i] | kinds_[j]) & kIsFast))
+            pairs_.push_back({i, j});
     }
 }
 

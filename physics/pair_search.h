@@ -1,11 +1,15 @@
 // The pairs of bodies that a block owns: each body of the block with those of its own cell and the 13 cells ahead, and with
 // all cells around it in coarser levels. So each pair of the world is found in exactly one block, once, in an order that
 // depends on the world alone.
+//
+// A fast body meets others far from where it is: its pairs are those with all bodies that it and they together could reach in a time. They
+// belong to the block with the lower key, and lie within half a block of it, so that blocks of one colour still share no body.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "physics/block_grid.h"
@@ -16,12 +20,22 @@ namespace meld::physics {
 // One thread's workspace; `search` overwrites what it holds.
 class PairSearch {
   public:
-    // Finds the pairs of `block` whose surfaces are less than `reach_m` apart, except those of two fixed bodies. The grid's
-    // cells must be there. Pairs are indices into slots().
-    void search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, double reach_m);
+    struct Reach {
+        // Pairs whose surfaces are less apart than this are wanted,
+        double apart_m = 0;
+        // and those that may meet within ahead_s seconds, if one of them is fast: comes farther than slow_m in this time, beside a
+        // frame that moves. 0: nothing is fast.
+        double ahead_s = 0, slow_m = 0;
+        Vec3 frame_m_s = {};
+    };
+    // Finds the pairs of `block`, except those of two fixed bodies. The grid's cells must be there, and no two bodies that may meet
+    // are farther apart than half a block (GridShape::fitting). Pairs are indices into slots().
+    void search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, const Reach& reach);
 
     std::span<const BodyPair> pairs() const { return pairs_; }
-    // The bodies of the block and of the cells around it.
+    // Those from this one on are of fast bodies.
+    std::size_t first_fast() const { return first_fast_; }
+    // The bodies of the block and of the cells around it, then those that only fast bodies reach.
     std::span<const std::uint32_t> slots() const { return slots_; }
 
   private:
@@ -32,12 +46,27 @@ class PairSearch {
     void pair_level(int level);
     void pair_with_coarser(int level, int coarser, double coarse_cells_per_m);
     void test(std::uint32_t i, std::uint32_t begin, std::uint32_t end);
+    void pair_fast(const BlockGrid& grid, const Bodies& bodies, const Block& block);
+    void test_fast(const Bodies& bodies, std::uint32_t a, std::uint32_t b);
+    // How far a body comes, m.
+    float path_of(const Bodies& bodies, std::uint32_t slot) const;
+    bool is_fast(const Bodies& bodies, std::uint32_t slot) const {
+        return reach_.ahead_s > 0 && path_of(bodies, slot) > static_cast<float>(reach_.slow_m);
+    }
+    std::uint32_t index_of(std::uint32_t slot);
 
     std::vector<BodyPair> pairs_;
+    std::size_t first_fast_ = 0;
     std::vector<std::uint32_t> slots_;
-    // Relative to the block's corner; radius with half the reach; whether it is fixed.
+    // Relative to the block's corner; radius with half the reach; whether it is fixed, whether it is fast.
     std::vector<float> x_, y_, z_, radius_;
-    std::vector<std::uint8_t> fixed_;
+    static constexpr std::uint8_t kIsFixed = 1, kIsFast = 2;
+    std::vector<std::uint8_t> kinds_;
+    // Places in slots_, made for blocks with pairs of fast bodies.
+    std::unordered_map<std::uint32_t, std::uint32_t> indices_;
+    std::vector<std::uint32_t> fast_here_, fast_there_;
+    Reach reach_;
+    double block_m_ = 0;
     // Where each padded cell of each level begins.
     std::array<std::uint32_t, kPaddedCells + kMaxLevels> start_{};
     float half_reach_ = 0;

@@ -38,10 +38,11 @@ struct SolverSettings {
     // Pgs: over-relaxation and the share of an overlap removed in a step (ODE's ERP).
     double over_relaxation = 1.3;
     double error_reduction = 0.2;
-    // The speed at which overlaps are resolved is at most this.
-    double max_depenetration_speed_m_s = 3;
-    // Contacts that approach more slowly do not bounce.
-    double min_bounce_speed_m_s = 0.05;
+    // The speed at which overlaps are resolved is at most this; 0: follows the size of the bodies, 3 m/s for a diameter of 1 m. Soft: 0.1
+    // m/s, or as fast as the load on a contact needs.
+    double max_depenetration_speed_m_s = 0;
+    // Contacts that approach more slowly do not bounce; 0: follows size and gravity, 0.05 m/s for a diameter of 1 m.
+    double min_bounce_speed_m_s = 0;
 
     // What ODE does by default: 20 cold sweeps.
     static SolverSettings pgs20();

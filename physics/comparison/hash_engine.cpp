@@ -59,7 +59,8 @@ class HashEngine final : public Engine {
             kept.complete = true;
         }
         world_.obstacles.prepare(workers.threads());
-        const Rules rules = rules_for(world_.settings, times);
+        const Rules rules = rules_for(world_.settings, times, world_.smallest_diameter_m());
+        min_bounce_speed_ = rules.bounce.min_speed;
         {
             const StageClock clock(world_.times.actuation);
             if (auto pulled = features_.find(world_, times.dt_s, workers); !pulled) return tl::unexpected(pulled.error());
@@ -145,8 +146,7 @@ class HashEngine final : public Engine {
                             {}};
         const float restitution = std::max(world_.materials[material].restitution, world_.materials[other_material].restitution);
         const float parting = parting_speed(contact);
-        if (restitution > 0 && parting < -static_cast<float>(world_.settings.solver.min_bounce_speed_m_s))
-            contact.bounce_speed = -restitution * parting;
+        if (restitution > 0 && parting < -min_bounce_speed_) contact.bounce_speed = -restitution * parting;
         contacts_.push_back(contact);
     }
 
@@ -255,6 +255,7 @@ class HashEngine final : public Engine {
     PairwiseFeatures features_;
     ContactLog log_;
     SweepRule rule_{};
+    float min_bounce_speed_ = 0;
     std::size_t candidates_ = 0;
     bool removed_ = false;
 };

@@ -15,6 +15,7 @@
 #include "physics/feature_wrenches.h"
 #include "physics/ode_library.h"
 #include "physics/ode_shapes.h"
+#include "physics/terrain.h"
 
 namespace meld::physics {
 
@@ -69,6 +70,7 @@ class OdeEngine final : public Engine {
             if (!mirror_) build();
             if (stale_) copy_in();
             const StageClock clock(world_.times.solve);
+            min_bounce_speed_ = static_cast<double>(rules_for(world_.settings, times, world_.smallest_diameter_m()).bounce.min_speed);
             for (int substep = 0; substep < times.substeps; ++substep) {
                 step_once(times.substep_s(), substep + 1 == times.substeps);
                 copy_out();
@@ -208,6 +210,25 @@ class OdeEngine final : public Engine {
         dJointGroupEmpty(mirror_->joints);
     }
 
+    // ODE's own height fields have no contact with balls that are small beside a cell, and leak.
+    int collide_with(const Terrain& terrain, std::uint32_t slot, dGeomID sphere, dGeomID field,
+                     std::array<dContact, kMaxContactsOfPair>& contacts) const {
+        const Place& p = world_.bodies.place[slot];
+        std::array<SurfaceContact, kMaxSurfaceContacts> found;
+        const int count = std::min(physics::collide(terrain, {p.x, p.y, p.z}, p.radius, 0, found), static_cast<int>(kMaxContactsOfPair));
+        for (int i = 0; i < count; ++i) {
+            const SurfaceContact& surface = found[static_cast<std::size_t>(i)];
+            const Vec3 at = Vec3{p.x, p.y, p.z} - (p.radius + surface.gap_m) * surface.normal;
+            dContactGeom& geom = contacts[static_cast<std::size_t>(i)].geom;
+            geom = {};
+            geom.pos[0] = at.x, geom.pos[1] = at.y, geom.pos[2] = at.z;
+            geom.normal[0] = surface.normal.x, geom.normal[1] = surface.normal.y, geom.normal[2] = surface.normal.z;
+            geom.depth = -surface.gap_m;
+            geom.g1 = sphere, geom.g2 = field;
+        }
+        return count;
+    }
+
     void near(dGeomID a, dGeomID b) {
         const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
         if (!body_a && !body_b) return;
@@ -217,7 +238,9 @@ class OdeEngine final : public Engine {
         const std::uint8_t other = body_b ? world_.bodies.properties[index(b)].material : world_.obstacles.material(index(b));
         if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index(b)].flags & kFixed))) return;
         std::array<dContact, kMaxContactsOfPair> contacts{};
-        const int count = dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
+        const Terrain* terrain = body_b ? nullptr : std::get_if<Terrain>(&world_.obstacles.shape(index(b)));
+        const int count = terrain ? collide_with(*terrain, index(a), a, b, contacts)
+                                  : dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;
@@ -228,7 +251,7 @@ class OdeEngine final : public Engine {
             if (restitution > 0) {
                 contact.surface.mode |= dContactBounce;
                 contact.surface.bounce = restitution;
-                contact.surface.bounce_vel = world_.settings.solver.min_bounce_speed_m_s;
+                contact.surface.bounce_vel = min_bounce_speed_;
             }
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);
@@ -254,6 +277,7 @@ class OdeEngine final : public Engine {
     std::vector<Feedback> feedback_;
     PairwiseFeatures features_;
     ContactLog log_;
+    double min_bounce_speed_ = 0;
     bool stale_ = true, changed_ = false, keep_reports_ = false;
 };
 

@@ -43,14 +43,13 @@ Result<void> check(const Settings& s) {
     if (!(s.separation_share <= s.skin_share))
         return wrong("separation_share", s.separation_share, "A touch must end within the skin; make skin_share larger");
     if (s.sleep_ticks < 0) return wrong("sleep_ticks", s.sleep_ticks, "Give a number of ticks, or 0 for no sleep");
-    const std::pair<const char*, double> positive[] = {{"damping_ratio", solver.damping_ratio},
-                                                       {"max_depenetration_speed_m_s", solver.max_depenetration_speed_m_s},
-                                                       {"max_speed_m_s", s.max_speed_m_s},
-                                                       {"max_overlap_share", s.max_overlap_share}};
+    const std::pair<const char*, double> positive[] = {
+        {"damping_ratio", solver.damping_ratio}, {"max_speed_m_s", s.max_speed_m_s}, {"max_overlap_share", s.max_overlap_share}};
     for (const auto& [name, value] : positive)
         if (!(value > 0) || !std::isfinite(value)) return wrong(name, value, "Give a positive number");
     const std::pair<const char*, double> not_negative[] = {{"linear_damping_per_s", s.linear_damping_per_s},
                                                            {"angular_damping_per_s", s.angular_damping_per_s},
+                                                           {"max_depenetration_speed_m_s", solver.max_depenetration_speed_m_s},
                                                            {"min_bounce_speed_m_s", solver.min_bounce_speed_m_s},
                                                            {"sleep_speed_m_s", s.sleep_speed_m_s}};
     for (const auto& [name, value] : not_negative)
@@ -144,7 +143,7 @@ Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
     if (world_->tables.size() == kMaxTables) return fail(fmt::format("there are already {} feature tables", kMaxTables));
     auto checked = check_features(std::move(features));
     if (!checked) return tl::unexpected(checked.error());
-    world_->tables.push_back(std::move(*checked));
+    world_->add_table(std::move(*checked));
     return static_cast<std::uint16_t>(world_->tables.size() - 1);
 }
 

@@ -66,6 +66,10 @@ Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self)
 
 bool Subdomain::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
 
+Velocities Subdomain::velocities() const { return velocities_of(world_.bodies); }
+
+void Subdomain::set_velocities(const Velocities& all, double dt_s, int substeps) { engine_.set_velocities(all, {dt_s, substeps}); }
+
 std::vector<int> Subdomain::holders(BlockCoordinates c) const {
     std::vector<int> parts;
     for (int i = 0; i < 27; ++i)
@@ -193,6 +197,8 @@ Result<void> Subdomain::run(const Stage& stage, Workers& workers) {
     if (stage.kind == Stage::Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
     return {};
 }
+
+std::uint8_t Subdomain::bouncing_colours() const { return engine_.bouncing_colours(); }
 
 void Subdomain::plan_exchange() {
     for (auto& lists : touched_) lists.clear();

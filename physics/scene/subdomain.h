@@ -5,11 +5,13 @@
 // A tick, the same on all parts (who carries the bytes is not decided here):
 //
 //     if (any part: part.must_rebuild(dt, substeps)) {
+//         part.set_velocities(of all parts, added: part.velocities(), dt, substeps);
 //         for (destination, bytes : part.pack_bodies(workers)) send;    for each received: part.unpack_bodies(bytes);
 //         part.unpacked();
 //     }
 //     for (stage : part.stages(dt, substeps)) {
 //         part.run(stage, workers);
+//         if (stage.must_agree()) leave out the next stage.left_out(all parts: part.bouncing_colours(), joined) stages;
 //         if (stage.must_exchange()) { for (destination, bytes : part.pack(stage)) send;    for each received: part.unpack(stage, bytes); }
 //     }
 //     part.finish();
@@ -28,6 +30,7 @@
 #include <vector>
 
 #include "physics/block_grid.h"
+#include "physics/broadphase.h"
 #include "physics/scene/scene.h"
 #include "physics/stage.h"
 #include "runtime/base/bytes.h"
@@ -48,6 +51,9 @@ class Subdomain {
     Subdomain(Scene& scene, OwnerOf owner, int self);
 
     bool must_rebuild(double dt_s, int substeps) const;
+    // The velocities of our bodies; then, before anything else of a rebuild, those of all parts' bodies.
+    Velocities velocities() const;
+    void set_velocities(const Velocities& all, double dt_s, int substeps);
     // Bodies that others need, with the memory of their contacts; ghosts go, bodies in blocks of others become theirs.
     Messages pack_bodies(Workers& workers);
     // Of the bodies that pack_bodies found in blocks of others, and whose they are now; sorted.
@@ -57,6 +63,8 @@ class Subdomain {
 
     std::vector<Stage> stages(double dt_s, int substeps);
     Result<void> run(const Stage& stage, Workers& workers);
+    // After a stage that must_agree(); see Stage::left_out.
+    std::uint8_t bouncing_colours() const;
     // What the stage changed of bodies that others hold: velocities (28 bytes a body), pulls, or which blocks rest.
     Messages pack(const Stage& stage) const;
     void unpack(const Stage& stage, Bytes bytes);

@@ -10,7 +10,8 @@
 
 namespace meld::world {
 
-// What a catom can pull with. SI units; see docs/physics.md for what each number means.
+// What a catom can pull with. SI units; see docs/physics.md for what each number means. Lengths are for catoms of a metre and follow the
+// diameter unless given.
 struct FeatureOptions {
     std::string kind = "dipole";  // "dipole", "two-pole", "plate" or "latch".
     int count = 0;                // 6, 12 or 24 directions; 0: `directions`.
@@ -49,7 +50,7 @@ struct ObstacleOptions {
     std::string place;
 };
 
-// By how much a catom must have changed before its program is told.
+// By how much a catom must have changed before its program is told. The speed is for catoms of a metre, as in PhysicsOptions.
 struct SenseOptions {
     double position = 0.01;     // Diameters
     double orientation = 0.02;  // rad
@@ -59,6 +60,7 @@ struct SenseOptions {
     double energy = 0.01;       // Of the former value.
 };
 
+// Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
 struct PhysicsOptions {
     std::string engine = "blocks";  // "blocks", "hash" or "ode".
     std::string solver = "soft";    // "soft" or "pgs20"; always "pgs20" but for "blocks".
@@ -74,6 +76,9 @@ struct PhysicsOptions {
     int sleep_ticks = 30;          // Steps without motion until a region sleeps; 0: it never does.
     double sleep_speed = 0;        // 0: follows the size of the catoms and gravity.
     double greatest_speed = 1000;  // m/s
+    // A catom that is lower than this, in diameters against gravity, is lost: it ends the run, or is removed from it.
+    std::optional<double> lowest;
+    std::string lost = "stop";     // "stop" or "remove".
     double deepest_overlap = 0.5;  // Of two radii.
     SenseOptions sense;
     std::vector<FeatureOptions> features;

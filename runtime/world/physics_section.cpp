@@ -5,7 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "runtime/base/natural_scale.h"
 
 namespace meld::world {
 namespace {
@@ -41,7 +44,15 @@ void refuse_keys_of_others(const Section& section, std::string_view kind, std::i
                               fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
 }
 
-void read_feature(TomlReader& reader, const toml::table& table, FeatureOptions& feature) {
+FeatureOptions feature_of_size(double diameter_m) {
+    FeatureOptions feature;
+    for (double* length_m : {&feature.depth, &feature.length, &feature.cover, &feature.range}) *length_m *= diameter_m;
+    feature.area *= diameter_m * diameter_m;
+    return feature;
+}
+
+void read_feature(TomlReader& reader, const toml::table& table, const FeatureOptions& defaults, FeatureOptions& feature) {
+    feature = defaults;
     const Section section(
         reader, table, "[[motion.feature]]",
         {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
@@ -152,12 +163,15 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
 
 }  // namespace
 
-void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& p) {
-    const Section section(reader, table, "[motion]",
-                          {"kind",           "engine",          "solver",          "step",        "substeps",    "steps",
-                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",     "friction",
-                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks", "sleep_speed",
-                           "greatest_speed", "deepest_overlap", "sense",           "feature",     "obstacle",    "catoms"});
+void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
+    const Section section(
+        reader, table, "[motion]",
+        {"kind",           "engine",          "solver",      "step",        "substeps",       "steps",           "gravity",
+         "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
+         "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
+         "lost",           "sense",           "feature",     "obstacle",    "catoms"});
+    p.greatest_speed *= std::sqrt(diameter_m);
+    p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
     // Only blocks have soft contacts; two sweeps of the others from nothing would leave most of a blow unanswered.
     if (p.engine != "blocks") p.solver = "pgs20";
@@ -165,7 +179,6 @@ void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& 
     if (p.engine != "blocks" && p.solver == "soft")
         section.wrong("solver", fmt::format("the engine \"{}\" has no soft contacts", p.engine),
                       "take solver out, which means \"pgs20\" here, or write engine = \"blocks\"");
-    section.read_seconds("step", p.step);
     section.read_count("substeps", p.substeps, 1);
     section.read_count("steps", p.steps, 1);
     section.read("gravity", p.gravity);
@@ -178,15 +191,24 @@ void read_physics(TomlReader& reader, const toml::table& table, PhysicsOptions& 
     section.read_number("spacing", p.spacing, 0.9, kMost);
     double ground = 0;
     if (section.has("ground")) section.read_number("ground", ground), p.ground = ground;
+    p.roll_torque *= p.mass * diameter_m;
     section.read_number("roll_torque", p.roll_torque, 0, kMost);
     section.read_count("sleep_ticks", p.sleep_ticks, 0);
     section.read_number("sleep_speed", p.sleep_speed, 0, kMost);
     section.read_positive("greatest_speed", p.greatest_speed);
     section.read_positive("deepest_overlap", p.deepest_overlap);
+    double lowest = 0;
+    if (section.has("lowest")) section.read_number("lowest", lowest), p.lowest = lowest;
+    section.read_choice("lost", p.lost, {"stop", "remove"});
+    if (section.has("lost") && !p.lowest) section.wrong("lost", "no catom is lost without a lowest height", "write lowest = -100 too");
     read_sense(reader, section.find("sense"), p.sense);
-    each_table(reader, table, "feature", [&](const toml::table& t) { read_feature(reader, t, p.features.emplace_back()); });
+    each_table(reader, table, "feature",
+               [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
     each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
+    for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
+    p.step = natural_step_s(smallest_m, std::hypot(p.gravity[0], p.gravity[1], p.gravity[2]));
+    section.read_seconds("step", p.step);
 }
 
 }  // namespace meld::world

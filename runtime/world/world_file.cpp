@@ -171,12 +171,17 @@ void read_names(TomlReader& reader, const toml::table& table, std::string_view s
     }
 }
 
-void read_motion(TomlReader& reader, const toml::table& table, MotionOptions& motion, PhysicsOptions& physics) {
+void read_motion(TomlReader& reader, const toml::table& table, World& world) {
+    MotionOptions& motion = world.motion;
     const toml::node* kind = table.get("kind");
     // "ode" is what earlier versions called it, whatever the engine.
     if (kind && kind->is_string() && (**kind->as_string() == "bodies" || **kind->as_string() == "ode")) {
         motion.kind = "bodies";
-        return read_physics(reader, table, physics);
+        double smallest = world.radius;
+        for (const PlacedCatom& placed : world.placed) smallest = std::min(smallest, placed.radius.value_or(smallest));
+        read_physics(reader, table, 2 * world.radius, 2 * smallest, world.physics);
+        world.tick_seconds = world.physics.step * world.physics.steps;
+        return;
     }
     const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
     section.read("kind", motion.kind);
@@ -225,7 +230,6 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
                          "give it cells, or the world [motion] kind = \"bodies\"");
         return;
     }
-    world.tick_seconds = world.physics.step * world.physics.steps;
     if (top.has("time"))
         reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
     if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
@@ -266,7 +270,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
     read_settings(reader, table_at(reader, table, "set"), world.set);
-    read_motion(reader, table_at(reader, table, "motion"), world.motion, world.physics);
+    read_motion(reader, table_at(reader, table, "motion"), world);
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);

@@ -68,9 +68,9 @@ def falls(bodies):
 
 
 def is_measured_in_diameters(bodies):
-    """With a radius of 5 mm a metre is 100 diameters."""
+    """With a radius of 5 mm a metre is 100 diameters, and steps are a tenth as long."""
     facts, _ = bodies.run(PLACE, "radius = 0.005\n" + ONE + "substeps = 1\n" + FINE, 60)
-    close(facts["place"][0][3], -100 * 9.81 * 60 * 61 / 2 / 240**2, 1e-3, "the fall of a small catom in diameters")
+    close(facts["place"][0][3], -100 * 9.81 * 60 * 61 / 2 / 2400**2, 1e-5, "the fall of a small catom in diameters")
 
 
 def is_pushed(bodies):
@@ -236,6 +236,62 @@ def warns(bodies):
         same("w.toml:5:1: `id == 7 && x < 2` matches no catom, so these [[motion.catoms]] are of none" in done.stderr, True, done.stderr)
 
 
+def advises_on_steps(bodies):
+    """A step that is too long for the catoms triggers one warning, which says how much they give way and what to write; steps that
+    follow their size do not, and a column stands."""
+    column = [[0, 0, 0.5 + i] for i in range(8)]
+    world = f'radius = 0.0005\n[[body]]\npositions = {column}\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\n'
+    for processes in ("1", "2"):
+        done = bodies.command(PLACE, world + 'step = "4.1667 ms"\n', 1, "-n", processes)
+        same((done.returncode, done.stderr.count("warning")), (0, 1), done.stderr)
+        same("w.toml: [motion] step = 0.0042 is too long for catoms of 0.001 m: a column of 8 of them is squashed by 14 %. "
+             "Leave it out, for 0.00013 s, or write 0.0016 at most" in done.stderr, True, done.stderr)
+    done = bodies.command(PLACE, world + 'restitution = 0.8\nstep = "1 ms"\n', 1)
+    same("step = 0.001 is too long for catoms of 0.001 m: they bounce less than their restitution says." in done.stderr, True, done.stderr)
+    facts, _ = bodies.run(PLACE, world + FINE, 100)
+    heights = sorted(z for _, _, _, z in facts["place"])
+    close(heights[-1], 7.5, 0.01, "the height of a column of small catoms")
+    same("warning" in bodies.command(PLACE, world, 1).stderr, False, "whether steps that follow the size trigger a warning")
+    # The old default for what these catoms do: with steps of 1/240 s, a seventh of the height is gone.
+    facts, _ = bodies.run(PLACE, world + "step = 0.004166666666666667\n" + FINE, 100)
+    close(max(z for _, _, _, z in facts["place"]), 7.5 * 0.86, 0.3, "the height of a column in steps that are too long")
+
+
+def lose_the_fallen(bodies):
+    """Catoms that fall below `lowest` end the run or are removed, on any number of processes alike, links and contacts included."""
+    # A row on a table; those beyond its edge fall, with one that they are held to by nothing.
+    row = [[i, 0, 0.5] for i in range(12)]
+    world = (f'[[body]]\npositions = {row}\n[motion]\nkind = "bodies"\nsteps = 4\nlowest = -6\n'
+             '[[motion.obstacle]]\nkind = "box"\ncentre = [3, 0, -0.5]\nsize = [7, 3, 1]\n' + FINE)
+    program = PLACE + "type beside(node, int).\nbeside(A, N) :- neighborCount(A, N).\n"
+    stopped = [bodies.command(program, world, 200, "-n", processes) for processes in ("1", "2")]
+    for done in stopped:
+        same(done.returncode, 4, done.stderr)
+        same(done.stderr, stopped[0].stderr, "what runs on one and on two processes say")
+    if not re.search(r"in tick \d+, catom @\d+ is below \[motion\] lowest = -6. Put ground under it, or write lost = \"remove\"",
+                     stopped[0].stderr):
+        sys.exit(stopped[0].stderr)
+    removing = world.replace("lowest = -6", 'lowest = -6\nlost = "remove"')
+    found = {}
+    for processes in ("1", "2", "4"):
+        found[processes], summary = bodies.run(program, removing, 200, "-n", processes, "--record", bodies.folder / "out.vtkhdf",
+                                               "--digest", bodies.folder / f"{processes}.digest")
+        same("5 fell below the lowest height and were removed" in summary["outcomes"][0], True, summary["outcomes"][0])
+        same(sorted(catom for catom, _, _, _ in found[processes]["place"]), list(range(7)), "the catoms that stay")
+        same(found[processes], found["1"], f"the facts on {processes} processes")
+        same((bodies.folder / f"{processes}.digest").read_text(), (bodies.folder / "1.digest").read_text(), "digests")
+    same(dict(found["1"]["beside"])[6], 1, "the neighbours of the last that stays")
+    same(dict(found["1"]["beside"])[3], 2, "the neighbours of one in the middle")
+    # One that is lost at once takes its touches with it.
+    pair = ('[[body]]\npositions = [[0, 0, 0], [0, 0, -1], [9, 0, 0]]\n[motion]\nkind = "bodies"\nlowest = -0.5\nlost = "remove"\n'
+            'gravity = [0, 0, -0.001]\n' + FINE)
+    for processes in ("1", "2"):
+        facts, _ = bodies.run(program, pair, 9, "-n", processes)
+        same(sorted(facts["beside"]), [(0, 0), (2, 0)], "the neighbours of one whose partner is lost")
+    done = bodies.command(program, ONE + 'lost = "remove"\n', 1)
+    same((done.returncode, "no catom is lost without a lowest height" in done.stderr), (2, True), done.stderr)
+
+
 def refuses(bodies):
     """A run ends with the catom, the tick and a cure, and the recording holds the last good state."""
     two = '[[body]]\npositions = [[0, 0, 0], [{}, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\n'
@@ -244,7 +300,8 @@ def refuses(bodies):
          "in tick 1, step 1: catoms @0 and @1 overlap by 0.8 m, more than 50 % of their radii together. Move one of them away"),
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nvelocity = [1200, 0, 0]\n',
          "in tick 1, step 1: catom @1 moves at 1.2e+03 m/s and its surface turns at 0 m/s, more than [motion] greatest_speed = 1e+03."),
-        (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]"), "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
+        (two.format(9).replace("gravity = [0, 0, 0]", "gravity = [0, 0, -2010]\nstep = 0.004166666666666667"),
+         "in tick 120, step 120: catom @0 moves at 1e+03 m/s"),
         (two.format(9) + 'ground = 0.6\n',
          "w.toml: [motion] catom @0 is 1.1 m deep in obstacle 0, a plane, more than 50 % of its diameter. Move it out of there"),
         (two.format(9) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 1e-60\n',
@@ -367,7 +424,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
         for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce,
-                      have_sizes, wait_for_ports, divides_anew, warns, refuses):
+                      have_sizes, wait_for_ports, divides_anew, warns, advises_on_steps, lose_the_fallen, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

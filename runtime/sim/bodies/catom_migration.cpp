@@ -116,18 +116,6 @@ Arrival unpack(ByteReader& in) {
     return a;
 }
 
-// Takes a catom out; ghosts that only it touched go too, and those that stay look at their links again.
-void take_out(Subdomain& subdomain, Catom catom) {
-    std::vector<Catom> others;
-    for (int port = 0; port < kMaxPorts; ++port)
-        if (const std::optional<Catom> other = subdomain.ensemble.linked(catom, port)) others.push_back(*other);
-    subdomain.remove_freely(catom);
-    for (const Catom other : others) {
-        subdomain.mark(other, kDirtyLinks);
-        forget_if_lonely(subdomain, other);
-    }
-}
-
 // A catom of ours that has gone stays as a ghost where a catom that stays touches it.
 void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int owner) {
     const Catom catom = *subdomain.ensemble.find(id);
@@ -165,6 +153,17 @@ void connect(Subdomain& subdomain, const Arrival& a) {
 }
 
 }  // namespace
+
+void take_out(Subdomain& subdomain, Catom catom) {
+    std::vector<Catom> others;
+    for (int port = 0; port < kMaxPorts; ++port)
+        if (const std::optional<Catom> other = subdomain.ensemble.linked(catom, port)) others.push_back(*other);
+    subdomain.remove_freely(catom);
+    for (const Catom other : others) {
+        subdomain.mark(other, kDirtyLinks);
+        forget_if_lonely(subdomain, other);
+    }
+}
 
 void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactLinks& links) {
     const NewOwners owners = learn_owners(subdomain, divided);

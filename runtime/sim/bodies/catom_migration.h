@@ -8,6 +8,9 @@
 
 namespace meld::sim {
 
+// Takes a catom of this process or a ghost out; ghosts that only it touched go too, and those that stay look at their links again.
+void take_out(Subdomain& subdomain, Catom catom);
+
 // After bodies have changed hands; every process calls it.
 void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactLinks& links);
 

@@ -113,6 +113,11 @@ void ContactLinks::change_hands(const Subdomain& subdomain, const std::vector<Pa
     std::erase_if(waiting_, [&](const Pair& pair) { return !ours(subdomain, pair.first) && !ours(subdomain, pair.second); });
 }
 
+void ContactLinks::forget(const std::vector<physics::BodyId>& lost) {
+    const auto is_lost = [&](physics::BodyId id) { return std::binary_search(lost.begin(), lost.end(), id); };
+    std::erase_if(waiting_, [&](const Pair& pair) { return is_lost(pair.first) || is_lost(pair.second); });
+}
+
 int ContactLinks::lowest_free_port(const Subdomain& subdomain, Catom catom) {
     MELD_EXPECT(catom < taken_.size(), "catom {} of {}", catom, taken_.size());
     for (int port = 0; port < kMaxPorts; ++port) {

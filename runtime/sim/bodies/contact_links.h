@@ -33,6 +33,8 @@ class ContactLinks {
     // touch one of ours becomes known here as a ghost.
     void connect(Subdomain& subdomain, const DividedBodies* divided);
 
+    // Catoms with these numbers, sorted, are no more: their touches wait for nothing.
+    void forget(const std::vector<physics::BodyId>& lost);
     // Touches that wait for a port, the lower number first, sorted; those of catoms that change processes go with them.
     std::span<const Pair> waiting() const { return waiting_; }
     // Adds some, and leaves out those that no longer touch a catom of this process.

@@ -36,6 +36,15 @@ std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
     return packets;
 }
 
+// The bits that any process has.
+std::uint8_t join_bits(Subdomain& subdomain, std::uint8_t bits) {
+    ByteWriter mine;
+    mine.write(bits);
+    std::uint8_t all = 0;
+    for (const std::byte theirs : subdomain.comm.allgather(mine.view())) all |= std::to_integer<std::uint8_t>(theirs);
+    return all;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::byte>> gather_bytes(Subdomain& subdomain, ByteWriter& mine) {
@@ -145,6 +154,12 @@ Result<bool> DividedBodies::redistribute(Subdomain& subdomain, double step_s, in
     bool any = false;
     for (int p = 0; p < subdomain.comm.processes(); ++p) any = in.read<bool>() || any;
     if (!any) return false;
+    ByteWriter mine;
+    mine.write(subdomain_->velocities());
+    physics::Velocities velocities;
+    const std::vector<std::byte> of_all = subdomain.comm.allgather(mine.view());
+    for (ByteReader theirs(of_all, "the velocities of processes"); !theirs.done();) velocities.add(theirs.read<physics::Velocities>());
+    subdomain_->set_velocities(velocities, step_s, substeps);
     balance(subdomain);
     Result<void> fine;
     for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_bodies(subdomain.workers))))
@@ -156,8 +171,12 @@ Result<bool> DividedBodies::redistribute(Subdomain& subdomain, double step_s, in
 
 Result<physics::StepReport> DividedBodies::step(Subdomain& subdomain, double step_s, int substeps) {
     Result<void> fine;
-    for (const physics::Stage& stage : subdomain_->stages(step_s, substeps)) {
+    const std::vector<physics::Stage> stages = subdomain_->stages(step_s, substeps);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        const physics::Stage& stage = stages[i];
         if (fine) fine = subdomain_->run(stage, subdomain.workers);
+        if (stage.must_agree())
+            i += static_cast<std::size_t>(stage.left_out(join_bits(subdomain, fine ? subdomain_->bouncing_colours() : std::uint8_t{0})));
         if (!stage.must_exchange()) continue;
         // A process that has failed sends nothing more; the others learn of it at the end.
         const std::vector<comm::Packet> received =

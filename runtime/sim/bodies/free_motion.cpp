@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -12,6 +13,7 @@
 #include "runtime/base/stage_clock.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
+#include "runtime/sim/bodies/step_advice.h"
 
 namespace meld::sim {
 
@@ -45,6 +47,16 @@ void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
             log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] are of none", group.place, group.where.text());
 }
 
+void warn_of_coarse_steps(Subdomain& subdomain, RadiusRange radii, HeightRange heights, const std::set<Surface>& surfaces) {
+    if (subdomain.comm.process() != 0 || surfaces.empty()) return;
+    const world::PhysicsOptions& options = subdomain.world.physics;
+    const bool bounces = std::any_of(surfaces.begin(), surfaces.end(), [](const Surface& s) { return s.restitution > 0; }) ||
+                         std::any_of(options.obstacles.begin(), options.obstacles.end(),
+                                     [](const world::ObstacleOptions& o) { return o.restitution.value_or(0) > 0; });
+    if (const auto advice = advice_on_step(options, 2 * radii.min, heights.high - heights.low, bounces))
+        log::warning("{}: {}", subdomain.world.path, *advice);
+}
+
 }  // namespace
 
 Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
@@ -55,17 +67,22 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     ByteWriter bytes;
     if (subdomain.ensemble.owned_count() > 0) {
         bytes.write(bodies.radii());
+        bytes.write(bodies.heights());
         for (const Surface& surface : bodies.surfaces()) bytes.write(surface);
     }
     RadiusRange radii;
+    HeightRange heights;
     std::set<Surface> surfaces;
     for (const auto& from : gather_bytes(subdomain, bytes)) {
         if (from.empty()) continue;
         ByteReader in(from, "radii and surfaces of bodies");
         const auto theirs = in.read<RadiusRange>();
         radii = {radii.min > 0 ? std::min(radii.min, theirs.min) : theirs.min, std::max(radii.max, theirs.max)};
+        const auto high = in.read<HeightRange>();
+        heights = {std::min(heights.low, high.low), std::max(heights.high, high.high)};
         while (!in.done()) surfaces.insert(in.read<Surface>());
     }
+    warn_of_coarse_steps(subdomain, radii, heights, surfaces);
     const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
     fixed_touches_ = touches_among(subdomain, bodies.at_rest(), radii.max, touch_m);
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
@@ -91,6 +108,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(subdomain); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
+    if (auto done = lose_catoms(subdomain); !done) return done;
     subdomain.refresh();
     const StageClock clock(sensing_s_);
     senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
@@ -111,10 +129,10 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     note_fixed_touches(subdomain);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
-    senses_.note_obstacles(subdomain, physics_.scene->events());
-    links_.note(subdomain, fixed_touches_.empty() ? physics_.scene->events() : std::span<const physics::TouchEvent>(fixed_touches_),
-                divided);
+    senses_.note_obstacles(subdomain, events());
+    links_.note(subdomain, fixed_touches_.empty() ? events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
     give_back(fixed_touches_);
+    lost_.clear();
     physics_.scene->forget_events();
     links_.connect(subdomain, divided);
     return {};
@@ -129,6 +147,46 @@ void FreeMotion::note_fixed_touches(const Subdomain& subdomain) {
     const auto events = physics_.scene->events();
     fixed_touches_.insert(fixed_touches_.end(), events.begin(), events.end());
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
+}
+
+// Their links have ended already, when they were lost.
+std::span<const physics::TouchEvent> FreeMotion::events() {
+    const auto all = physics_.scene->events();
+    if (lost_.empty()) return all;
+    const auto is_lost = [&](physics::BodyId id) { return std::binary_search(lost_.begin(), lost_.end(), id); };
+    events_.clear();
+    std::copy_if(all.begin(), all.end(), std::back_inserter(events_), [&](const physics::TouchEvent& e) {
+        return !is_lost(e.touch.body) && (e.touch.other_is_obstacle || !is_lost(e.touch.other));
+    });
+    return events_;
+}
+
+Result<void> FreeMotion::lose_catoms(Subdomain& subdomain) {
+    const std::optional<double>& lowest = world_.physics.lowest;
+    if (!lowest) return {};
+    physics::Scene& scene = *physics_.scene;
+    ByteWriter mine;
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
+        if (height_of(world_, scene.state(id).position_m) < *lowest * 2 * world_.radius) mine.write(id);
+    }
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "catoms that are lost"); !in.done();) lost_.push_back(in.read<physics::BodyId>());
+    if (lost_.empty()) return {};
+    std::sort(lost_.begin(), lost_.end());
+    if (world_.physics.lost == "stop")
+        return fail(fmt::format("in tick {}, catom @{} is below [motion] lowest = {:.6g}", subdomain.tick(), lost_[0], *lowest),
+                    "Put ground under it, or write lost = \"remove\" to go on without it", ExitCode::LimitHit);
+    lost_count_ += lost_.size();
+    for (const physics::BodyId id : lost_) {
+        // The step that follows drops the body on all processes that hold it.
+        if (scene.has(id))
+            if (auto removed = scene.remove_body(id); !removed) return removed;
+        if (const std::optional<Catom> catom = subdomain.ensemble.find(id)) take_out(subdomain, *catom);
+    }
+    links_.forget(lost_);
+    return {};
 }
 
 Result<physics::StepReport> FreeMotion::move(Subdomain& subdomain) {
@@ -188,6 +246,7 @@ SimModule::Stages FreeMotion::stages() const {
 
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
+    if (lost_count_ > 0) text += fmt::format("; {} fell below the lowest height and were removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} times a catom has come to another process", crossed_);
     if (divided_ && divided_->divisions() > 0)
         text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(),

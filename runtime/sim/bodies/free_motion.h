@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,10 @@ class FreeMotion : public SimModule {
     // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
     void note_fixed_touches(const Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
+    // Catoms below the lowest height that the world allows end the run, or go.
+    Result<void> lose_catoms(Subdomain& subdomain);
+    // What the last step reports, without catoms that are lost.
+    std::span<const physics::TouchEvent> events();
     // Bodies and their catoms go to the processes whose blocks they are in; whether any did.
     Result<bool> hand_over(Subdomain& subdomain, double step_s, int substeps);
 
@@ -47,7 +52,10 @@ class FreeMotion : public SimModule {
     std::optional<DividedBodies> divided_;
     std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they have become links.
     std::uint64_t bodies_ = 0, awake_ = 0;
-    std::uint64_t crossed_ = 0;  // Catoms that have come to another process, without those that did before anything moved.
+    std::uint64_t crossed_ = 0;                // Catoms that have come to another process, without those that did before anything moved.
+    std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
+    std::vector<physics::TouchEvent> events_;  // Where some are lost.
+    std::uint64_t lost_count_ = 0;
     bool moved_ = false;
     double energy_j_ = 0;
     double handing_over_s_ = 0, linking_s_ = 0, sensing_s_ = 0;

@@ -125,6 +125,12 @@ std::string named(std::string text, std::string_view from, std::string_view to) 
 
 }  // namespace
 
+double height_of(const World& world, physics::Vec3 place) {
+    const physics::Vec3 gravity = vector_of(world.physics.gravity);
+    const double strength = length(gravity);
+    return strength > 0 ? -dot(gravity, place) / strength : place.z;
+}
+
 Error about_catoms(Error error) {
     for (std::string* text : {&error.problem, &error.suggestion}) {
         *text = named(named(*text, "body ", "catom @"), "bodies ", "catoms @");
@@ -179,6 +185,8 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     const double r = spec.radius_m;
     radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.min, r), std::max(radii_.max, r)};
     surfaces_.insert(surface);
+    const double height = height_of(world_, spec.position_m);
+    heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};
     if (spec.fixed && spec.linear_velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
 }
 

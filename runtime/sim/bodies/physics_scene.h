@@ -2,6 +2,7 @@
 #pragma once
 
 #include <compare>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -16,6 +17,10 @@ namespace meld::sim {
 // The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file where there is one.
 struct RadiusRange {
     double min = 0, max = 0;
+};
+// Heights of centres against gravity, m.
+struct HeightRange {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
 };
 struct PhysicsScene {
     std::unique_ptr<physics::Scene> scene;
@@ -43,6 +48,7 @@ class BodyMaker {
     const std::set<Surface>& surfaces() const { return surfaces_; }
     // Of the bodies looked at.
     RadiusRange radii() const { return radii_; }
+    HeightRange heights() const { return heights_; }
     // By group of the world: whether any that was looked at is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
     // Those looked at that are fixed and stand still.
@@ -63,12 +69,16 @@ class BodyMaker {
     std::set<Surface> surfaces_;
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;
+    HeightRange heights_;
     std::vector<FixedBody> at_rest_;
 };
 
 // An error of the physics in the words of worlds and programs: bodies are catoms, and its settings have their names in the
 // world file.
 Error about_catoms(Error error);
+
+// How high a place is against gravity; without gravity, along z.
+double height_of(const world::World& world, physics::Vec3 place);
 
 // Metres to catom diameters and back.
 inline physics::Vec3 to_metres(const world::World& world, const world::Vec3& diameters) {

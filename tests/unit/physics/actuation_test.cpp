@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "tests/unit/physics/scenes.h"
@@ -42,7 +43,7 @@ TEST(Magnets, ForcesAreGradientsAndTorquesBalance) {
         const FeaturePose first{{}, {0, 0, 1}, 1};
         double charge = 0;
         const Vec3 tilted = (1 / length(Vec3{0.2, 0.1, -1})) * Vec3{0.2, 0.1, -1};
-        // Within two thirds of the range, and where it fades.
+        // Near, and near the end of the range.
         for (const Vec3 r : {Vec3{0.02, 0.03, 0.05}, Vec3{0.05, 0.1, 0.15}, Vec3{0.1, 0.1, 0.2}})
             check_interaction([&](Vec3 at) { return interact(feature, first, feature, {at, tilted, -1}, charge); }, r, 1);
         EXPECT_EQ(length(interact(feature, first, feature, {{0, 0, 0.31}, tilted, -1}, charge).force_n), 0);
@@ -60,9 +61,53 @@ TEST(Magnets, FarTwoPoleMagnetsAreDipoles) {
 TEST(Plates, PullAsTheSquareOfVoltageOverDistance) {
     const Feature plate{.kind = FeatureKind::Plate, .strength = 500, .area_m2 = 0.02, .cover_m = 1e-4, .permittivity = 4};
     const double gap = 2e-4, effective = gap + 2 * 1e-4 / 4;
-    const PlatePull pull = plates(plate, plate, gap);
+    const PlatePull pull = plates(plate, plate, 1000, gap);
     EXPECT_NEAR(pull.force_n, kEpsilon0 * 0.02 * 1e6 / (2 * effective * effective), 1e-9);
     EXPECT_NEAR(pull.capacitance_f, kEpsilon0 * 0.02 / effective, 1e-20);
+}
+
+// Face to face, from touching to beyond the range, for defaults and for what is deep or shallow, long or short, beside its range.
+TEST(Features, ForcesFallMonotonicallyToNothing) {
+    for (const FeatureKind kind : {FeatureKind::Dipole, FeatureKind::TwoPole, FeatureKind::Plate})
+        for (const double depth : {0.001, 0.05, 0.2})
+            for (const double length_m : {0.01, 0.3})
+                for (const double range : {0.02, 0.1, 0.6}) {
+                    const Feature feature{.kind = kind, .strength = 100, .depth_m = depth, .length_m = length_m, .range_m = range};
+                    double before = -std::numeric_limits<double>::infinity(), charge = 0;
+                    for (double gap = 0; gap < 1.1 * range; gap += range / 1000) {
+                        const Vec3 at{0, 0, gap};
+                        const double pull = interact(feature, {{}, {0, 0, 1}, 1}, feature, {at, {0, 0, -1}, -1}, charge).force_n.z;
+                        ASSERT_LE(before, pull) << static_cast<int>(kind) << ", depth " << depth << ", range " << range << ", gap " << gap;
+                        ASSERT_LE(pull, 0);
+                        before = pull;
+                    }
+                    EXPECT_EQ(before, 0);
+                }
+}
+
+// The range costs a touching pair of default magnets less than two percent of the force of free dipoles.
+TEST(Features, TouchingMagnetsPullAsTheFormulaSays) {
+    const Feature magnet{.strength = 10};
+    double charge = 0;
+    const double pull = interact(magnet, {{}, {0, 0, 1}, 1}, magnet, {{}, {0, 0, -1}, -1}, charge).force_n.z;
+    const double free = dipoles({0, 0, 10}, {0, 0, 10}, {0, 0, 0.1}).force_n.z;
+    EXPECT_NEAR(pull / free, 1 - std::pow(0.5, 6), 1e-9);
+}
+
+TEST(Plates, KnowPolarity) {
+    const Feature plate{.kind = FeatureKind::Plate, .strength = 500}, weaker{.kind = FeatureKind::Plate, .strength = 200};
+    double charge = 0;
+    const auto pull = [&](const Feature& other, double sign) {
+        return -interact(plate, {{}, {0, 0, 1}, 1}, other, {{0, 0, 1e-4}, {0, 0, -1}, sign}, charge).force_n.z;
+    };
+    EXPECT_EQ(pull(plate, 1), 0);
+    EXPECT_EQ(charge, 0);
+    const double unlike = pull(plate, -1);
+    EXPECT_GT(unlike, 0);
+    EXPECT_GT(charge, 0);
+    // Forces go with the square of the voltage between them.
+    EXPECT_NEAR(pull(weaker, -1) / unlike, std::pow(700.0 / 1000, 2), 1e-9);
+    EXPECT_NEAR(pull(weaker, 1) / unlike, std::pow(300.0 / 1000, 2), 1e-9);
 }
 
 TEST(FeatureTables, DirectionsAreSpreadEvenly) {
@@ -250,7 +295,7 @@ TEST_P(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
     EXPECT_NEAR(scene->energy_drawn_j(0), 2 * 0.5 + 0.25, 1e-9);
     EXPECT_EQ(scene->energy_drawn_j(1), 0);
     need(scene->set_features(0, 2, 0));
-    need(scene->set_features(1, 4, 0));
+    need(scene->set_features(1, 4, 4));
     const double before = scene->energy_drawn_j(0);
     run(*scene, 10, 1, workers_);
     // Fixed bodies do not search for each other: no pair, no charge. A free one finds the plate.
@@ -259,10 +304,10 @@ TEST_P(Actuation, EnergyIsDrawnWhileOnAtSwitchingAndForCharging) {
     run(*scene, 1, 1, workers_);
     need(scene->add_body({.id = 1, .position_m = {1.001, 0, 0}}));
     need(scene->set_feature_table(1, table));
-    need(scene->set_features(1, 4, 0));
+    need(scene->set_features(1, 4, 4));
     run(*scene, 240, 1, workers_);
     const double gap = scene->state(1).position_m.x - 1;
-    const double charge = plates(plate, plate, gap).capacitance_f * 200 * 200;
+    const double charge = plates(plate, plate, 200, gap).capacitance_f * 200 * 200;
     EXPECT_NEAR(scene->energy_drawn_j(0) - before, charge / 2, 0.05 * charge);
     EXPECT_NEAR(scene->energy_drawn_j(1), charge / 2, 0.05 * charge);
 }

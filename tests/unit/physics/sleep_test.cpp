@@ -80,6 +80,45 @@ TEST_F(FallingAsleep, GentleMagnetsDrawTogether) {
     EXPECT_LT(scene->state(1).position_m.x - scene->state(0).position_m.x, 1.01);
 }
 
+// On ice, held in the field of a fixed magnet above it, a ball swings for ever, by a few thousandths of its diameter. It is one of many
+// in its block.
+TEST_F(FallingAsleep, PilesFallAsleepAroundARattler) {
+    auto scene = scene_on_plane();
+    add_cube(*scene, 4);
+    const std::uint8_t ice = need(scene->add_material({.friction = 0}));
+    const auto table = need(scene->add_feature_table(
+        {{.direction = {0, 0, 1}, .strength = 50, .range_m = 0.5}, {.direction = {0, 0, -1}, .strength = 50, .range_m = 0.5}}));
+    need(scene->add_body({.id = 64, .position_m = {6, 1.5, 1.6}, .material = ice, .fixed = true}));
+    need(scene->add_body({.id = 65, .position_m = {6.004, 1.5, 0.5}, .material = ice}));
+    for (const BodyId id : {64u, 65u}) need(scene->set_feature_table(id, table));
+    need(scene->set_features(64, 2, 0));
+    need(scene->set_features(65, 1, 1));
+    // It swings faster than what counts as still, as long as it is looked at, ...
+    double least = 6.004, most = 6.004, fastest = 0;
+    for (int tick = 0; tick < 720; ++tick) {
+        step(*scene, 1, kTick);
+        least = std::min(least, scene->state(65).position_m.x), most = std::max(most, scene->state(65).position_m.x);
+        const BodyState now = scene->state(65);
+        fastest = std::max(fastest, std::hypot(length(now.linear_velocity_m_s), 0.5 * length(now.angular_velocity_rad_s)));
+    }
+    EXPECT_LT(least, 5.999);
+    EXPECT_GT(fastest, 0.006);
+    EXPECT_LT(most, 6.008);
+    // ... and after a few swings all sleep.
+    step(*scene, 2400, kTick);
+    for (BodyId id = 0; id < 64; ++id) EXPECT_TRUE(scene->asleep(id)) << id;
+}
+
+// What rolls away is no rattler, however slowly, and is not stopped.
+TEST_F(FallingAsleep, ASlowBallRollsPastAPile) {
+    auto scene = scene_on_plane();
+    add_cube(*scene, 4);
+    need(scene->add_body(
+        {.id = 64, .position_m = {5, 1.5, 0.5}, .linear_velocity_m_s = {0.01, 0, 0}, .angular_velocity_rad_s = {0, 0.02, 0}}));
+    step(*scene, 2400, kTick);
+    EXPECT_NEAR(scene->state(64).position_m.x, 5.1, 0.002);
+}
+
 TEST_F(FallingAsleep, PilesOfAnySizeFallAsleep) {
     for (const double size : {1.0, 0.01}) {
         auto scene = scene_on_plane({.linear_damping_per_s = 2, .angular_damping_per_s = 2});

@@ -26,6 +26,34 @@ TEST(PhysicsSection, TheFormerNameOfBodiesIsAccepted) {
     EXPECT_EQ(world.physics.mass, 3);
 }
 
+// Lengths with the diameter, times and speeds with its root, torques with the weight times the diameter; what is given stays.
+TEST(PhysicsSection, DefaultsFollowTheSizeOfCatoms) {
+    const std::string features = "[[motion.feature]]\ndirections = 6\n[[motion.feature]]\nkind = \"plate\"\ndirections = 6\narea = 0.5\n";
+    const PhysicsOptions metre = world_of(kFree + features).physics,
+                         small = world_of("radius = 0.005\n" + kFree + "mass = 0.01\n" + features).physics;
+    EXPECT_EQ(metre.step, 1.0 / 240);
+    EXPECT_DOUBLE_EQ(small.step, 1.0 / 2400);
+    EXPECT_DOUBLE_EQ(small.greatest_speed, metre.greatest_speed / 10);
+    EXPECT_DOUBLE_EQ(small.sense.velocity, metre.sense.velocity / 10);
+    EXPECT_EQ(small.sense.position, metre.sense.position);
+    EXPECT_DOUBLE_EQ(small.roll_torque, metre.roll_torque / 10'000);
+    EXPECT_DOUBLE_EQ(small.features[0].depth, metre.features[0].depth / 100);
+    EXPECT_DOUBLE_EQ(small.features[0].range, metre.features[0].range / 100);
+    EXPECT_DOUBLE_EQ(small.features[1].cover, metre.features[1].cover / 100);
+    EXPECT_EQ(small.features[1].area, 0.5);
+    // The smallest catom counts, and strong gravity.
+    EXPECT_DOUBLE_EQ(world_of(kFree + "[[motion.catoms]]\nwhere = \"id == 0\"\nradius = 0.125\n").physics.step, 0.5 / 240);
+    EXPECT_DOUBLE_EQ(world_of(kFree + "gravity = [0, 0, -981]\n").physics.step, 0.1 / 240);
+    EXPECT_EQ(world_of(kFree + "gravity = [0, 0, 0]\n").physics.step, 1.0 / 240);
+}
+
+// A tick of these worlds lasts a step times steps, also where an event says its time in seconds.
+TEST(PhysicsSection, EventsInSecondsGoByTheStep) {
+    const World world = world_of("[[event]]\ntime = \"1 s\"\ngive = { go = [\"id == 0\"] }\n" + kFree + "steps = 24\n");
+    ASSERT_EQ(world.events.size(), 1u);
+    EXPECT_EQ(world.events[0].tick, 10);
+}
+
 TEST(PhysicsSection, ReadsEachKey) {
     const World world = world_of(R"toml(
 radius = 0.25
@@ -53,6 +81,8 @@ roll_torque = 2
 sleep_ticks = 0
 sleep_speed = 0.1
 greatest_speed = 20
+lowest = -7.5
+lost = "remove"
 deepest_overlap = 0.25
 [motion.sense]
 position = 0.5
@@ -104,6 +134,8 @@ velocity = [1, 0, 0]
     EXPECT_EQ(p.sleep_speed, 0.1);
     EXPECT_EQ(p.greatest_speed, 20);
     EXPECT_EQ(p.deepest_overlap, 0.25);
+    EXPECT_EQ(p.lowest, -7.5);
+    EXPECT_EQ(p.lost, "remove");
     EXPECT_EQ(p.sense.position, 0.5);
     EXPECT_EQ(p.sense.pressure, 0);
     ASSERT_EQ(p.features.size(), 2u);
