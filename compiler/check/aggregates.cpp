@@ -4,6 +4,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/types.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
@@ -42,6 +43,7 @@ class Aggregates {
     }
 
     void argument(const syntax::Declaration& d, std::size_t i, Predicate& p) {
+        MELD_EXPECT(d.arguments.size() == p.arguments.size(), "{} was declared with {} arguments", p.signature(), d.arguments.size());
         const syntax::Argument& a = d.arguments[i];
         if (a.aggregate.empty()) {
             if (a.neighbour_complete)
@@ -157,6 +159,7 @@ class Aggregates {
 
     // A function that makes one value of two.
     void function(const syntax::Argument& a, Predicate& p) {
+        MELD_EXPECT(p.aggregate == Aggregate::Custom && !p.fold.valid(), "{} has a function", p.name);
         for (const FunctionId id : program_.functions.ids())
             if (program_.functions[id].name == a.aggregate) p.fold = id;
         if (!p.fold.valid()) return unknown(a);
@@ -190,6 +193,7 @@ class Aggregates {
 
     // The links that must all have contributed.
     void link(const syntax::Argument& a, Predicate& p) {
+        MELD_EXPECT(a.neighbour_complete && !p.complete_link.valid(), "{} waits for two links", p.name);
         const Predicate* other = nullptr;
         for (const PredicateId id : program_.predicates.ids()) {
             const Predicate& q = program_.predicates[id];
@@ -205,7 +209,7 @@ class Aggregates {
         if (other != nullptr) {
             auto& d = report_.add(Kind::BadAggregate, a.neighbour_link.span,
                                   fmt::format("`{}` {}, and what is waited for are links that stay", other->name,
-                                              other->route ? "is linear" : "is no route"));
+                                              other->route ? "is linear" : "is not a route"));
             d.labels = {{other->span, "declared here"}};
             d.help = other->route ? "wait for `neighbor`, or for a view of these links"
                                   : fmt::format("declare it `type route {}(...)`", other->name);

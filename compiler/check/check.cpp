@@ -1,6 +1,8 @@
 // The passes of the check in order.
 #include "compiler/check/check.h"
 
+#include "compiler/check/well_formed.h"
+
 namespace meld::check {
 
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
@@ -17,6 +19,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     find_homes(program, report);
     check_bindings(program, report);
     stratify(program, report);
+    if (!report.has_errors()) expect_well_formed(program);
     return program;
 }
 

@@ -75,7 +75,7 @@ class Declarer {
                          : m.text == "action" ? PredicateKind::Action
                                               : PredicateKind::Persistent;
             } else {
-                report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is no modifier", m.text)).help =
+                report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is not a modifier", m.text)).help =
                     "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
             }
         }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compiler/check/check.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
@@ -36,6 +37,7 @@ class Homes {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
             const Atom& a = c.atom;
+            MELD_EXPECT(a.arguments[0].is_variable(), "{} is read at no variable", program_.predicates[a.predicate].name);
             if (!program_.predicates[a.predicate].route || a.arguments.size() < 2 || !a.arguments[1].is_variable()) continue;
             graph[a.arguments[0].variable].insert(a.arguments[1].variable);
             graph[a.arguments[1].variable].insert(a.arguments[0].variable);
@@ -56,6 +58,7 @@ class Homes {
 
     // Every atom must be at a reached catom; `graph` holds the links of the bodies around.
     void check_body(const std::vector<Clause>& body, Graph graph) {
+        MELD_EXPECT(rule_.home.valid(), "rule {} runs nowhere yet", rule_.name);
         links(body, graph);
         const std::set<VariableId> seen = reached(graph, rule_.home);
         for (const Clause& c : body) {
@@ -72,6 +75,7 @@ class Homes {
 
     // What held before the tick is known at the catom itself alone.
     void check_delta(const Clause& c) {
+        MELD_EXPECT(c.kind == Clause::Kind::Delta, "rule {}: not a delta", rule_.name);
         const VariableId at = c.atom.arguments[0].variable;
         if (at == rule_.home || !refused_.insert(at).second) return;
         auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
@@ -118,6 +122,7 @@ class Homes {
     }
 
     void view() {
+        MELD_EXPECT(rule_.heads.size() == 1 && rule_.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule_.name);
         const Head& head = rule_.heads[0];
         rule_.home = head.atom.arguments[0].variable;
         const bool waits = program_.predicates[head.atom.predicate].complete_link.valid();
@@ -200,6 +205,7 @@ class Homes {
         each_atom(rule_.body, consumed);
         each_head(rule_.heads, [&](const Head& h) { each_atom(h.body, consumed); });
         if (two) return;
+        MELD_CHECK(first != nullptr, "linear rule {} consumes nothing", rule_.name);
         rule_.home = first->arguments[0].variable;
         Graph graph;
         links(rule_.body, graph);

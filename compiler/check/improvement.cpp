@@ -195,6 +195,16 @@ bool Improvement::at_least_zero(const Term& t, bool at_most) const {
     }
 }
 
+bool Improvement::moves(const Term& t, Course way) const {
+    if (t.op == Op::Not) return moves(t.operands[0], opposite(way));
+    if (t.op == Op::And || t.op == Op::Or) {
+        const Term &left = t.operands[0], &right = t.operands[1];
+        return (moves(left, way) && (!mentions(right) || moves(right, way))) || (!mentions(left) && moves(right, way));
+    }
+    if (const auto is = t.is_variable() ? defined_.find(t.variable) : defined_.end(); is != defined_.end()) return moves(*is->second, way);
+    return course(t) == way;
+}
+
 bool Improvement::worse(const Term& t) const {
     switch (t.op) {
         case Op::Variable: {

@@ -15,7 +15,7 @@ enum class Course { Constant, Same, Opposite, Unknown };
 // One value of one atom in a rule's body.
 class Improvement {
   public:
-    // `best` is Min or Max: which way the value improves.
+    // `best` keeps the least or greatest value: which way it improves.
     Improvement(const Program& program, const Rule& rule, const Atom& atom, VariableId value, Aggregate best);
 
     Course course(const Term& expression) const { return course(expression, courses_); }
@@ -25,6 +25,9 @@ class Improvement {
     bool bounded() const;
     // Whether the expression is never better than the value.
     bool worse(const Term& expression) const;
+    // Whether the expression moves the same way as the value, or the opposite way. Truth values count too: `~X` opposes X.
+    bool follows(const Term& expression) const { return moves(expression, Course::Same); }
+    bool opposes(const Term& expression) const { return moves(expression, Course::Opposite); }
     // Whether it is the value and something that does not depend on it.
     bool shifted(const Term& expression) const;
 
@@ -34,6 +37,7 @@ class Improvement {
     void find_definitions();
     bool bound_by_fact(VariableId v) const;
     bool mentions(const Term& t) const;
+    bool moves(const Term& t, Course way) const;
     Course course(const Term& t, const Courses& known) const;
     Course call(const Term& t, const Courses& known) const;
     Course multiplied(const Term& t, const Courses& known) const;

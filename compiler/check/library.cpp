@@ -76,6 +76,7 @@ std::vector<LibraryFunction> make_library() {
     // Sections stand between the functions, without a signature.
     std::string section;
     for (LibraryFunction& f : all) {
+        MELD_CHECK(f.signature.empty() || !f.name.empty(), "a function of type {} has no name", f.signature);
         if (f.signature.empty())
             section = f.name;
         else
@@ -107,6 +108,7 @@ const LibraryFunction* library_function(const std::string& name, std::size_t arg
         for (const LibraryFunction& f : library()) map.emplace(f.name, &f);
         return map;
     }();
+    MELD_EXPECT(!name.empty(), "a function without a name");
     const auto [first, last] = by_name.equal_range(without_element(name));
     for (auto f = first; f != last; ++f)
         if (f->second->parameters.size() == arguments) return f->second;

@@ -5,12 +5,14 @@
 
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
 
 void Resolver::rule(const syntax::Rule& tree) {
+    MELD_EXPECT(tree.span.begin <= tree.span.end, "a rule from {} to {}", tree.span.begin, tree.span.end);
     errors_before_ = report_.error_count();
     refused_ = false;
     places_.clear();
@@ -182,6 +184,7 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
 // [ sum => S | X | body | each | last ]: `each` for every match; `last` with S = sum X' : { body' }, a copy of the body
 // with variables of its own for each of the aggregates.
 void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
+    MELD_EXPECT(head.kind == Head::Kind::Aggregate, "a head that aggregates nothing");
     views(rule, with_head(body, head.body, head), head.heads, false);
     std::set<VariableId> outside;
     for (const Clause& c : body) each_variable(c, [&](VariableId v) { outside.insert(v); });
@@ -216,6 +219,7 @@ void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& bo
 
 // proved(N, p) counts at the home: the catom of a view's head, or of the facts that are consumed.
 void Resolver::place_counts(Rule& rule) const {
+    MELD_EXPECT(rule.linear || rule.heads.size() == 1, "a view with {} heads", rule.heads.size());
     const Atom* home = nullptr;
     if (!rule.linear) home = &rule.heads[0].atom;
     for (const Clause& c : rule.body)
@@ -260,6 +264,7 @@ std::string Resolver::consuming(const syntax::Rule& tree) const {
 
 void Resolver::add(Rule rule) {
     if (refused_ || report_.error_count() > errors_before_) return;
+    MELD_ASSERT(rule.line > 0 && !rule.text.empty(), "a rule that stands nowhere");
     std::string head = rule.heads.empty()                       ? "nothing"
                        : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name
                                                                 : "all";

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "compiler/check/resolver.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
@@ -58,6 +59,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const std::optional<PredicateId> id = find(tree);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
+    MELD_ASSERT(p.arguments.size() == tree.arguments.size(), "{} with {} arguments", p.signature(), tree.arguments.size());
     sigil(tree, p);
     if (p.sensed)
         report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: the runtime alone says where it holds", p.name)).help =
@@ -84,6 +86,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
 
 // The value for an aggregate of elements: the list of that one.
 Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
+    MELD_EXPECT(p.aggregate_at > 0 && p.aggregate_at < p.arguments.size(), "{} aggregates argument {}", p.name, p.aggregate_at);
     const Type& list = p.arguments[p.aggregate_at].type;
     const Type element = list.parts.empty() ? Type::Error : list.parts[0];
     Term only = scope_->resolve(e, element, fmt::format("one element of argument {} of `{}`", p.aggregate_at + 1, p.name));
@@ -181,6 +184,7 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
         }
     }
     const Inside inside(*scope_, *locals_, &tree.result);
+    MELD_ASSERT(h.folds.size() == tree.aggregates.size(), "{} of {} aggregates", h.folds.size(), tree.aggregates.size());
     for (std::size_t i = 0; i < h.folds.size(); ++i) {
         const syntax::HeadAggregate& one = tree.aggregates[i];
         h.folds[i].result = scope_->variable(one.result.text, one.result.span);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/base/assert.h"
+
 namespace meld::check {
 
 using diagnostics::Kind;
@@ -32,12 +34,14 @@ Clause equality(Term left, Term right, Span span) {
 }
 
 VariableId Scope::variable(const std::string& name, Span span) {
+    MELD_EXPECT(!name.empty(), "a variable without a name at {}", span.begin);
     const auto found = variables_.find(name);
     if (found != variables_.end()) return found->second;
     return variables_[name] = rule_.variables.add({name, span, Type::Error});
 }
 
 void Scope::enter(const void* part, const std::set<std::string>& names) {
+    MELD_EXPECT(part != nullptr, "no part with {} names", names.size());
     Entered& now = entered_.emplace_back(Entered{part, {}, names});
     const auto& own = parts_[part];
     for (const std::string& name : names) {
@@ -50,6 +54,7 @@ void Scope::enter(const void* part, const std::set<std::string>& names) {
 }
 
 void Scope::leave() {
+    MELD_EXPECT(!entered_.empty(), "left more often than entered");
     const Entered last = std::move(entered_.back());
     entered_.pop_back();
     auto& own = parts_[last.part];
@@ -200,6 +205,7 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
         term.span = e.span;
         return term;
     }
+    MELD_ASSERT(depth_ >= 0 && depth_ < kMaxDepth, "depth {}", depth_);
     ++depth_;
     Term term = untyped(e, wanted);
     --depth_;

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/check/check.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
@@ -40,6 +41,7 @@ class Strata {
     void add_edges(RuleId id) {
         const Rule& rule = program_.rules[id];
         if (rule.linear || rule.refused) return;
+        MELD_EXPECT(rule.heads.size() == 1 && rule.heads[0].kind == Head::Kind::Fact, "view {} has {} heads", rule.name, rule.heads.size());
         add_edges(rule, rule.body, {});
     }
     void add_edges(const Rule& rule, const std::vector<Clause>& body, Edge around) {
@@ -100,6 +102,7 @@ class Strata {
     void close(std::size_t v, std::vector<PredicateId>& stack, std::vector<bool>& open) {
         Component c;
         for (;;) {
+            MELD_ASSERT(!stack.empty(), "the component of {} is not on the stack", program_.predicates[PredicateId(v)].name);
             const PredicateId p = stack.back();
             stack.pop_back();
             open[p.index()] = false;
@@ -159,6 +162,8 @@ class Strata {
         }
     }
     bool local_cycle(PredicateId goal, PredicateId from, const Component& c) {
+        MELD_EXPECT(c.contains(goal) && c.contains(from), "{} and {} are of two components", program_.predicates[goal].name,
+                    program_.predicates[from].name);
         std::vector<PredicateId> todo{from}, seen;
         while (!todo.empty()) {
             const PredicateId at = todo.back();
@@ -174,6 +179,8 @@ class Strata {
 
     // Prints the cycle as a path of rules.
     void refuse(Kind kind, const std::string& what, PredicateId head, const Edge& through, const Component& c) {
+        MELD_EXPECT(through.from == head && c.contains(head) && c.contains(through.to), "no cycle through {}",
+                    program_.predicates[head].name);
         std::map<PredicateId, const Edge*> came;
         std::vector<PredicateId> todo{through.to};
         for (std::size_t i = 0; i < todo.size(); ++i)

@@ -6,6 +6,7 @@
 #include "compiler/check/check.h"
 #include "compiler/check/fold.h"
 #include "compiler/check/scope.h"
+#include "runtime/base/assert.h"
 
 namespace meld::check {
 
@@ -79,6 +80,7 @@ class Values {
     }
 
     void type(const std::string& name, Pending& pending) {
+        MELD_EXPECT(pending.tree != nullptr && names_.constants.contains(name), "no constant {}", name);
         if (pending.typed == State::Done) return;
         pending.id = names_.constants.at(name);
         if (pending.typed == State::Busy) {
@@ -123,6 +125,7 @@ class Values {
         for (const syntax::Parameter& p : tree.parameters)
             lower_case = lower_case || std::islower(static_cast<unsigned char>(p.name.text[0]));
         Scope scope(program_, names_, makeshift, report_, lower_case);
+        MELD_ASSERT(f.parameter_count == tree.parameters.size(), "{} has {} parameters", f.name, f.parameter_count);
         for (std::size_t i = 0; i < f.parameter_count; ++i) {
             const Variable& parameter = f.variables[VariableId(i)];
             const VariableId v = scope.variable(parameter.name, parameter.span);
@@ -142,6 +145,7 @@ class Values {
     // ---- values of constants
 
     void compute(Pending& pending) {
+        MELD_EXPECT(pending.typed == State::Done, "{} has no type yet", pending.tree->name.text);
         if (pending.computed == State::Done) return;
         if (pending.computed == State::Busy) {
             by_itself(pending);
@@ -176,6 +180,7 @@ class Values {
     }
     void leave_to_the_run(Pending& pending) {
         Constant& c = program_.constants[pending.id];
+        MELD_EXPECT(!c.computed.valid() && !pending.value, "{} has a value", c.name);
         Function f;
         f.name = c.name;
         f.span = c.span;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/base/assert.h"
+
 namespace meld::check {
 
 namespace {
@@ -47,6 +49,7 @@ bool any_definition(const Rule& rule, VariableId v, const Visit& visit) {
 }  // namespace
 
 std::size_t uses(const Rule& rule, VariableId v) {
+    MELD_EXPECT(v.valid() && v.index() < rule.variables.count(), "rule {} has no variable {}", rule.name, v.index());
     std::size_t n = 0;
     const auto count = [&](VariableId use) { n += use == v; };
     for (const Clause& c : rule.body) each_variable(c, count);
@@ -56,6 +59,7 @@ std::size_t uses(const Rule& rule, VariableId v) {
 
 ValueRead value_read(const Program& program, const Rule& rule, const Atom& atom) {
     const Predicate& p = program.predicates[atom.predicate];
+    MELD_EXPECT(atom.arguments.size() == p.arguments.size(), "{} with {} arguments", p.signature(), atom.arguments.size());
     if (!keeps_best(p.aggregate)) return {};
     ValueRead used{.kind = ValueRead::Kind::Used};
     for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
@@ -82,6 +86,7 @@ bool computed_from(const Rule& rule, const Term& e, VariableId value) {
 }
 
 bool improves(const Rule& rule, const Term& e, VariableId value, Aggregate aggregate, Improves how) {
+    MELD_EXPECT(keeps_best(aggregate) && value.valid(), "rule {}: nothing is better", rule.name);
     if (e.is_variable())
         return e.variable != value &&
                any_definition(rule, e.variable, [&](const Term& is) { return improves(rule, is, value, aggregate, how); });

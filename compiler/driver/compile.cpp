@@ -28,7 +28,7 @@ namespace {
 Result<std::string> read_linked(const std::string& path) {
     static constexpr std::string_view endings[] = {".c", ".cc", ".cpp", ".cxx"};
     if (std::none_of(std::begin(endings), std::end(endings), [&](std::string_view ending) { return path.ends_with(ending); }))
-        return fail(fmt::format("cannot link {}: it is no C or C++ file", path), "Link files that end in .c or .cpp");
+        return fail(fmt::format("cannot link {}: it is not a C or C++ file", path), "Link files that end in .c or .cpp");
     std::ifstream in(path, std::ios::binary);
     std::ostringstream text;
     text << in.rdbuf();

@@ -148,13 +148,13 @@ int main(int argc, char** argv) {
         "compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
     for (CLI::App* sub : {check, compile}) {
         sub->add_option("FILE", options.file, "The program, a .meld file")->required();
-        sub->add_flag("--json", options.json, "Messages as JSON on standard output");
-        sub->add_option("-I,--library", options.compile.library_paths, "Folder for include and use")
+        sub->add_flag("--json", options.json, "Print messages as JSON on standard output");
+        sub->add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
             ->type_name("DIR")
             ->take_all()
             ->allow_extra_args(false);
     }
-    compile->add_option("-o,--output", options.output, "Where to put the module; without it, its path in the cache is printed")
+    compile->add_option("-o,--output", options.output, "Write the module here; without it, its path in the cache is printed")
         ->type_name("FILE");
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
     compile->add_flag("--explain-rules", options.explain_rules,
@@ -163,12 +163,9 @@ int main(int argc, char** argv) {
         ->add_option("-O", options.compile.optimisation,
                      "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")
         ->check(CLI::Range(0, 3).description(""));
-    compile
-        ->add_option("--after", options.compile.plan.after, "With --emit=plan: the program or plan as this pass of the planner leaves it")
+    compile->add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
         ->type_name("PASS");
-    compile
-        ->add_option("--without", options.compile.plan.without,
-                     "Leave out a pass of the planner that only makes programs cheaper; results are the same")
+    compile->add_option("--without", options.compile.plan.without, "Skip an optimizing pass of the planner; results do not change")
         ->type_name("PASS");
     compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")
         ->type_name("FILE")
@@ -176,11 +173,12 @@ int main(int argc, char** argv) {
         ->allow_extra_args(false);
     compile->add_flag("--quiet", options.quiet, "No progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
-    CLI::App* explain = app.add_subcommand("explain", "Print the page of a message.\nExample: meldc explain E0501");
+    CLI::App* explain =
+        app.add_subcommand("explain", "Explain a message: what it means, a wrong program and its cure.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();
 
     CLI::App* format =
-        app.add_subcommand("fmt", "Lay programs out; comments and meaning stay.\nExample: meldc fmt examples/meld/gradient.meld");
+        app.add_subcommand("fmt", "Format programs; comments and meaning stay the same.\nExample: meldc fmt examples/meld/gradient.meld");
     format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")
         ->required();
     format->add_flag("--check", options.format.check, "Change nothing: name the files that would change, and exit with 1 if there are any");
@@ -188,7 +186,7 @@ int main(int argc, char** argv) {
     CLI::App* lsp =
         app.add_subcommand("lsp", "Serve an editor over standard input and output (Language Server Protocol).\nExample: meldc lsp --stdio");
     bool over_stdio = true;
-    lsp->add_flag("--stdio", over_stdio, "What editors say; there is no other way to talk");
+    lsp->add_flag("--stdio", over_stdio, "Serve over standard input and output; the only way, and the default");
 
     cli::add_common(app);
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices())) return *code;

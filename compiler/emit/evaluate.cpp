@@ -93,7 +93,7 @@ void evaluate_plainly(const plan::Plan& plan, const Stratum& stratum, Writer& w)
     MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates are evaluated one by one", stratum.predicates.size());
     const PredicateId p = stratum.predicates[0];
     run_all_rules(plan, stratum, w);
-    w.line("if (settle_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
+    w.line("if (evaluate_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
 void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
@@ -132,7 +132,7 @@ void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer&
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
         if (by_round) w.line("s.{}.changes = nullptr;", name);
-        w.line("if (gathered(s.{0}, before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
+        w.line("if (s.{0}.end_rounds(before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
     }
 }
 
@@ -187,7 +187,7 @@ void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::si
     const std::string name = predicate_name(plan.program, stratum.predicates[0]);
     w.raw("");
     w.open(fmt::format("MELD_STEP static bool evaluate_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
-    w.line("Touched<{}_t> affected;", name);
+    w.line("AffectedGroups<{}_t> affected;", name);
     if (stratum.deltas.inputs & kDirtyGroups)
         w.line("if (todo & kDirtyGroups) affected.add_woken(*s.e, s.e->subdomain->changes[{}][s.catom]);",
                plan.of(stratum.predicates[0]).column.index());
@@ -212,7 +212,7 @@ void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::si
     w.line("s.{}.proposed.reset();", name);
     w.raw("return false;");
     w.close();
-    w.line("if (settle_touched(*s.e, s.{}, affected{})) changed |= {};", name, reduction(plan, stratum.predicates[0]),
+    w.line("if (evaluate_affected(*s.e, s.{}, affected{})) changed |= {};", name, reduction(plan, stratum.predicates[0]),
            own_bit(plan, stratum.predicates[0]));
     w.raw("return true;");
     w.close();
@@ -243,7 +243,8 @@ void emit_stratum(const plan::Plan& plan, const Stratum& stratum, std::size_t nu
         case Recursion::Ranked:
             MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates support themselves alone", stratum.predicates.size());
             run_all_rules(plan, stratum, w);
-            w.line("if (settle_ranked(*s.e, {})) changed |= {};", view(plan, stratum.predicates[0]), own_bit(plan, stratum.predicates[0]));
+            w.line("if (evaluate_ranked(*s.e, {})) changed |= {};", view(plan, stratum.predicates[0]),
+                   own_bit(plan, stratum.predicates[0]));
             break;
         case Recursion::Mutual:
             evaluate_mutually(plan, stratum, w);

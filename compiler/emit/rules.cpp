@@ -42,8 +42,8 @@ void RuleEmitter::affected(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
-    w_.open(fmt::format("static void {}_affected{}(Self& s, Touched<{}_t>& affected) {{", rule_function(plan_.program, rule_plan_.rule),
-                        number, predicate_name(plan_.program, head.predicate)));
+    w_.open(fmt::format("static void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{",
+                        rule_function(plan_.program, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     w_.line("{} row{{}};", row_type(head.predicate));

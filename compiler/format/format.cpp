@@ -13,6 +13,7 @@
 #include "compiler/format/layout.h"
 #include "compiler/format/pieces.h"
 #include "compiler/syntax/parse.h"
+#include "runtime/base/assert.h"
 
 namespace meld::format {
 
@@ -45,6 +46,8 @@ class Writer {
 
     std::vector<Line> run() {
         const std::vector<std::size_t> paddings = align_arrows();
+        MELD_ASSERT(paddings.size() == entries_.size() && layouts_.size() == entries_.size(), "{} paddings of {} entries", paddings.size(),
+                    entries_.size());
         for (std::size_t i = 0; i < entries_.size(); ++i) {
             if (entries_[i].comment_alone()) {
                 add_comment(entries_[i]);
@@ -122,6 +125,8 @@ class Writer {
     };
 
     void add_comment(const Entry& entry) {
+        MELD_EXPECT(entry.comment_alone() && !entry.comments.empty(), "{} comments and {} pieces", entry.comments.size(),
+                    entry.item.size());
         const Piece& comment = entry.comments.front();
         const bool goes_on = !entry.blank_before && comment.column > 0 && !lines_.empty() && lines_.back().comment &&
                              lines_.back().comment->column == comment.column && entry.comments.size() == 1;
@@ -135,6 +140,7 @@ class Writer {
     }
 
     void add_item(const Entry& entry, std::vector<Line> lines) {
+        MELD_EXPECT(!lines.empty(), "{} pieces on no line", entry.item.size());
         lines.front().blank_before = entry.blank_before;
         if (!entry.comments.empty()) {
             lines.back().comment = entry.comments.front();
@@ -158,6 +164,7 @@ std::size_t last_width(const std::string& code) { return width(std::string_view(
 
 // Where the comments behind lines first..last, which were in one column, shall be: in that column, or behind the longest line.
 std::size_t comment_column(const std::vector<Line>& lines, std::size_t first, std::size_t last) {
+    MELD_EXPECT(first < last && last <= lines.size(), "lines {} to {} of {}", first, last, lines.size());
     std::size_t behind = 0;
     bool aligned = false;
     for (std::size_t i = first; i < last; ++i) {
@@ -185,6 +192,7 @@ std::string text_of(const std::vector<Line>& lines) {
                 while (aligned_until < lines.size() && alike(lines[aligned_until])) ++aligned_until;
                 column = comment_column(lines, i, aligned_until);
             }
+            MELD_ASSERT(column >= last_width(lines[i].code), "a comment in column {} of code", column);
             text.append(column - last_width(lines[i].code), ' ');
             text += lines[i].comment->text;
         }

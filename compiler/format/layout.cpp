@@ -8,6 +8,7 @@
 
 #include "compiler/format/format.h"
 #include "compiler/format/spacing.h"
+#include "runtime/base/assert.h"
 
 namespace meld::format {
 
@@ -46,6 +47,7 @@ struct Layout::Render {
 
     // Writes the line that starts with this piece.
     void line(std::size_t first) {
+        MELD_EXPECT(first < layout.item_.size(), "piece {} of {}", first, layout.item_.size());
         start_line(first);
         do place(state.next++);
         while (state.next < layout.item_.size() && !layout.breaks_[state.next]);
@@ -98,6 +100,7 @@ struct Layout::Render {
     }
 
     void set_body_column(std::size_t i) {
+        MELD_EXPECT(i == layout.arrow_ && padding <= state.column, "{} blanks before column {}", padding, state.column);
         const std::size_t column = state.column + 1;
         // Padding decides nothing, so that aligned rules are laid out as they would be alone.
         state.body_column = last_in_line(i) || column - padding > kMaxHang ? kStep : column;

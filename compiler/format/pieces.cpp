@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "runtime/base/assert.h"
+
 namespace meld::format {
 
 namespace {
@@ -83,6 +85,7 @@ class Collector {
     }
 
     void add(Piece::Kind kind, TokenKind token, std::size_t size) {
+        MELD_EXPECT(size > 0 && at_ + size <= text_.size(), "{} bytes at {} of {}", size, at_, text_.size());
         const std::string_view written = text_.substr(at_, size);
         Piece piece{.kind = kind,
                     .token = token,
@@ -155,6 +158,7 @@ std::vector<Entry> entries_of(std::vector<Piece> pieces) {
             entry.item.push_back(std::move(pieces[at++]));
         }
         while (at < pieces.size() && pieces[at].comment() && !pieces[at].own_line()) entry.comments.push_back(std::move(pieces[at++]));
+        MELD_ASSERT(!entry.item.empty(), "an entry of nothing at piece {}", at);
         entries.push_back(std::move(entry));
     }
     return entries;

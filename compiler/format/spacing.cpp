@@ -2,6 +2,7 @@
 #include "compiler/format/spacing.h"
 
 #include "compiler/syntax/aggregates.h"
+#include "runtime/base/assert.h"
 
 namespace meld::format {
 
@@ -55,6 +56,8 @@ class Spacer {
             in_value_ = in_value_ || (depth_ == 0 && item_[i].is(TokenKind::Equal));
             if (i > 0 && !item_[i - 1].comment()) before_last = item_[i - 1].token;
         }
+        MELD_ENSURE(gaps.size() == item_.size() && (gaps.empty() || !gaps.front().blank), "{} gaps of {} pieces", gaps.size(),
+                    item_.size());
         return gaps;
     }
 

@@ -5,6 +5,7 @@
 
 #include "compiler/check/fronts.h"
 #include "compiler/check/values_read.h"
+#include "compiler/lint/inverted.h"
 #include "compiler/lint/lint.h"
 #include "compiler/lint/replaced.h"
 #include "compiler/lint/rounds.h"
@@ -36,7 +37,7 @@ class Recursion {
         }
         // Where a bounded number of rounds is counted, no value leads to itself.
         if (count_rounds(program_, c) == Rounds::Bounded) return;
-        if (!warn_growth(c) && !warn_improvement(c) && !warn_replaced(c)) warn_not_monotone(c);
+        if (!warn_growth(c) && !warn_improvement(c) && !warn_replaced(c) && !warn_not_monotone(c)) warn_inverted(c);
     }
 
     // A sum that feeds itself over links ends where these are a tree, or where its rounds are counted and bounded.
@@ -167,14 +168,27 @@ class Recursion {
         return true;
     }
     // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
-    void warn_not_monotone(const Component& c) {
+    bool warn_not_monotone(const Component& c) {
         const auto found = not_monotone(program_, c);
-        if (!found) return;
+        if (!found) return false;
         const std::string& name = program_.predicates[found->asked].name;
         auto& d = report_.add(Kind::NotMonotone, found->ask,
                               fmt::format("this needs any value of `{}`, and a better one that follows from it may take it away", name));
         d.labels.push_back({found->breaks, "what holds of one value here need not hold of a better one"});
         d.help = "compute with values only in the `min` or `max` itself, and ask for at most or at least so much";
+        return true;
+    }
+    // lit(A, ~X) :- neighbor(A, B), lit(B, X). Along links that the program keeps itself it ends where these lead in no circle.
+    void warn_inverted(const Component& c) {
+        if (c.links && led_by_routes(c)) return;
+        const auto found = inverts_itself(program_, c);
+        if (!found) return;
+        const std::string& name = program_.predicates[found->predicate].name;
+        auto& d =
+            report_.add(Kind::NotMonotone, found->made,
+                        fmt::format("a better value of `{}` makes this worse, and itself in turn: both may come and go for ever", name));
+        d.labels.push_back({found->read, fmt::format("`{}` is read here", name)});
+        d.help = "decide one of the two without the other, or count the turns in an argument before the aggregate and bound them";
     }
     void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];

@@ -7,6 +7,7 @@
 
 #include "compiler/driver/front_end.h"
 #include "compiler/lsp/prelude_file.h"
+#include "runtime/base/assert.h"
 
 namespace meld::lsp {
 
@@ -22,6 +23,7 @@ bool is_without_use(diagnostics::Kind kind) {
 }  // namespace
 
 Analysis::Analysis(const std::string& path, const OpenTexts& open) {
+    MELD_EXPECT(open.contains(path), "{} is not open", path);
     std::uint32_t checked = 0;
     if (is_prelude_file(path)) {
         // It is checked in the prelude's place, with nothing behind it, as it would declare everything twice otherwise.
@@ -45,6 +47,7 @@ Analysis::Analysis(const std::string& path, const OpenTexts& open) {
 
 // With the files it includes; those that could not be found are not in the set.
 void Analysis::add_file(std::uint32_t file) {
+    MELD_EXPECT(file < files_.count() && !tokens_.contains(file), "file {} of {}", file, files_.count());
     const FileTokens& tokens = tokens_[file] = read_items(files_.file(file), file);
     for (const Item& item : tokens.items) {
         const bool named = item.kind == TokenKind::Include || item.kind == TokenKind::Use;

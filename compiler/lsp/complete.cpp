@@ -5,6 +5,7 @@
 
 #include "compiler/lsp/describe.h"
 #include "compiler/syntax/aggregates.h"
+#include "runtime/base/assert.h"
 
 namespace meld::lsp {
 
@@ -98,6 +99,7 @@ class Collector {
     }
 
     void variables(const FileTokens& file, std::size_t item, std::size_t begin, std::size_t offset) {
+        MELD_EXPECT(item < file.items.size() && begin <= offset, "item {} of {}", item, file.items.size());
         std::set<std::string> seen;
         for (std::size_t i = file.items[item].begin; i < file.items[item].end; ++i) {
             const Token& token = file.tokens[i];
@@ -144,6 +146,7 @@ Completions complete(const Analysis& analysis, Position position) {
     const source::File& file = analysis.root();
     const std::size_t offset = offset_of(file.text(), position);
     const std::size_t begin = name_begin(file.text(), offset);
+    MELD_ASSERT(begin <= offset && offset <= file.text().size(), "bytes {} to {} of {}", begin, offset, file.text().size());
     Completions result;
     result.replaced =
         range_of(analysis.files(), {analysis.root_index(), static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(offset)});

@@ -24,6 +24,7 @@ bool ends_fact(TokenKind kind) {
 }
 
 std::size_t end_of(const source::File& file, const std::vector<Token>& tokens, std::size_t begin) {
+    MELD_EXPECT(begin < tokens.size() && tokens[begin].kind != TokenKind::End, "no item starts at token {}", begin);
     const auto kind = [&](std::size_t i) { return tokens[std::min(i, tokens.size() - 1)].kind; };
     const bool include = kind(begin) == TokenKind::Include || kind(begin) == TokenKind::Use;
     std::size_t at = begin + 1;
@@ -43,6 +44,7 @@ std::size_t end_of(const source::File& file, const std::vector<Token>& tokens, s
 
 // The arrow outside of all brackets.
 std::size_t arrow_of(const FileTokens& file, const Item& item) {
+    MELD_EXPECT(item.begin < item.end && item.end <= file.tokens.size(), "tokens {} to {}", item.begin, item.end);
     for (std::size_t i = item.begin; i < item.end; ++i) {
         const TokenKind kind = file.tokens[i].kind;
         if (kind == TokenKind::ViewArrow || kind == TokenKind::LinearArrow) return i;
@@ -79,6 +81,7 @@ FileTokens read_items(const source::File& file, std::uint32_t index) {
     result.tokens = syntax::scan(file, index, ignored);
     syntax::classify_words(result.tokens);
     result.partners = syntax::match_brackets(result.tokens);
+    MELD_ASSERT(!result.tokens.empty() && result.tokens.back().kind == TokenKind::End, "the tokens of a file have no end");
     std::size_t at = 0;
     while (result.tokens[at].kind != TokenKind::End) {
         Item item{.begin = at, .end = end_of(file, result.tokens, at)};
@@ -92,6 +95,7 @@ FileTokens read_items(const source::File& file, std::uint32_t index) {
 }
 
 std::string item_text(const source::File& file, const FileTokens& tokens, std::size_t item) {
+    MELD_EXPECT(item < tokens.items.size(), "item {} of {}", item, tokens.items.size());
     std::string text;
     std::size_t last = 0;
     for (std::size_t i = tokens.items[item].begin; i < tokens.items[item].end; ++i) {
@@ -104,6 +108,7 @@ std::string item_text(const source::File& file, const FileTokens& tokens, std::s
 }
 
 std::string doc_comment(const source::File& file, const FileTokens& tokens, std::size_t item) {
+    MELD_EXPECT(item < tokens.items.size(), "item {} of {}", item, tokens.items.size());
     const Item& wanted = tokens.items[item];
     std::vector<std::string_view> lines;
     bool in_block = false;

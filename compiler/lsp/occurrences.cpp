@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/base/assert.h"
+
 namespace meld::lsp {
 
 namespace {
@@ -16,6 +18,7 @@ struct Declares {
 };
 
 bool is_call(const FileTokens& file, std::size_t i) {
+    MELD_EXPECT(i + 1 < file.tokens.size(), "token {} of {}", i, file.tokens.size());
     return file.tokens[i].kind == TokenKind::Name && file.tokens[i + 1].kind == TokenKind::LeftParen;
 }
 
@@ -64,6 +67,7 @@ class RuleWalk {
     // The tokens from `begin` on to the item's end; `value`: of an expression, not of a rule.
     void run(std::size_t begin, bool value) {
         const Item& item = file_.items[item_];
+        MELD_EXPECT(stack_.empty() && begin <= item.end && item.end <= tokens_.size(), "tokens {} to {}", begin, item.end);
         stack_.push_back({value ? Where::Value : Where::Part});
         for (at_ = begin; at_ < item.end; ++at_) {
             const Token& token = tokens_[at_];
@@ -108,6 +112,7 @@ class RuleWalk {
     TokenKind ahead(std::size_t count) const { return tokens_[std::min(at_ + count, tokens_.size() - 1)].kind; }
 
     Level opened(TokenKind kind) const {
+        MELD_EXPECT(!stack_.empty(), "a bracket outside of a rule");
         const Level& outer = stack_.back();
         const bool body = !in_head();
         if (kind == TokenKind::LeftBrace)
@@ -148,6 +153,7 @@ class RuleWalk {
     }
 
     void add(SymbolKind kind, const Token& token, std::size_t arity, Role role) {
+        MELD_EXPECT(!token.text.empty(), "a name without letters at {}", token.span.begin);
         Symbol symbol{.kind = kind, .name = token.text, .arity = arity};
         if (kind == SymbolKind::Variable) {
             symbol.file = index_;
@@ -236,6 +242,7 @@ void add_parameters(const FileTokens& file, std::uint32_t index, std::size_t ite
 
 void add_declaration(const FileTokens& file, std::uint32_t index, std::size_t item, const Declared& declared,
                      std::vector<Occurrence>& found) {
+    MELD_EXPECT(item < file.items.size(), "item {} of {}", item, file.items.size());
     const Item& it = file.items[item];
     const auto what = declares(file, it);
     if (what) {
@@ -254,6 +261,7 @@ void add_declaration(const FileTokens& file, std::uint32_t index, std::size_t it
 }  // namespace
 
 std::size_t count_arguments(const FileTokens& file, std::size_t name) {
+    MELD_EXPECT(is_call(file, name) && file.partners.size() == file.tokens.size(), "token {} is no call", name);
     const std::size_t close = file.partners[name + 1];
     if (close <= name + 1) return kAnyArity;
     if (close == name + 2) return 0;

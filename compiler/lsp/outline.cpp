@@ -1,5 +1,6 @@
 // The outline of a file: its declarations, and its rules by their heads.
 #include "compiler/lsp/describe.h"
+#include "runtime/base/assert.h"
 
 namespace meld::lsp {
 
@@ -41,6 +42,7 @@ std::vector<Outline> outline(const Analysis& analysis) {
         const Occurrence* name = name_of(analysis.occurrences(root), i);
         if (name == nullptr) continue;
         const std::string text = analysis.item_text(root, i);
+        MELD_ASSERT(file.items[i].begin < file.items[i].end, "item {} has no tokens", i);
         const Span whole = file.tokens[file.items[i].begin].span.to(file.tokens[file.items[i].end - 1].span);
         const bool rule = file.items[i].kind == TokenKind::Name;
         list.push_back({rule ? Outline::Kind::Rule : kind_of(*name, text), name->symbol.name, text, range_of(analysis.files(), whole),

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "compiler/lsp/describe.h"
+#include "runtime/base/assert.h"
 
 namespace meld::lsp {
 
@@ -27,14 +28,15 @@ std::string wrong_form(const Symbol& symbol, const std::string& written, const s
     const TokenKind wanted = capital ? TokenKind::Variable : TokenKind::Name;
     if (token && token->kind == wanted && name != "true" && name != "false" && name != "nil") return "";
     if (symbol.kind == SymbolKind::Variable && wanted == TokenKind::Variable)
-        return fmt::format("`{}` is no variable: those start upper-case", name);
-    return fmt::format("`{}` is no name: those start {} and hold letters, digits, _, -, ? and '", name,
-                       capital ? "upper-case" : "lower-case");
+        return fmt::format("`{}` is not a variable: variables start with a capital letter", name);
+    return fmt::format("`{}` is not a name: names start with a {} letter and hold letters, digits, _, -, ? and '", name,
+                       capital ? "capital" : "lower-case");
 }
 
 // Words change their meaning by their neighbours; with the new name every token must be of the kind it was.
 bool keeps_kinds(const Analysis& analysis, std::uint32_t file, const std::vector<Span>& spans, const std::string& name) {
     std::string text = analysis.files().file(file).text();
+    MELD_EXPECT(std::is_sorted(spans.begin(), spans.end(), [](Span a, Span b) { return a.begin < b.begin; }), "places out of order");
     for (auto span = spans.rbegin(); span != spans.rend(); ++span) text.replace(span->begin, span->end - span->begin, name);
     source::FileSet files;
     const FileTokens after = read_items(files.file(files.add("renamed", text)), 0);
@@ -65,6 +67,7 @@ bool Edit::operator<(const Edit& other) const {
 }
 
 Result<std::vector<Edit>> rename(const std::vector<const Analysis*>& programs, Position position, const std::string& name) {
+    MELD_EXPECT(!programs.empty() && programs.front() != nullptr, "a name is changed in no program");
     const Analysis& first = *programs.front();
     const Occurrence* occurrence = first.at(position);
     if (occurrence == nullptr || occurrence->symbol.kind == SymbolKind::Include) return fail("nothing here has a name that can be changed");

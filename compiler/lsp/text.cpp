@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "runtime/base/assert.h"
+
 namespace meld::lsp {
 
 namespace {
@@ -17,6 +19,7 @@ int units(char letter) {
 }  // namespace
 
 Position position_of(const source::File& file, std::uint32_t offset) {
+    MELD_EXPECT(offset <= file.text().size(), "byte {} of {}", offset, file.text().size());
     const source::Place place = file.place(offset);
     const std::string_view before = file.line(place.line).substr(0, place.column - 1);
     Position position{static_cast<int>(place.line) - 1, 0};
@@ -54,6 +57,7 @@ void apply_change(std::string& text, std::optional<Range> range, std::string_vie
     }
     const std::size_t begin = offset_of(text, range->start);
     const std::size_t end = std::max(begin, offset_of(text, range->end));
+    MELD_ASSERT(begin <= end && end <= text.size(), "bytes {} to {} of {}", begin, end, text.size());
     text.replace(begin, end - begin, replacement);
 }
 

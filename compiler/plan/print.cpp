@@ -168,9 +168,14 @@ class Printer {
         return fmt::format("for each {} in {}", name(s.variable), text(s.list));
     }
     std::string concrete(const AggregateOver& s, std::size_t depth) {
-        const std::string how = s.aggregate == Aggregate::Custom ? program_.functions[s.function].name : aggregate_name(s.aggregate);
         const std::string value = s.value.op == Op::Anonymous ? "" : " " + text(s.value);
-        return fmt::format("{} = {}{} over\n", name(s.variable), how, value) + inside(s.steps, depth);
+        return fmt::format("{} = {}{} over\n", name(s.variable), aggregate(s.aggregate, s.function, s.initial), value) +
+               inside(s.steps, depth);
+    }
+    // How it is written, with the number of values that min_k and max_k keep.
+    std::string aggregate(Aggregate which, FunctionId function, const Term& parameter) const {
+        if (which == Aggregate::Custom) return program_.functions[function].name;
+        return aggregate_name(which) + (info(which).has(AggregateInfo::kParameter) ? "(" + text(parameter) + ")" : "");
     }
     std::string concrete(const ChangeSince& s, std::size_t) const {
         return fmt::format("if delta {} {} {}", name(s.variable), sign(s.compare), text(s.bound));
@@ -214,9 +219,11 @@ class Printer {
                     indented(depth, "-> for all");
                     steps(h.steps, depth + 1);
                     heads(h.heads, depth + 1 + h.steps.size());
-                    for (const Fold& f : h.folds)
-                        indented(depth, fmt::format("   {} = {}{}", name(f.result), aggregate_name(f.aggregate),
-                                                    f.each.valid() ? " " + name(f.each) : ""));
+                    for (const Fold& f : h.folds) {
+                        const bool starts = f.aggregate == Aggregate::Custom && f.initial.op != Op::Anonymous;
+                        indented(depth, fmt::format("   {} = {}{}{}", name(f.result), aggregate(f.aggregate, f.function, f.initial),
+                                                    starts ? " from " + text(f.initial) : "", f.each.valid() ? " " + name(f.each) : ""));
+                    }
                     heads(h.others, depth);
                     break;
                 case Head::Kind::If:

@@ -8,6 +8,7 @@
 
 #include "compiler/syntax/aggregates.h"
 #include "compiler/syntax/tokens.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -280,6 +281,7 @@ std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
                 break;
         }
     }
+    MELD_ENSURE(partners.size() == tokens.size(), "{} partners of {} tokens", partners.size(), tokens.size());
     return partners;
 }
 
@@ -307,6 +309,7 @@ class TrailingHyphens {
                 token.text += '-';
                 token.span.end = tokens_[++i].span.end;
             }
+            MELD_ASSERT(kept <= i, "token {} of {} goes to {}", i, tokens_.size(), kept);
             tokens_[kept++] = std::move(token);
         }
         tokens_.resize(kept);

@@ -11,6 +11,7 @@
 #include "compiler/syntax/aggregates.h"
 #include "compiler/syntax/parts.h"
 #include "compiler/syntax/printer.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -117,7 +118,7 @@ Type DeclarationReader::whole_type(const DeclarationWords& words, Span span) {
     }
     std::size_t at = 0;
     Type result = type(words, at);
-    if (at < words.size()) report_.add(Kind::SyntaxError, words[at].span, "this is no part of a type");
+    if (at < words.size()) report_.add(Kind::SyntaxError, words[at].span, "this is not part of a type");
     return result;
 }
 
@@ -135,6 +136,7 @@ Type DeclarationReader::type(const DeclarationWords& words, std::size_t& at) {
 }
 
 Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at) {
+    MELD_EXPECT(!words.empty() && at <= words.size(), "word {} of {}", at, words.size());
     if (at == words.size()) {
         const Span last = words.back().span;
         report_.add(Kind::SyntaxError, last, fmt::format("a type is expected after `{}`", words.back().text)).help =
@@ -302,6 +304,7 @@ void Builder::function(const Token& name, std::vector<DeclarationWords> paramete
 
 void Builder::hint(const Token& directive, const std::vector<const Token*>& words, Span span) {
     Hint hint{{directive.text, directive.span}, "", {}, span};
+    MELD_EXPECT(!words.empty(), "the hint {} says nothing", directive.text);
     std::uint32_t last_end = words.front()->span.begin;
     for (const Token* word : words) {
         // Blanks and comments between two words become one blank.

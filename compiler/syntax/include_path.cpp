@@ -9,6 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "runtime/base/assert.h"
+
 namespace meld::syntax {
 
 namespace fs = std::filesystem;
@@ -47,6 +49,7 @@ std::string library_name(const std::string& path) { return path.ends_with(".meld
 
 Includes::Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file)
     : files_(files), library_paths_(std::move(library_paths)), libraries_(std::move(libraries)) {
+    MELD_EXPECT(main_file < files.count(), "there is no file {}", main_file);
     by_identity_[identity(files.file(main_file).path())] = main_file;
     modules_[main_file] = 0;
     read_.emplace(main_file, 0);
@@ -69,12 +72,13 @@ bool Includes::enter(source::Span where, diagnostics::Reporter& report) {
 
 std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
                                             diagnostics::Reporter& report) {
+    MELD_EXPECT(from < files_.count(), "there is no file {}", from);
     const auto failed = [&](std::string message, std::string help) {
         report.add(Kind::IncludeFailed, where, std::move(message)).help = std::move(help);
         return std::nullopt;
     };
     if (path.empty()) return failed("this include names no file", "include \"file.meld\".");
-    if (path.find('\0') != std::string::npos) return failed("a path holds no NUL byte", "");
+    if (path.find('\0') != std::string::npos) return failed("a path cannot contain a NUL byte", "");
     const fs::path folder = fs::path(files_.file(from).path()).parent_path();
     std::vector<fs::path> beside, in_libraries;
     add_candidates(path, folder, beside);

@@ -8,6 +8,7 @@
 
 #include "compiler/syntax/parts.h"
 #include "compiler/syntax/tokens.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -18,6 +19,8 @@ class ItemTokens {
 
     // Starts an item. With `stop` given it gets a full stop of its own before that token.
     void start(std::size_t begin, std::optional<std::size_t> stop) {
+        MELD_EXPECT(begin < tokens_.size() && (!stop || (begin < *stop && *stop < tokens_.size())), "an item at {} of {}", begin,
+                    tokens_.size());
         next_ = begin;
         last_ = begin;
         stop_ = stop;
@@ -34,6 +37,7 @@ class ItemTokens {
             period_.span.begin = period_.span.end;
             return period_;
         }
+        MELD_ASSERT(next_ < tokens_.size(), "token {} of {}", next_, tokens_.size());
         const Token& token = tokens_[next_];
         last_ = next_;
         if (token.kind == TokenKind::Period) ended_ = true;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "runtime/base/assert.h"
+
 namespace meld::syntax {
 
 namespace {
@@ -84,6 +86,7 @@ bool is_operator(const Token& token) {
 }  // namespace
 
 std::optional<std::size_t> too_deep(const std::vector<Token>& tokens, std::size_t begin, std::size_t end, std::size_t limit) {
+    MELD_EXPECT(begin <= end && end <= tokens.size(), "tokens {} to {} of {}", begin, end, tokens.size());
     std::vector<Segment> open(1);
     // An if or let keeps its separators inside: its heads are divided by commas, but they all hang below it.
     std::size_t unclosed_words = 0;

@@ -18,6 +18,7 @@
 #include "compiler/syntax/item_parser.h"
 #include "compiler/syntax/nesting.h"
 #include "compiler/syntax/syntax_error.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -58,6 +59,8 @@ class FileParser {
 
     // Adds the items of the file to the tree as names of this unit.
     void run(std::uint32_t unit, Tree& tree) {
+        MELD_EXPECT(unit < tree.units.size(), "there is no unit {}", unit);
+        MELD_ASSERT(!tokens_.empty() && tokens_.back().kind == TokenKind::End, "the tokens of a file have no end");
         unit_ = unit;
         while (tokens_[at_].kind != TokenKind::End && error_count_ < kMaxErrorsPerFile) {
             if (read_include(tree)) continue;
@@ -67,6 +70,7 @@ class FileParser {
             }
             const std::size_t begin = at_, errors = report_.error_count();
             if (!nested_too_deep()) read_item(tree);
+            MELD_ASSERT(at_ > begin && at_ < tokens_.size(), "token {} of {} after an item at {}", at_, tokens_.size(), begin);
             if (report_.error_count() > errors || is_damaged(begin, at_)) lose(begin, tree);
         }
         tree.lost_file = tree.lost_file || error_count_ >= kMaxErrorsPerFile;
@@ -81,6 +85,7 @@ class FileParser {
     }
 
     std::size_t next_period(std::size_t index) const {
+        MELD_EXPECT(index < tokens_.size(), "token {} of {}", index, tokens_.size());
         while (tokens_[index].kind != TokenKind::Period && tokens_[index].kind != TokenKind::End) ++index;
         return index;
     }
@@ -156,6 +161,7 @@ class FileParser {
 
     // The item holds something the scanner has reported already.
     bool is_damaged(std::size_t begin, std::size_t stop) const {
+        MELD_EXPECT(begin <= stop && stop < tokens_.size(), "tokens {} to {} of {}", begin, stop, tokens_.size());
         for (std::size_t i = begin; i <= stop; ++i) {
             if (tokens_[i].damaged) return true;
         }
@@ -205,6 +211,7 @@ class FileParser {
     }
 
     void read_item_without_period(std::size_t stop, Tree& tree) {
+        MELD_EXPECT(stop > at_, "an item from {} to {}", at_, stop);
         build_.discard();
         ++error_count_;
         // A text without its closing quote may have taken the full stop in.
@@ -219,6 +226,7 @@ class FileParser {
     // Behind the next full stop, or at a declaration that starts on a new line before it. A text without its closing quote may have
     // taken the full stop in; then at whatever starts a line as far left as the item.
     void recover(std::size_t begin, std::size_t from) {
+        MELD_EXPECT(begin <= from, "an item at {} stopped at {}", begin, from);
         const bool damaged = is_damaged(begin, from);
         at_ = from;
         while (tokens_[at_].kind != TokenKind::Period && tokens_[at_].kind != TokenKind::End) {
@@ -260,6 +268,7 @@ Unit unit_named_after(std::uint32_t file, const std::string& path, const Tree& t
 // importing unit already is not read a second time.
 void read_imports(source::FileSet& files, diagnostics::Reporter& report, Includes& includes, Tree& tree) {
     for (std::size_t i = 0; i < tree.items.size(); ++i) {
+        MELD_ASSERT(tree.unit_of.size() == tree.items.size(), "{} items in {} units", tree.items.size(), tree.unit_of.size());
         const auto* import = std::get_if<Import>(&tree.items[i]);
         if (import == nullptr) continue;
         const Span where = import->path_span;
@@ -285,6 +294,7 @@ void read_imports(source::FileSet& files, diagnostics::Reporter& report, Include
 }  // namespace
 
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options) {
+    MELD_EXPECT(file < files.count(), "there is no file {}", file);
     Tree tree;
     tree.units.emplace_back();
     Includes includes(files, options.library_paths, options.libraries, file);

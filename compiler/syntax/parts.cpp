@@ -11,6 +11,7 @@
 
 #include "compiler/syntax/item_parser.h"
 #include "compiler/syntax/syntax_error.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -58,6 +59,7 @@ bool are_variables(const std::vector<Part>& parts) {
 
 // A comprehension or aggregate without its part of variables, as Linear Meld allowed, gets an empty one.
 void add_variables(std::vector<std::vector<Part>>& sections, std::size_t most) {
+    MELD_EXPECT(!sections.empty(), "no section of {}", most);
     if (sections.size() < most && !are_variables(sections.front())) sections.insert(sections.begin(), std::vector<Part>{});
 }
 
@@ -132,6 +134,7 @@ ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.te
 
 // A minus and the digits behind it are one number: -3 is the literal, and so the smallest int can be written.
 ExprPtr Builder::negate(ExprPtr operand, Span span) {
+    MELD_EXPECT(operand != nullptr, "a minus before nothing at {}", span.begin);
     const char first = operand->span.begin < file_.text().size() ? file_.text()[operand->span.begin] : ' ';
     const bool digits = first >= '0' && first <= '9';
     if (auto* literal = std::get_if<IntLiteral>(&operand->node); literal != nullptr && digits) {
@@ -150,10 +153,12 @@ ExprPtr Builder::negate(ExprPtr operand, Span span) {
 }
 
 ExprPtr Builder::binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const {
+    MELD_EXPECT(left != nullptr && right != nullptr, "an operator without an operand at {}", span.begin);
     return expr(Binary{op, std::move(left), std::move(right)}, span);
 }
 
 ExprPtr Builder::paren_or_tuple(std::vector<ExprPtr> fields, Span span) const {
+    MELD_EXPECT(!fields.empty(), "brackets around nothing at {}", span.begin);
     if (fields.size() > 1) return expr(TupleValue{std::move(fields)}, span);
     return std::move(fields.front());
 }
@@ -225,6 +230,7 @@ Clause Builder::clause(Part part) {
 
 // `~ X in L` asks that X is no element.
 Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
+    MELD_EXPECT(value != nullptr && list != nullptr, "`in` without an operand at {}", span.begin);
     auto* negated = std::get_if<Unary>(&value->node);
     if (negated == nullptr || negated->op != UnaryOp::Not || file_.text()[value->span.begin] != '~')
         return Part{Element{std::move(value), std::move(list)}, {}, span};
@@ -234,6 +240,7 @@ Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
 }
 
 BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr parameter, ExprPtr value, std::vector<Clause> body) {
+    MELD_EXPECT(result != nullptr, "{} without a result", op.text);
     const auto* variable = std::get_if<Variable>(&result->node);
     if (variable == nullptr) wrong(result->span, "the result of an aggregate is a variable", fmt::format("S = {} X : {{ ... }}", op.text));
     if (value == nullptr && op.text != "count") {
@@ -278,7 +285,7 @@ HeadItem Builder::head(Part part) {
                 if (one != nullptr && one->value == 1) return;
                 if (call == nullptr) {
                     return wrong(
-                        value->span, "a head is made of facts, and this is none",
+                        value->span, "a head is made of facts, and this is not one",
                         "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
                         "a condition belongs on the body's side of the arrow");
                 }
@@ -351,6 +358,7 @@ void Builder::bracketed_head(Bracketed bracketed, HeadItem& item) {
 // ---- rules
 
 std::optional<Selector> Builder::selector(const Bracketed& bracketed, Span span) {
+    MELD_EXPECT(!bracketed.selections.empty(), "brackets that select nothing at {}", span.begin);
     const HeadAggregate& first = bracketed.selections.front();
     const bool single = bracketed.selections.size() == 1 && first.function.empty();
     if (single && first.op == "asc") return Selector{Selector::Order::Ascending, first.result};

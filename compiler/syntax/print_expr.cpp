@@ -8,6 +8,7 @@
 #include "compiler/syntax/parse.h"
 #include "compiler/syntax/printer.h"
 #include "compiler/syntax/tokens.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -79,6 +80,7 @@ std::string at_least(const Expr& expr, Level level) {
 std::string list_of(const std::vector<ExprPtr>& list) {
     std::string result;
     for (const ExprPtr& element : list) {
+        MELD_EXPECT(element != nullptr, "a list with a hole");
         if (!result.empty()) result += ", ";
         result += print(*element);
     }
@@ -86,6 +88,7 @@ std::string list_of(const std::vector<ExprPtr>& list) {
 }
 
 std::string float_text(double value) {
+    MELD_EXPECT(std::isfinite(value), "a literal that is no number");
     std::array<char, 64> buffer;
     const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
     std::string text(buffer.data(), end);

@@ -9,6 +9,8 @@
 #include <limits>
 #include <utility>
 
+#include "runtime/base/assert.h"
+
 namespace meld::syntax {
 
 using diagnostics::Kind;
@@ -24,6 +26,7 @@ constexpr std::uint64_t kTwoTo63 = std::uint64_t{1} << 63;
 }  // namespace
 
 Token& ScanState::push(TokenKind kind) {
+    MELD_EXPECT(begin_ <= end_ && (tokens_.empty() || tokens_.back().span.end <= begin_), "a token from {} to {}", begin_, end_);
     Token token;
     token.kind = kind;
     token.span = span();
@@ -45,6 +48,7 @@ void ScanState::number_out_of_range(std::string_view limits) {
 }
 
 void ScanState::integer(TokenKind kind, const char* written, const char* digits) {
+    MELD_EXPECT(kind == TokenKind::Int || kind == TokenKind::Catom, "`{}` is not an int", written);
     Token& token = push(kind);
     token.text = written;
     const std::string_view view(digits);
@@ -84,6 +88,7 @@ void ScanState::bad_number() {
 
 void ScanState::run_argument(const char* written) {
     Token& token = push(TokenKind::RunArgument);
+    MELD_EXPECT(std::string_view(written).starts_with("@arg"), "`{}` is not a run argument", written);
     const std::string_view digits = std::string_view(written).substr(4);
     token.integer = digits.size() == 1 && digits[0] != '0' ? digits[0] - '0' : 0;
     if (token.integer != 0) return;
@@ -96,6 +101,7 @@ void ScanState::delay(const char* written) {
     const std::string_view whole(written);
     // Blanks may stand around the plus.
     const std::size_t number = whole.find_first_of("0123456789");
+    MELD_EXPECT(number != std::string_view::npos && number > 0, "`{}` is not a delay", written);
     // A negative delay is none, which is said where delays are.
     const bool negative = whole[number - 1] == '-';
     token.real = (negative ? -1 : 1) * std::strtod(written + number, nullptr);
@@ -107,16 +113,18 @@ void ScanState::delay(const char* written) {
         token.real = 0;
     }
     if (token.text.empty() || token.text == "s" || token.text == "ms") return;
-    wrong(Kind::UnexpectedCharacter, span(), fmt::format("`{}` is no unit of time", token.text)).help =
+    wrong(Kind::UnexpectedCharacter, span(), fmt::format("`{}` is not a unit of time", token.text)).help =
         "write @+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
     token.text = "s";
 }
 
 void ScanState::include_path(std::string_view written) {
+    MELD_EXPECT(!written.empty(), "an include of nothing at {}", begin_);
     Token& token = push(TokenKind::IncludePath);
     const bool quoted = written.back() == '"' || written.back() == '>';
     if (quoted) {
         const std::size_t open = written.find_first_of("\"<");
+        MELD_ASSERT(open + 2 <= written.size(), "`{}` has one quote", written);
         token.text = written.substr(open + 1, written.size() - open - 2);
         return;
     }
@@ -143,11 +151,13 @@ void ScanState::single_quotes() {
 void ScanState::open_comment() { comments_.push_back(begin_); }
 
 bool ScanState::close_comment() {
+    MELD_EXPECT(!comments_.empty(), "no comment is open at {}", begin_);
     comments_.pop_back();
     return comments_.empty();
 }
 
 void ScanState::comment_never_ends() {
+    MELD_EXPECT(!comments_.empty(), "no comment is open at {}", end_);
     const Span inner{file_, comments_.back(), comments_.back() + 2};
     const Span outer{file_, comments_.front(), comments_.front() + 2};
     auto& diagnostic = wrong(Kind::UnterminatedComment, inner, "this comment never ends");
@@ -162,7 +172,8 @@ void ScanState::open_text() {
 
 void ScanState::text_byte(const char* hex_digits) {
     unsigned value = 0;
-    std::from_chars(hex_digits, hex_digits + 2, value, 16);
+    const auto [end, error] = std::from_chars(hex_digits, hex_digits + 2, value, 16);
+    MELD_EXPECT(error == std::errc() && end == hex_digits + 2, "not two hexadecimal digits at {}", begin_);
     text_ += static_cast<char>(value);
 }
 
@@ -188,6 +199,7 @@ void ScanState::text_escape(char letter) {
 }
 
 void ScanState::close_text() {
+    MELD_EXPECT(text_begin_ < end_, "a string from {} to {}", text_begin_, end_);
     begin_ = text_begin_;
     push(TokenKind::String).text = std::move(text_);
     text_.clear();

@@ -8,6 +8,7 @@
 
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/syntax/tokens.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -18,6 +19,7 @@ class ScanState {
 
     // Called before every rule: the next `size` bytes are what the rule matched.
     void advance(std::size_t size) {
+        MELD_EXPECT(size > 0, "a rule that matches nothing, at {}", end_);
         begin_ = end_;
         end_ += static_cast<std::uint32_t>(size);
     }

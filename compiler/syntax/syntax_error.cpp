@@ -8,6 +8,7 @@
 #include <string>
 
 #include "compiler/syntax/other_languages.h"
+#include "runtime/base/assert.h"
 
 namespace meld::syntax {
 
@@ -208,6 +209,7 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
 }  // namespace
 
 void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
+    MELD_EXPECT(stop.begin <= stop.at && stop.at < stop.tokens.size(), "tokens {} to {} of {}", stop.begin, stop.at, stop.tokens.size());
     if (report_known_mistake(stop, report)) return;
     const Token& token = stop.tokens[stop.at];
     const std::string expected = expected_words(stop.expected, stop.tokens[stop.begin].kind);
@@ -232,6 +234,7 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
 }
 
 void report_missing_period(const std::vector<Token>& tokens, std::size_t begin, std::size_t at, diagnostics::Reporter& report) {
+    MELD_EXPECT(begin < at && at < tokens.size(), "tokens {} to {} of {}", begin, at, tokens.size());
     const bool declaration =
         is_declaration(tokens[begin].kind) || tokens[begin].kind == TokenKind::Const || tokens[begin].kind == TokenKind::Fun;
     Span end = tokens[at - 1].span;

@@ -2,6 +2,7 @@
 #include "compiler/syntax/tokens.h"
 
 #include <array>
+#include <limits>
 
 #include "compiler/syntax/scan_state.h"
 
@@ -12,6 +13,7 @@ namespace {
 constexpr std::array<std::string_view, 2> kTable[] = {
 #define MELD_TOKEN(name, description) {#name, description},
 #include "compiler/syntax/tokens.def"
+#include "runtime/base/assert.h"
 #undef MELD_TOKEN
 };
 
@@ -83,11 +85,13 @@ std::size_t text_end(std::string_view text) {
         if (size == 0) break;
         offset += size;
     }
+    MELD_ENSURE(offset <= text.size(), "{} of {} bytes", offset, text.size());
     return offset;
 }
 
 std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diagnostics::Reporter& report) {
     const std::string_view text = file.text();
+    MELD_EXPECT(text.size() <= std::numeric_limits<std::uint32_t>::max(), "a file of {} bytes", text.size());
     const std::size_t good = text_end(text);
     const std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
     ScanState state(file_index, static_cast<std::uint32_t>(begin), report);
@@ -98,7 +102,7 @@ std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diag
     const auto bad = static_cast<std::uint32_t>(good);
     report
         .add(diagnostics::Kind::InvalidText, {file_index, bad, bad + 1},
-             text[good] == '\0' ? "a program holds no NUL byte" : "this byte is no UTF-8 text")
+             text[good] == '\0' ? "a program cannot contain a NUL byte" : "this byte is not UTF-8 text")
         .help = "save the file as UTF-8 text; nothing of it was read";
     return state.take_tokens();
 }

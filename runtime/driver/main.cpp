@@ -28,14 +28,14 @@ int main(int argc, char** argv) {
     r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
     r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")
         ->type_name("FILE");
-    r->add_option("-I,--library", run.library_paths, "Folder where the program's includes and libraries are looked for too")
+    r->add_option("-I,--library", run.library_paths, "Search this folder for the program's includes and libraries; repeatable")
         ->type_name("DIR")
         ->take_all()
         ->allow_extra_args(false);
     r->add_option("--ticks", run.ticks, "Stop after this many ticks")
         ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
         ->type_name("INT");
-    r->add_option("-n,--processes", run.processes, "Processes, started through mpirun")
+    r->add_option("-n,--processes", run.processes, "Number of processes, started through mpirun")
         ->check(CLI::Range(1, 100000).description(""))
         ->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
         ->type_name("NAME=VALUE")
         ->take_all()
         ->allow_extra_args(false);
-    r->add_option("--arg", run.given, "The value of the program's @arg1; the next --arg is that of @arg2, and so on")
+    r->add_option("--arg", run.given, "The value of @arg1 in the program; the next --arg sets @arg2, and so on")
         ->type_name("VALUE")
         ->take_all()
         ->allow_extra_args(false);
@@ -57,10 +57,10 @@ int main(int argc, char** argv) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
-    r->add_option("-O", run.optimisation, "Optimisation of the module, 0 to 3, as of meldc compile")
+    r->add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
         ->check(CLI::Range(0, 3).description(""))
         ->type_name("N");
-    r->add_option("--seed", run.seed, "The seed of everything random")
+    r->add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
         ->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
     r->add_option("--module", run.module)->group("");
 
     CLI::App* w = app.add_subcommand(
-        "world", "Check a world and say how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
+        "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
     w->add_option("FILE", world_path, "The world, a .toml file")->required();
 
     cli::add_common(app);

@@ -75,8 +75,7 @@ std::string summary_table(const sim::Summary& s, int processes, int threads) {
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
     row("linear messages",
-        grouped(s.messages) +
-            (s.dropped > 0 ? fmt::format(" ({} dropped: the catom they were for was no neighbour)", grouped(s.dropped)) : ""));
+        grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
     if (processes > 1) row("between processes", format_bytes(s.sent_bytes));
     row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),

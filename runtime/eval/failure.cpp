@@ -96,7 +96,7 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
 std::string cure(const Failure& f) {
     switch (f.trap) {
         case Trap::TooManyDerivations:
-            return "The program may never settle; raise [limits] max_derivations_per_tick in the world if it should";
+            return "The program may never become quiescent; raise [limits] max_derivations_per_tick in the world if it should";
         case Trap::TooManyFacts:
             return "Raise [limits] max_facts_per_catom in the world if it should";
         case Trap::TooMuchMemory:

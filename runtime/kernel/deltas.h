@@ -1,7 +1,7 @@
 // Settling a predicate with many rows where only some rows of what it is derived from have changed: the groups that these
-// rows can touch are found, derived anew and decided; all others stay as they are. Included by modules with such rules.
+// rows can affect are found, derived anew and decided; all others stay as they are. Included by modules with such rules.
 //
-// The outcome is the one that settling the whole predicate would have: a group whose inputs are unchanged decides as before.
+// The outcome is the one that evaluating the whole predicate would have: a group whose inputs are unchanged decides as before.
 #pragma once
 
 #include "runtime/kernel/views.h"
@@ -73,12 +73,12 @@ template <class T>
 
 // The groups of T that changed rows can affect, and the candidates of each.
 template <class T>
-struct Touched {
+struct AffectedGroups {
     using Row = typename T::Row;
     RowList<Row> groups;
     u32* first;  // Of each group's candidates among the proposed ones; one more for the end.
 
-    Touched() { groups.reset(); }
+    AffectedGroups() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
     // Groups whose quarantine has ended; with them come those that changed in the last tick, which do no harm.
@@ -87,9 +87,9 @@ struct Touched {
             for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
     }
 
-    // Sorts the groups, each once. False: so many that settling all is cheaper.
+    // Sorts the groups, each once. False: so many that evaluating all is cheaper.
     [[gnu::noinline]] bool few(Eval& e, const Relation<T>& r) {
-        // Each group is touched by a few neighbours, by the row as it was and as it is; hardly by more.
+        // Each group is affected by a few neighbours, by the row as it was and as it is; hardly by more.
         if (groups.count > 16 + 2 * r.count) return false;
         sort_rows(e, groups.rows, groups.count, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
         u32 kept = 0;
@@ -101,18 +101,18 @@ struct Touched {
     }
 };
 
-// Decides the touched groups from their candidates and leaves all others. Returns whether anything changed.
+// Decides the affected groups from their candidates and leaves all others. Returns whether anything changed.
 template <class T, class Decide>
-bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, const Decide& decide) {
+bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Decide& decide) {
     using Row = typename T::Row;
     RowList<Row> removed, added;
     removed.reset();
     added.reset();
-    for (u32 i = 0; i < touched.groups.count; ++i) {
-        const u32 held = r.find(touched.groups.rows[i]);
+    for (u32 i = 0; i < affected.groups.count; ++i) {
+        const u32 held = r.find(affected.groups.rows[i]);
         const Row* current = held < r.count ? &r.rows[held] : nullptr;
         Row out;
-        const bool holds = decide(current, r.proposed.rows + touched.first[i], touched.first[i + 1] - touched.first[i], out);
+        const bool holds = decide(current, r.proposed.rows + affected.first[i], affected.first[i + 1] - affected.first[i], out);
         if (holds && current != nullptr && same_row<T>(out, *current)) continue;
         if (current != nullptr) removed.add(e, *current);
         if (holds) added.add(e, out);
@@ -142,11 +142,12 @@ bool settle_touched_with(Eval& e, Relation<T>& r, const Touched<T>& touched, con
 
 // fold, needed: as of reduce_group().
 template <class T, class Fold = OwnFold<T>>
-[[gnu::noinline]] bool settle_touched(Eval& e, Relation<T>& r, const Touched<T>& touched, const Fold& fold = {}, u32 needed = 0) {
+[[gnu::noinline]] bool evaluate_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Fold& fold = {},
+                                         u32 needed = 0) {
     using Row = typename T::Row;
-    return settle_touched_with<T>(e, r, touched, [&](const Row* current, Row* p, u32 n, Row& out) {
+    return decide_affected<T>(e, r, affected, [&](const Row* current, Row* p, u32 n, Row& out) {
         if constexpr (T::kRanked)
-            return settle_group<T>(e, current, p, n, out);
+            return decide_group<T>(e, current, p, n, out);
         else {
             sort_candidates<T>(e, p, n);
             return n > 0 && reduce_group<T>(e, current, p, n, fold, needed, out);

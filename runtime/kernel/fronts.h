@@ -1,4 +1,4 @@
-// Components in which a better value of a min or max may follow from the one it replaces: groups keep their front, the
+// Strata in which a better value of a min or max may follow from the one it replaces: groups keep their front, the
 // derivations (value, rank) that no other beats in both. Included by views.h; what T is, is said in rows.h, and beside it:
 // group(a, b) orders the groups alone, key(a, b) also the values, better(a, b) compares the values, hash(row) names the group.
 #pragma once
@@ -26,27 +26,15 @@ struct FrontOrder {
     }
 };
 
-// Takes the steps of Mutual (views.h) beside the other predicates of the component.
+// Takes the steps of Mutual (views.h) beside the other predicates of the stratum.
 template <class T>
 struct Front : Mutual<T> {
     using Row = typename T::Row;
     using Base = Mutual<T>;
-    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::wake;
+    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::trusted, Base::wake;
 
     using Base::Base;
 
-    // The tombstone of a group is that of all values it has lost: those that a loss leads to come back with others.
-    i64 trusted(Eval& e, const Row& p) {
-        Tombstone memory{};
-        const Tombstone* known = lost_before<T>(e, p, memory);
-        for (u32 i = 0; i < lost.count; ++i)
-            if (T::group(lost.rows[i], p) == 0) {
-                const u32 least = known != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
-                memory = Tombstone{least, e.subdomain->now};
-                known = &memory;
-            }
-        return trusted_from(known, p.rank, e.subdomain->latency);
-    }
     // It is no loss where something else is there that beats it.
     MELD_STEP void lose(Eval& e) {
         if constexpr (T::kLinks)
@@ -86,12 +74,7 @@ struct Front : Mutual<T> {
             i = end;
         }
         while (held < r.count) next.add(e, r.rows[held++]);
-        r.proposed.reset();
-        if (!grew) return false;
-        check_fact_limit(e, next.count, r.rule);
-        r.rows = next.rows;
-        r.count = next.count;
-        return true;
+        return r.end_round(e, next, grew);
     }
 
   private:

@@ -15,6 +15,21 @@
 
 namespace meld {
 
+inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
+    if (count > e.subdomain->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.subdomain->max_facts));
+}
+
+template <class T>
+bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
+    if (n != m) return false;
+    for (u32 i = 0; i < n; ++i) {
+        if (T::key(a[i], b[i]) != 0 || !T::same(a[i], b[i])) return false;
+        if constexpr (T::kRanked)
+            if (a[i].rank != b[i].rank) return false;
+    }
+    return true;
+}
+
 // The predicate T at the catom under evaluation: what holds now, and what rules have proposed.
 template <class T>
 struct Relation {
@@ -50,27 +65,30 @@ struct Relation {
         changes = nullptr;
         changed = true;
     }
-};
-
-template <class T>
-bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
-    if (n != m) return false;
-    for (u32 i = 0; i < n; ++i) {
-        if (T::key(a[i], b[i]) != 0 || !T::same(a[i], b[i])) return false;
-        if constexpr (T::kRanked)
-            if (a[i].rank != b[i].rank) return false;
+    // Ends a round of an evaluation in several: its proposals are decided and `next` is what holds then, where it grew at all.
+    bool end_round(Eval& e, const RowList<Row>& next, bool grew) {
+        proposed.reset();
+        if (!grew) return false;
+        check_fact_limit(e, next.count, rule);
+        rows = next.rows;
+        count = next.count;
+        return true;
     }
-    return true;
-}
-
-inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
-    if (count > e.subdomain->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.subdomain->max_facts));
-}
+    // Ends the evaluation after the last round: whether something else holds than before.
+    bool end_rounds(const Row* before, u32 before_count) {
+        if (equal_rows<T>(rows, count, before, before_count)) {
+            rows = before;
+            return false;
+        }
+        changed = true;
+        return true;
+    }
+};
 
 // ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.
 // Cost: one sort of the proposals. fold, needed: as of reduce_group(). Returns whether anything changed.
 template <class T, class Fold = OwnFold<T>>
-MELD_STEP bool settle_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 needed = 0) {
+MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 needed = 0) {
     using Row = typename T::Row;
     Row* p = r.proposed.rows;
     const u32 n = r.proposed.count;
@@ -99,6 +117,10 @@ MELD_STEP bool settle_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 
 inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {
     if (lost == nullptr || rank <= lost->least_rank) return 0;
     return lost->time + (i64{rank} - i64{lost->least_rank} + 1) * latency + 1;
+}
+// The tombstone of a group that loses a value of this rank now. `known` is the one it has, or null.
+inline Tombstone after_loss(const Tombstone* known, u32 rank, i64 now) {
+    return {known != nullptr && known->least_rank < rank ? known->least_rank : rank, now};
 }
 
 template <class T>
@@ -136,7 +158,7 @@ inline void note_rank(Eval& e, u32 rank) {
 // Decides one group that no rule of the same catom reads back: `current` may be null; proposals are in any order.
 // Returns whether `out` holds a value.
 template <class T>
-bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
     using Row = typename T::Row;
     const i64 now = e.subdomain->now;
     const u32 latency = e.subdomain->latency;
@@ -162,8 +184,7 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
         else if (!superseded) {
             if constexpr (T::kLinks) {
                 remembered(*current);
-                const u32 least = lost != nullptr && lost->least_rank < current->rank ? lost->least_rank : current->rank;
-                memory = Tombstone{least, now};
+                memory = after_loss(lost, current->rank, now);
                 lost = &memory;
                 e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
             }
@@ -200,13 +221,13 @@ bool settle_group(Eval& e, const typename T::Row* current, const typename T::Row
 
 // A recursive predicate whose rules read it only at neighbours: each group is decided once.
 template <class T>
-MELD_STEP bool settle_ranked(Eval& e, Relation<T>& r) {
+MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
     using Row = typename T::Row;
     Row* p = r.proposed.rows;
     const u32 n = r.proposed.count;
     if constexpr (!T::kKeyed) {
         Row* out = static_cast<Row*>(scratch(e, sizeof(Row)));
-        const bool holds = settle_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
+        const bool holds = decide_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
         r.proposed.reset();
         if (holds == (r.count == 1) && (!holds || (T::same(*out, r.rows[0]) && out->rank == r.rows[0].rank))) return false;
         r.replace(out, holds ? 1 : 0);
@@ -225,7 +246,7 @@ MELD_STEP bool settle_ranked(Eval& e, Relation<T>& r) {
             if (side <= 0)
                 while (i < n && T::key(p[i], p[from]) == 0) ++i;
             Row out;
-            const bool holds = settle_group<T>(e, current, p + from, i - from, out);
+            const bool holds = decide_group<T>(e, current, p + from, i - from, out);
             if (holds) next.add(e, out);
             changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
             if (current != nullptr) ++held;
@@ -237,7 +258,7 @@ MELD_STEP bool settle_ranked(Eval& e, Relation<T>& r) {
     }
 }
 
-// The general case: several predicates, or rules that read the component at the same catom. One Mutual per predicate;
+// The general case: several predicates, or rules that read the stratum at the same catom. One Mutual per predicate;
 // the emitted driver alternates rounds of all rules with these steps:
 //   start; repeat { rules; keep } until nothing more is kept; lose; repeat { rules; take } until nothing more is taken;
 //   if a value was replaced, start again; then finish.
@@ -245,7 +266,7 @@ template <class T>
 struct Mutual {
     using Row = typename T::Row;
     Relation<T>& r;
-    const Row* before;  // As it was before this component was settled.
+    const Row* before;  // As it was before this stratum was evaluated.
     u32 before_count;
     const Row* old = nullptr;
     u32 old_count = 0;
@@ -286,16 +307,23 @@ struct Mutual {
         r.count = n;
         return true;
     }
+    // The first tick at which the proposal may give its group a value. The tombstone of a group is that of all values it has
+    // lost, where fronts (fronts.h) hold several: those that a loss leads to come back with others.
     i64 trusted(Eval& e, const Row& p) {
         Tombstone memory{};
         const Tombstone* known = lost_before<T>(e, p, memory);
         for (u32 i = 0; i < lost.count; ++i)
-            if (T::key(lost.rows[i], p) == 0) {
-                const u32 least = known != nullptr && memory.least_rank < lost.rows[i].rank ? memory.least_rank : lost.rows[i].rank;
-                memory = Tombstone{least, e.subdomain->now};
+            if (same_group(lost.rows[i], p)) {
+                memory = after_loss(known, lost.rows[i].rank, e.subdomain->now);
                 known = &memory;
             }
         return trusted_from(known, p.rank, e.subdomain->latency);
+    }
+    static bool same_group(const Row& a, const Row& b) {
+        if constexpr (requires { T::group(a, b); })
+            return T::group(a, b) == 0;
+        else
+            return T::key(a, b) == 0;
     }
     MELD_STEP void lose(Eval& e) {
         if constexpr (T::kLinks)
@@ -312,7 +340,7 @@ struct Mutual {
             }
         r.proposed.reset();
     }
-    // A fact born within this evaluation was seen by nobody, so its loss is none.
+    // A fact that this evaluation has derived was seen by nobody, so there is no loss to remember.
     bool was_there(const Row& row) const {
         const u32 at = find_row<T>(r.origin, r.origin_count, row);
         return at < r.origin_count && T::same(r.origin[at], row);
@@ -350,21 +378,11 @@ struct Mutual {
             i = end;
         }
         while (held < r.count) next.add(e, r.rows[held++]);
-        r.proposed.reset();
-        if (!grew) return false;
-        check_fact_limit(e, next.count, r.rule);
-        r.rows = next.rows;
-        r.count = next.count;
-        return true;
+        return r.end_round(e, next, grew);
     }
     bool finish(Eval& e) {
         wake_at(e, wake);
-        if (equal_rows<T>(r.rows, r.count, before, before_count)) {
-            r.rows = before;
-            return false;
-        }
-        r.changed = true;
-        return true;
+        return r.end_rounds(before, before_count);
     }
 };
 
@@ -387,23 +405,7 @@ MELD_STEP bool gather(Eval& e, Relation<T>& r) {
         grew = true;
     }
     while (held < r.count) next.add(e, r.rows[held++]);
-    r.proposed.reset();
-    if (!grew) return false;
-    check_fact_limit(e, next.count, r.rule);
-    r.rows = next.rows;
-    r.count = next.count;
-    return true;
-}
-
-// Ends a run of gather(): whether the set differs from what it was before.
-template <class T>
-bool gathered(Relation<T>& r, const typename T::Row* before, u32 before_count) {
-    if (equal_rows<T>(r.rows, r.count, before, before_count)) {
-        r.rows = before;
-        return false;
-    }
-    r.changed = true;
-    return true;
+    return r.end_round(e, next, grew);
 }
 
 // ---- change

@@ -125,7 +125,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         }
     }
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
-        result = fail("the run did not settle within " + std::to_string(most) + " ticks",
+        result = fail("the run was not quiescent after " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(subdomain_),
                       ExitCode::LimitHit);
     if (!result) tick_.end_early();

@@ -297,7 +297,7 @@ class Endings(Case):
 
     def test_token_that_never_rests(self):
         self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4,
-                  says=["did not settle within 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
+                  says=["was not quiescent after 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
 
     def test_facts_of_runs_that_fail(self):
         token = "type linear t(node).\ntype at(node, int).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\nat(A, N) :- tick(A, N).\n"
@@ -308,7 +308,7 @@ class Endings(Case):
         self.write("d.meld", "type p(node, int).\ntype q(node, int).\nq(A, T) :- tick(A, T).\np(A, 1 / (3 - T)) :- tick(A, T).\n")
         for n in (1, 2):
             self.refused("meldsim", "run", "t.meld", "--world", "ten.toml", "--facts-out", f"{n}.facts", "--quiet", "-n", n, code=4,
-                         says="did not settle within 10 ticks")
+                         says="was not quiescent after 10 ticks")
             self.assertEqual((self.folder / f"{n}.facts").read_text(), (self.folder / "ten.facts").read_text())
             self.write("old.facts", "old")
             self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet",
@@ -354,7 +354,7 @@ class Endings(Case):
         self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 1; }\n")
         self.refused("meldc", "compile", "e.meld", "--link", "bad.c", code=1, says="bad.c does not compile")
         self.refused("meldc", "compile", "e.meld", "--link", "none.c", code=2, says="cannot read none.c")
-        self.refused("meldc", "compile", "e.meld", "--link", "e.meld", code=2, says="it is no C or C++ file")
+        self.refused("meldc", "compile", "e.meld", "--link", "e.meld", code=2, says="it is not a C or C++ file")
         first, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")
         self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 2; }\n")
         second, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")

@@ -184,6 +184,12 @@ class Extension(unittest.TestCase):
         self.assertEqual(contributes["languages"][0]["id"], contributes["grammars"][0]["language"])
         self.assertEqual(contributes["grammars"][0]["scopeName"], "source.meld")
 
+    def test_versions_are_that_of_claymeld(self):
+        version = re.search(r'kVersion\[\] = "([^"]+)"', (ROOT / "runtime/base/version.h").read_text())[1]
+        self.assertEqual(json.loads((self.FOLDER / "package.json").read_text())["version"], version)
+        lexer = (ROOT / "editors/pygments/pyproject.toml").read_text()
+        self.assertEqual(re.search(r'^version = "([^"]+)"', lexer, re.MULTILINE)[1], version)
+
     def test_words_are_those_of_the_language(self):
         configuration = json.loads((self.FOLDER / "language-configuration.json").read_text())
         word = re.compile(configuration["wordPattern"])

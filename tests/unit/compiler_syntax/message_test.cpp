@@ -78,7 +78,7 @@ TEST(SyntaxError, KnowsCommonMistakes) {
 }
 
 TEST(SyntaxError, TellsHeadsFromBodies) {
-    EXPECT_EQ(brief("p(A), X > 1 :- q(A)."), "1:7 SyntaxError a head is made of facts, and this is none\n");
+    EXPECT_EQ(brief("p(A), X > 1 :- q(A)."), "1:7 SyntaxError a head is made of facts, and this is not one\n");
     EXPECT_EQ(brief("p(A) :- q(A)@+2s."), "1:13 SyntaxError a body cannot wait\n");
     EXPECT_EQ(brief("p(A) -o not q(A)."), "1:9 SyntaxError `not` stands in a body, not in a head\n");
     EXPECT_EQ(brief("p(A) :- { X | q(X) | r(X) }."), "1:9 SyntaxError a comprehension stands in a head, not in a body\n");
