@@ -287,15 +287,15 @@ using RuleId = Id<Rule>;
 
 // A set of predicates that depend on each other, or one predicate alone; in the order of evaluation.
 struct Component {
-    std::vector<PredicateId> predicates;
-    std::vector<RuleId> rules;  // View rules that derive them.
+    std::vector<PredicateId> predicates;  // In order.
+    std::vector<RuleId> rules;            // View rules that derive them.
     bool recursive = false;
     bool local = false;         // Some rule reads the component at its own catom.
     bool links = false;         // Some rule reads the component at another catom.
     bool tree = false;          // Recursive over links through an aggregate that needs_all().
     bool feeds_itself = false;  // The same at one catom: reported as an error.
 
-    bool contains(PredicateId p) const { return std::find(predicates.begin(), predicates.end(), p) != predicates.end(); }
+    bool contains(PredicateId p) const { return std::binary_search(predicates.begin(), predicates.end(), p); }
 };
 
 struct Program {

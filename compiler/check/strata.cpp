@@ -28,7 +28,12 @@ class Strata {
 
     void run() {
         edges_.resize(program_.predicates.count());
-        for (const RuleId id : program_.rules.ids()) add_edges(id);
+        rules_of_.resize(program_.predicates.count());
+        for (const RuleId id : program_.rules.ids()) {
+            add_edges(id);
+            const Rule& rule = program_.rules[id];
+            if (!rule.linear && !rule.heads.empty()) rules_of_[rule.heads[0].atom.predicate.index()].push_back(id);
+        }
         for (const PredicateId p : program_.predicates.ids()) {
             const PredicateId link = program_.predicates[p].complete_link;
             if (link.valid()) edges_[p.index()].push_back({.from = p, .to = link, .span = program_.predicates[p].span, .waits = true});
@@ -114,8 +119,8 @@ class Strata {
     }
 
     void classify(Component& c) {
-        for (const RuleId id : program_.rules.ids())
-            if (!program_.rules[id].linear && c.contains(program_.rules[id].heads[0].atom.predicate)) c.rules.push_back(id);
+        for (const PredicateId p : c.predicates) c.rules.insert(c.rules.end(), rules_of_[p.index()].begin(), rules_of_[p.index()].end());
+        std::sort(c.rules.begin(), c.rules.end());
         for (const PredicateId p : c.predicates) {
             const Predicate& head = program_.predicates[p];
             const bool all = head.needs_all();
@@ -211,7 +216,8 @@ class Strata {
 
     Program& program_;
     diagnostics::Reporter& report_;
-    std::vector<std::vector<Edge>> edges_;
+    std::vector<std::vector<Edge>> edges_;       // By the predicate of the head.
+    std::vector<std::vector<RuleId>> rules_of_;  // The views that derive a predicate.
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "compiler/check/check.h"
 #include "compiler/check/each_name.h"
@@ -17,6 +18,15 @@ bool is_type_word(const std::string& word) {
     static const std::set<std::string> words = {"bool", "int",  "float", "string", "node",  "catom",  "module",
                                                 "addr", "vec3", "list",  "set",    "array", "struct", "tuple"};
     return words.contains(word);
+}
+
+// Names may double what they stand for again and again; a type is copied to each of its uses.
+constexpr std::size_t kMaxTypeParts = 1000;
+
+std::size_t parts_of(const syntax::Type& t) {
+    std::size_t parts = 1;
+    for (const syntax::Type& part : t.arguments) parts += parts_of(part);
+    return parts;
 }
 
 class TypeNames {
@@ -53,6 +63,11 @@ class TypeNames {
             t = {"int", {}, use};
             return;
         }
+        if (open_ >= kMaxTypeParts) {
+            too_large(found->first);
+            t = {"int", {}, use};
+            return;
+        }
         expand(found->first);
         t = found->second.type;
         at(t, use);
@@ -86,8 +101,23 @@ class TypeNames {
         if (alias.state != State::Waiting) return;
         alias.state = State::Busy;
         EachName<TypeNames> walk(*this);
+        ++open_;
         walk.type(alias.type);
+        --open_;
+        if (parts_of(alias.type) > kMaxTypeParts) {
+            too_large(name);
+            alias.type = {"int", {}, alias.span};
+        }
         alias.state = State::Done;
+    }
+
+    // Said once: what is built on it would be too large as well.
+    void too_large(const std::string& name) {
+        if (std::exchange(is_too_large_, true)) return;
+        report_
+            .add(Kind::NestingTooDeep, aliases_.at(name).span,
+                 fmt::format("the type `{}` is built from more than {} types", name, kMaxTypeParts))
+            .help = "split it into the arguments of several predicates";
     }
 
     // A name for a type that nobody knows; where the name is used, the same is said of the use.
@@ -132,6 +162,8 @@ class TypeNames {
     diagnostics::Reporter& report_;
     std::map<std::string, Alias> aliases_;
     std::set<std::string> handles_;  // extern type handle.
+    std::size_t open_ = 0;           // Names that are being expanded inside of each other.
+    bool is_too_large_ = false;
 };
 
 }  // namespace

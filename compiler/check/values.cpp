@@ -26,9 +26,14 @@ class Values {
     }
 
     void run() {
-        for (auto& [name, pending] : constants_) type(name, pending);
+        for (auto& [name, pending] : constants_) {
+            pending.id = names_.constants.at(name);
+            by_id_.emplace(pending.id, &pending);
+        }
+        for (auto& [name, pending] : constants_) type_all(pending);
         for (const syntax::Function* f : functions_) function(*f);
-        for (auto& [name, pending] : constants_) compute(pending);
+        // In this order a constant finds those computed that it names.
+        for (Pending* pending : typed_) compute(*pending);
     }
 
   private:
@@ -37,6 +42,7 @@ class Values {
         const syntax::Constant* tree;
         ConstantId id = {};
         State typed = State::Waiting, computed = State::Waiting;
+        std::vector<Pending*> names = {};  // The constants that its expression names.
         bool wrong = false;
         Term term = {};
         Rule variables = {};
@@ -45,55 +51,70 @@ class Values {
 
     // ---- terms
 
-    // Constants that an expression names are typed before it.
-    void type_constants_in(const syntax::Expr& e, Pending& of) {
+    void find_names(const syntax::Expr& e, Pending& of) {
         const auto all = [&](const std::vector<syntax::ExprPtr>& values) {
-            for (const auto& value : values) type_constants_in(*value, of);
+            for (const auto& value : values) find_names(*value, of);
         };
         if (const auto* c = std::get_if<syntax::Call>(&e.node)) {
             all(c->arguments);
             const auto named = c->parentheses ? constants_.end() : constants_.find(c->name);
-            if (named == constants_.end()) return;
-            type(named->first, named->second);
-            of.wrong = of.wrong || named->second.wrong;
+            if (named != constants_.end()) of.names.push_back(&named->second);
         }
-        if (const auto* u = std::get_if<syntax::Unary>(&e.node)) type_constants_in(*u->operand, of);
+        if (const auto* u = std::get_if<syntax::Unary>(&e.node)) find_names(*u->operand, of);
         if (const auto* b = std::get_if<syntax::Binary>(&e.node)) {
-            type_constants_in(*b->left, of);
-            type_constants_in(*b->right, of);
+            find_names(*b->left, of);
+            find_names(*b->right, of);
         }
         if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) {
-            type_constants_in(*c->condition, of);
-            type_constants_in(*c->then_value, of);
-            type_constants_in(*c->else_value, of);
+            find_names(*c->condition, of);
+            find_names(*c->then_value, of);
+            find_names(*c->else_value, of);
         }
         if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) {
             all(l->elements);
-            if (l->rest) type_constants_in(*l->rest, of);
+            if (l->rest) find_names(*l->rest, of);
         }
         if (const auto* s = std::get_if<syntax::StructValue>(&e.node)) all(s->fields);
         if (const auto* t = std::get_if<syntax::TupleValue>(&e.node)) all(t->fields);
         if (const auto* l = std::get_if<syntax::Let>(&e.node)) {
-            type_constants_in(*l->value, of);
-            type_constants_in(*l->body, of);
+            find_names(*l->value, of);
+            find_names(*l->body, of);
         }
     }
 
-    void type(const std::string& name, Pending& pending) {
-        MELD_EXPECT(pending.tree != nullptr && names_.constants.contains(name), "no constant {}", name);
-        if (pending.typed == State::Done) return;
-        pending.id = names_.constants.at(name);
-        if (pending.typed == State::Busy) {
-            by_itself(pending);
-            return;
+    // Types a constant, those that its expression names before it. Chains of constants may be long, so there is no recursion.
+    void type_all(Pending& root) {
+        struct Open {
+            Pending* pending;
+            std::size_t next = 0;
+        };
+        std::vector<Open> open;
+        const auto enter = [&](Pending& pending) {
+            if (pending.typed == State::Busy) by_itself(pending);
+            if (pending.typed != State::Waiting) return;
+            pending.typed = State::Busy;
+            find_names(*pending.tree->value, pending);
+            open.push_back({&pending});
+        };
+        enter(root);
+        while (!open.empty()) {
+            Pending& pending = *open.back().pending;
+            if (open.back().next < pending.names.size()) {
+                enter(*pending.names[open.back().next++]);
+                continue;
+            }
+            open.pop_back();
+            for (const Pending* named : pending.names) pending.wrong = pending.wrong || named->wrong;
+            pending.typed = State::Done;
+            type(pending);
+            typed_.push_back(&pending);
         }
-        pending.typed = State::Busy;
-        type_constants_in(*pending.tree->value, pending);
-        pending.typed = State::Done;
+    }
+    void type(Pending& pending) {
         if (pending.wrong) return;
         const std::size_t errors = report_.error_count();
         Scope scope(program_, names_, pending.variables, report_, false);
-        pending.term = scope.resolve(*pending.tree->value, Type::Error, fmt::format("the constant `{}`", name));
+        pending.term = scope.resolve(*pending.tree->value, Type::Error, fmt::format("the constant `{}`", pending.tree->name.text));
         no_variables(pending.term, {}, fmt::format("a constant has no variables"));
         pending.wrong = report_.error_count() > errors;
         if (!pending.wrong) program_.constants[pending.id].type = pending.term.type;
@@ -165,12 +186,10 @@ class Values {
         pending.computed = State::Done;
     }
     std::optional<Term> value_of(ConstantId id) {
-        for (auto& [name, pending] : constants_)
-            if (pending.id == id) {
-                compute(pending);
-                return pending.value;
-            }
-        return std::nullopt;
+        const auto found = by_id_.find(id);
+        if (found == by_id_.end()) return std::nullopt;
+        compute(*found->second);
+        return found->second->value;
     }
     static void keep(Constant& c, const Term& value) {
         c.integer = value.integer;
@@ -194,6 +213,8 @@ class Values {
     diagnostics::Reporter& report_;
     Names names_;
     std::map<std::string, Pending> constants_;
+    std::map<ConstantId, Pending*> by_id_;
+    std::vector<Pending*> typed_;  // In the order of typing: each after those that it names.
     std::vector<const syntax::Function*> functions_;
 };
 

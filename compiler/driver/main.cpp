@@ -12,6 +12,7 @@
 #include "compiler/diagnostics/explain.h"
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
+#include "runtime/base/deep_stack.h"
 #include "runtime/base/nearest.h"
 #include "runtime/cli/command_line.h"
 
@@ -133,15 +134,13 @@ int run_language_server() {
     return fail_with({"cannot start " + server + ": " + std::strerror(errno), "Keep meldc-lsp beside meldc"});
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     Options options;
     CLI::App app{
         "meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules",
         "meldc"};
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 70 a bug of meldc.");
+    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 4 limit or memory, 70 a bug of meldc.");
 
     CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
     CLI::App* compile = app.add_subcommand(
@@ -195,4 +194,10 @@ int main(int argc, char** argv) {
     if (*lsp) return run_language_server();
     if (*format) return run_format(options.format);
     return run_explain(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return meld::with_deep_stack("meldc", [&] { return run(argc, argv); });
 }

@@ -30,8 +30,8 @@ void emit_extern(const plan::Plan& plan, FunctionId id, Writer& w) {
 
 std::string signature(const plan::Plan& plan, FunctionId id) {
     const Function& f = plan.program.functions[id];
-    std::string text = fmt::format("static {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule", cpp_type(f.result),
-                                   function_name(plan.program, id));
+    std::string text = fmt::format("{} {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule", linkage(plan.program.functions.count()),
+                                   cpp_type(f.result), function_name(plan.program, id));
     for (std::size_t i = 0; i < f.parameter_count; ++i) {
         const Variable& v = f.variables[VariableId(i)];
         text += fmt::format(", [[maybe_unused]] {} {}_{}", cpp_type(v.type), clean(v.name), i);

@@ -11,7 +11,7 @@ void RuleEmitter::view() {
                 scope_.rule.name, rule_plan_.heads.size());
     if (rule_plan_.branches.empty()) comment(scope_.rule);
     for (const RulePlan& b : rule_plan_.branches) comment(plan_.program.rules[b.rule]);
-    w_.open(fmt::format("static void {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
+    w_.open(fmt::format("{} void {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     if (rule_plan_.branches.empty())
@@ -42,7 +42,7 @@ void RuleEmitter::affected(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
     const HeadPlan& head = rule_plan_.heads[0];
     w_.raw("");
-    w_.open(fmt::format("static void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{",
+    w_.open(fmt::format("{} void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{", linkage(plan_.program.rules.count()),
                         rule_function(plan_.program, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
@@ -57,7 +57,8 @@ void RuleEmitter::affected(std::size_t number) {
 void RuleEmitter::semi_naive(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.given.empty(), "rule {} is not semi-naive", scope_.rule.name);
     w_.raw("");
-    w_.open(fmt::format("static void {}_semi_naive{}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule), number));
+    w_.open(fmt::format("{} void {}_semi_naive{}(Self& s) {{", linkage(plan_.program.rules.count()),
+                        rule_function(plan_.program, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     propose(rule_plan_.heads[0]);
@@ -70,8 +71,8 @@ void RuleEmitter::group() {
     MELD_EXPECT(rule_plan_.given.size() == plan::group_arguments(plan_.program.predicates[head.predicate]),
                 "rule {} is given {} of a group", scope_.rule.name, rule_plan_.given.size());
     w_.raw("");
-    w_.open(fmt::format("static void {}_group(Self& s, const {}& group) {{", rule_function(plan_.program, rule_plan_.rule),
-                        row_type(head.predicate)));
+    w_.open(fmt::format("{} void {}_group(Self& s, const {}& group) {{", linkage(plan_.program.rules.count()),
+                        rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
     const std::size_t outside = w_.depth();
     for (std::size_t i = 0; i < rule_plan_.given.size(); ++i) bind(rule_plan_.given[i], fmt::format("group.{}", field_name(i + 1)));
     steps(rule_plan_.steps);
@@ -83,7 +84,7 @@ void RuleEmitter::group() {
 void RuleEmitter::linear() {
     MELD_EXPECT(scope_.rule.linear && rule_plan_.branches.empty(), "view {} among linear rules", scope_.rule.name);
     comment(scope_.rule);
-    w_.open(fmt::format("static bool {}(Self& s) {{", rule_function(plan_.program, rule_plan_.rule)));
+    w_.open(fmt::format("{} bool {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     if (scope_.rule.select != Select::None) choose();
     steps(rule_plan_.steps);

@@ -27,6 +27,11 @@ std::string rule_function(const Program& program, plan::RuleId id) {
     return fmt::format("{}_at_line_{}_r{}", "rule_" + clean(head), rule.line, id.index());
 }
 
+const char* linkage(std::size_t functions) {
+    constexpr std::size_t kMany = 100;
+    return functions > kMany ? "[[gnu::noinline]] static" : "static";
+}
+
 std::string cpp_type(const Type& type) {
     switch (type.kind) {
         case Type::Kind::Int:

@@ -25,7 +25,7 @@ class Writer {
         raw(fmt::format(format, std::forward<A>(a)...));
     }
     void raw(const std::string& text) {
-        if (!text.empty()) out_.append(depth_ * 4, ' ');
+        if (!text.empty()) out_.append(std::min(depth_, kMaxIndent) * 4, ' ');
         out_ += text;
         out_ += '\n';
     }
@@ -55,6 +55,9 @@ class Writer {
     }
 
   private:
+    // Nobody sees deeper blocks apart, and the spaces before them would grow with the square of the depth.
+    static constexpr std::size_t kMaxIndent = 32;
+
     std::string out_;
     std::size_t depth_ = 0;
 };
@@ -64,10 +67,13 @@ std::string clean(const std::string& name);                                 // l
 std::string predicate_name(const check::Program& program, PredicateId id);  // dist_7
 std::string record_name(plan::ColumnId id);                                 // record_2
 std::string rule_function(const check::Program& program, plan::RuleId id);  // dist_at_line_12_r3
-std::string cpp_type(const check::Type& type);                              // i64 double bool u64
-std::string field_name(std::size_t argument);                               // a1: the first after the catom
-std::string hex(std::uint64_t bits);                                        // 0x20ull
-std::string quoted(const std::string& text);                                // a C++ string literal
+// How one of so many functions is declared that are each called from few places: `static`, and where there are many, never put into
+// their callers, for Clang takes longer than in proportion for long functions.
+const char* linkage(std::size_t functions);
+std::string cpp_type(const check::Type& type);  // i64 double bool u64
+std::string field_name(std::size_t argument);   // a1: the first after the catom
+std::string hex(std::uint64_t bits);            // 0x20ull
+std::string quoted(const std::string& text);    // a C++ string literal
 
 // What is known at a point of a rule: which variables have a C++ value, which are places.
 struct Scope {

@@ -4,9 +4,12 @@
 #include <optional>
 
 #include "compiler/lsp/server.h"
+#include "runtime/base/deep_stack.h"
 #include "runtime/cli/command_line.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
     CLI::App app{"meldc-lsp serves an editor over standard input and output (Language Server Protocol). Editors start it with `meldc lsp`.",
                  "meldc-lsp"};
     bool over_stdio = true;
@@ -16,4 +19,10 @@ int main(int argc, char** argv) {
     meld::cli::add_common(app);
     if (const std::optional<int> code = meld::cli::parse(app, argc, argv)) return *code;
     return meld::lsp::serve(stdin, stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return meld::with_deep_stack("meldc-lsp", [&] { return run(argc, argv); });
 }

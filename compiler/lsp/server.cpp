@@ -16,6 +16,7 @@
 #include "compiler/format/format.h"
 #include "compiler/lsp/describe.h"
 #include "compiler/lsp/prelude_file.h"
+#include "compiler/lsp/shallow_input.h"
 #include "runtime/base/version.h"
 
 namespace meld::lsp {
@@ -394,7 +395,8 @@ class Server {
 int serve(std::FILE* in, std::FILE* out) {
     // The library reports requests of unknown methods and broken messages to the editor itself; its log would only repeat them.
     llvm::raw_fd_ostream stream(fileno(out), false);
-    protocol::JSONTransport transport(in, stream);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> shallow(open_shallow(in), &std::fclose);
+    protocol::JSONTransport transport(shallow.get(), stream);
     Server server(transport);
     if (llvm::Error error = transport.run(server.handler())) {
         llvm::errs() << "meldc-lsp: " << llvm::toString(std::move(error)) << "\n";

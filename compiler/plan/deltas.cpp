@@ -7,7 +7,8 @@
 //     for each neighbour A    dist(A, =S, D)                           a lookup in sorted rows
 // Sets that recur at one catom get semi-naive rules instead: what follows from the rows of the last round.
 // Assumes ordered rules. It leaves out single values, several predicates that recur together, negated and aggregated inputs, and
-// rules that depend on when they are evaluated; these are evaluated as a whole.
+// rules that depend on when they are evaluated; these are evaluated as a whole. So are long rules: a delta rule for each atom would
+// be a plan that grows with the square of the body.
 #include <algorithm>
 #include <utility>
 
@@ -19,6 +20,9 @@ namespace meld::plan {
 using namespace check;
 
 namespace {
+
+// Clauses of a body that delta rules are made of.
+constexpr std::size_t kMaxClauses = 64;
 
 bool plain(const Type& type) { return !type.compound(); }
 
@@ -115,7 +119,8 @@ class DeltaPlanner {
         return std::all_of(stratum_.rules.begin(), stratum_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
-            return rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
+            return rule.body.size() <= kMaxClauses && rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) &&
+                   steady.all(rule.heads[0].atom.arguments);
         });
     }
 
@@ -130,7 +135,9 @@ class DeltaPlanner {
         for (const RulePlan& r : stratum_.rules) {
             Steady steady(plan_.program);
             const Rule& rule = plan_.program.rules[r.rule];
-            if (rule.heads[0].delay.op != Op::Anonymous || !steady(rule.body) || !steady.all(rule.heads[0].atom.arguments)) return;
+            if (rule.body.size() > kMaxClauses || rule.heads[0].delay.op != Op::Anonymous || !steady(rule.body) ||
+                !steady.all(rule.heads[0].atom.arguments))
+                return;
         }
         for (const RulePlan& r : stratum_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];

@@ -1,11 +1,13 @@
 // Pass: facts in the text. A program that brings its world along says thousands of facts about one catom each; a rule for
-// every one of them would be compiled, and tried at every catom. Many in a row become one rule over a table that is searched
-// by catom.
+// every one of them would be compiled, and tried at every catom. Many of one predicate become one rule over a table that is
+// searched by catom, wherever they stand as long as no other rule of the predicate comes between them.
 //     edge(@0, @1, 3).  edge(@0, @2, 5).  ...        edge(A, X1, X2) :- edge'facts(A, X1, X2).
 // Linear ones, which a catom is given once, become one comprehension. Assumes folded constants.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "compiler/desugar/made.h"
 #include "compiler/plan/plan.h"
@@ -48,8 +50,6 @@ std::optional<std::int64_t> catom_of(const Rule& rule) {
     return c.test.operands[1].integer;
 }
 
-bool alike(const Rule& a, const Rule& b) { return a.heads[0].atom.predicate == b.heads[0].atom.predicate && a.linear == b.linear; }
-
 // One rule for the facts that `rules` say, which are alike.
 Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     MELD_EXPECT(rules.size() >= kMany, "{} facts are too few for a table", rules.size());
@@ -90,24 +90,34 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
 }  // namespace
 
 void gather_facts(Program& program) {
-    Table<Rule> kept;
-    std::vector<const Rule*> run;
-    const auto end_run = [&] {
-        if (run.size() >= kMany)
-            kept.add(gathered(program, run));
-        else
-            for (const Rule* r : run) kept.add(*r);
-        run.clear();
-    };
-    for (const Rule& rule : program.rules) {
-        const bool fact = catom_of(rule).has_value();
-        if (!run.empty() && !(fact && alike(*run[0], rule))) end_run();
-        if (fact)
-            run.push_back(&rule);
-        else
-            kept.add(rule);
+    // Facts that are alike, with no other rule of their predicate between them, so that each predicate gets its facts in the
+    // order of the text.
+    std::vector<std::vector<const Rule*>> runs;
+    std::vector<std::optional<std::size_t>> run_of(program.rules.count());
+    std::map<std::pair<PredicateId, bool>, std::size_t> open;
+    for (const RuleId id : program.rules.ids()) {
+        const Rule& rule = program.rules[id];
+        if (!catom_of(rule)) {
+            each_head(rule.heads, [&](const Head& h) {
+                if (h.kind != Head::Kind::Fact) return;
+                for (const bool linear : {false, true}) open.erase({h.atom.predicate, linear});
+            });
+            continue;
+        }
+        const auto [run, is_new] = open.emplace(std::pair(rule.heads[0].atom.predicate, rule.linear), runs.size());
+        if (is_new) runs.emplace_back();
+        runs[run->second].push_back(&rule);
+        run_of[id.index()] = run->second;
     }
-    end_run();
+    Table<Rule> kept;
+    for (const RuleId id : program.rules.ids()) {
+        static const std::vector<const Rule*> alone;
+        const std::vector<const Rule*>& run = run_of[id.index()] ? runs[*run_of[id.index()]] : alone;
+        if (run.size() < kMany)
+            kept.add(program.rules[id]);
+        else if (run[0] == &program.rules[id])
+            kept.add(gathered(program, run));
+    }
     program.rules = std::move(kept);
 }
 

@@ -2,10 +2,10 @@
 //     level(A, 0) :- top(A).      level(B, L + 1) :- neighbor(A, B), level(A, L), L < 20.          0 <= L <= 20
 // The layout then keeps them in 1, 2 or 4 bytes where that makes a record or a row smaller. Nothing is assumed of facts that
 // the world or linear rules give, of sums, and of constants, which a run may set. Assumes that given facts are separate.
+// One strongly connected component after the other: what a component reads of earlier ones is final by then.
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <set>
 
 #include "compiler/check/comparison.h"
 #include "compiler/plan/plan.h"
@@ -119,34 +119,21 @@ Range where(Op op, const Range& other) {
 class Narrower {
   public:
     explicit Narrower(Program& program) : program_(program), ranges_(program.predicates.count()) {
+        std::vector<bool> derived(program.predicates.count(), false);
+        for (const Rule& r : program.rules)
+            if (!r.linear) derived[r.heads[0].atom.predicate.index()] = true;
         for (const PredicateId p : program.predicates.ids()) {
             const Predicate& predicate = program.predicates[p];
-            const bool ours =
-                predicate.kind == PredicateKind::Persistent && predicate.world == WorldSource::None && !predicate.sensed && is_derived(p);
+            const bool ours = is_ours(predicate) && derived[p.index()];
             of(p).assign(predicate.arguments.size(), ours ? Range::empty() : Range{});
             if (!ours) sense(predicate, of(p));
         }
     }
 
     void run() {
-        // Upwards until nothing grows; what still grows after a while may grow for ever.
-        constexpr int kPatience = 4, kRefinements = 2;
-        for (int round = 0;; ++round) {
-            const std::vector<std::vector<Range>> before = ranges_;
-            const std::vector<std::vector<Range>> next = derived();
-            for (std::size_t p = 0; p < ranges_.size(); ++p)
-                for (std::size_t i = 0; i < ranges_[p].size(); ++i) {
-                    Range r = either(ranges_[p][i], next[p][i]);
-                    if (round >= kPatience && !ranges_[p][i].is_empty()) {
-                        if (r.least < ranges_[p][i].least) r.least = INT64_MIN;
-                        if (r.greatest > ranges_[p][i].greatest) r.greatest = INT64_MAX;
-                    }
-                    ranges_[p][i] = r;
-                }
-            if (ranges_ == before) break;
-        }
-        // And down again: what holds of all facts that are in the ranges holds of those that rules make of them.
-        for (int i = 0; i < kRefinements; ++i) ranges_ = derived();
+        find_components(program_);
+        for (const Component& c : program_.components)
+            if (!c.rules.empty()) solve(c);
         for (const PredicateId p : program_.predicates.ids())
             for (std::size_t i = 1; i < of(p).size(); ++i) {
                 Argument& argument = program_.predicates[p].arguments[i];
@@ -160,9 +147,32 @@ class Narrower {
   private:
     std::vector<Range>& of(PredicateId p) { return ranges_[p.index()]; }
 
-    bool is_derived(PredicateId p) const {
-        return std::any_of(program_.rules.begin(), program_.rules.end(),
-                           [&](const Rule& r) { return !r.linear && r.heads[0].atom.predicate == p; });
+    static bool is_ours(const Predicate& p) { return p.kind == PredicateKind::Persistent && p.world == WorldSource::None && !p.sensed; }
+
+    void solve(const Component& c) {
+        // Upwards until nothing grows; what still grows after a while may grow for ever.
+        constexpr int kPatience = 4, kRefinements = 2;
+        for (int round = 0;; ++round) {
+            const std::vector<std::vector<Range>> next = derived(c);
+            bool grew = false;
+            for (std::size_t k = 0; k < next.size(); ++k)
+                for (std::size_t i = 0; i < next[k].size(); ++i) {
+                    Range& now = of(c.predicates[k])[i];
+                    Range r = either(now, next[k][i]);
+                    if (round >= kPatience && !now.is_empty()) {
+                        if (r.least < now.least) r.least = INT64_MIN;
+                        if (r.greatest > now.greatest) r.greatest = INT64_MAX;
+                    }
+                    grew = grew || r != now;
+                    now = r;
+                }
+            if (!grew) break;
+        }
+        // And down again: what holds of all facts that are in the ranges holds of those that rules make of them.
+        for (int again = 0; again < kRefinements; ++again) {
+            std::vector<std::vector<Range>> next = derived(c);
+            for (std::size_t k = 0; k < next.size(); ++k) of(c.predicates[k]) = std::move(next[k]);
+        }
     }
 
     static void sense(const Predicate& p, std::vector<Range>& ranges) {
@@ -189,17 +199,20 @@ class Narrower {
         }
     }
 
-    // The ranges of what the rules make of facts in the present ranges.
-    std::vector<std::vector<Range>> derived() {
-        std::vector<std::vector<Range>> next = ranges_;
-        std::set<PredicateId> seen;
-        for (const Rule& rule : program_.rules) {
-            if (rule.linear) continue;
+    // The ranges of what the rules of a component make of facts in the present ranges, by predicate of the component.
+    std::vector<std::vector<Range>> derived(const Component& c) {
+        std::vector<std::vector<Range>> next;
+        for (const PredicateId p : c.predicates) {
+            next.push_back(of(p));
+            if (is_ours(program_.predicates[p])) std::fill(next.back().begin(), next.back().end(), Range::empty());
+        }
+        for (const RuleId id : c.rules) {
+            const Rule& rule = program_.rules[id];
             const Atom& head = rule.heads[0].atom;
             const Predicate& p = program_.predicates[head.predicate];
-            if (p.kind != PredicateKind::Persistent || p.sensed || p.world != WorldSource::None) continue;
-            std::vector<Range>& made = next[head.predicate.index()];
-            if (seen.insert(head.predicate).second) std::fill(made.begin(), made.end(), Range::empty());
+            if (!is_ours(p)) continue;
+            const auto place = std::lower_bound(c.predicates.begin(), c.predicates.end(), head.predicate);
+            std::vector<Range>& made = next[static_cast<std::size_t>(place - c.predicates.begin())];
             Known known;
             if (!understand(rule, known)) continue;
             for (std::size_t i = 1; i < head.arguments.size(); ++i)

@@ -83,6 +83,10 @@ bool same(const Step& a, const Step& b, Names& names) {
         a.what);
 }
 
+// Rules that take their first steps together: all of them are one C++ function, and Clang takes longer than in proportion for
+// long ones.
+constexpr std::size_t kMaxBranches = 16;
+
 class Sharer {
   public:
     Sharer(const Plan& plan, Stratum& stratum) : program_(plan.program), rules_(stratum.rules) {}
@@ -98,6 +102,7 @@ class Sharer {
                 if (common == 0 || (length > 0 && common < length)) continue;
                 if (length == 0) length = common;
                 others.push_back(k);
+                if (others.size() + 1 == kMaxBranches) break;
             }
             if (others.empty()) continue;
             rules_[i] = join(i, others, length);

@@ -31,7 +31,47 @@ std::string_view type_name(toml::node_type type) {
     }
 }
 
+// Where the string that begins at `at` ends: behind its closing quotes, or at the end of the text.
+std::size_t string_end(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    const bool lines = text.substr(at, 3) == std::string(3, quote);
+    const std::string closing(lines ? 3 : 1, quote);
+    for (std::size_t i = at + closing.size(); i < text.size(); ++i) {
+        if (quote == '"' && text[i] == '\\') {
+            ++i;
+            continue;
+        }
+        if (text.substr(i, closing.size()) == closing) return i + closing.size();
+        if (!lines && text[i] == '\n') return i;
+    }
+    return text.size();
+}
+
 }  // namespace
+
+Result<void> check_key_depth(std::string_view text, const std::string& path) {
+    constexpr std::size_t kMaxParts = 100;
+    std::size_t dots = 0, line = 1, line_start = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '#') {
+            i = std::min(text.find('\n', i), text.size()) - 1;
+        } else if (c == '"' || c == '\'') {
+            const std::size_t end = string_end(text, i);
+            for (std::size_t k = i; k < end; ++k)
+                if (text[k] == '\n') line_start = k + 1, ++line;
+            i = end - 1;
+        } else if (c == '.') {
+            if (++dots < kMaxParts) continue;
+            return fail(fmt::format("{}:{}:{}: this key has more than {} parts", path, line, i - line_start + 1, kMaxParts),
+                        "No section of a world is deeper than [a.b]");
+        } else if (c == '\n' || c == '=' || c == ',' || c == '[' || c == '{') {
+            dots = 0;
+            if (c == '\n') line_start = i + 1, ++line;
+        }
+    }
+    return {};
+}
 
 std::string type_mismatch(const toml::node& node, std::string_view wanted) {
     return fmt::format("is {}, not {}", type_name(node.type()), wanted);

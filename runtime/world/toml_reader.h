@@ -17,6 +17,10 @@
 
 namespace meld::world {
 
+// An error if a key of the file has more parts (`a.b.c` has three) than the library may be given: each part becomes a table inside of
+// another, and the library walks tables by recursion. Of values it limits the depth itself.
+Result<void> check_key_depth(std::string_view text, const std::string& path);
+
 class TomlReader {
   public:
     TomlReader(std::string_view text, const std::string& path) : text_(text), path_(path) {}

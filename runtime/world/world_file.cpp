@@ -283,6 +283,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
 }  // namespace
 
 Result<World> parse_world(const std::string& text, const std::string& path) {
+    if (const Result<void> shallow = check_key_depth(text, path); !shallow) return tl::unexpected<Error>(shallow.error());
     TomlReader reader(text, path);
     toml::table table;
     // The library's parser reports mistakes by an exception, and only so.

@@ -421,6 +421,56 @@ class Hostile(Case):
         self.check("/*" * 100_000, 1, "E0102")
         self.check("type p(node).\np(A) :- " + "not (" * 100_000, 1, "error[E01")
 
+    def test_deep_bodies_compile_on_any_stack(self):
+        program = "type p(node, int).\ntype q(node).\nq(A) :- p(A, 1), " + "not (" * 400 + "p(A, 2)" + ")" * 400 + ".\n"
+        self.write("h.meld", program)
+        self.call("meldc", "compile", "h.meld", "--quiet", "-o", "h.so")
+        done = subprocess.run(["bash", "-c", 'ulimit -s 1024 && "$0" check h.meld && "$0" compile h.meld --quiet -O1', TOOLS.meldc],
+                              cwd=self.folder, capture_output=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_long_chains(self):
+        for order in (1, -1):
+            chain = ["const c0 = 1.\n"] + [f"const c{i} = c{i - 1} + 1.\n" for i in range(1, 20_000)]
+            self.check("".join(chain[::order]) + "type p(node, int).\np(@0, c19999).\n", 0)
+        ring = [f"const c{i} = c{(i + 1) % 20_000} + 1.\n" for i in range(20_000)]
+        self.check("".join(ring), 1, "E0207")
+        names = ["type int t0.\n"] + [f"type list t{i - 1} t{i}.\n" for i in range(1, 20_000)]
+        for order in (1, -1):
+            self.check("".join(names[::order]), 1, "E0112")
+        doubled = "".join(f"type :(t{i - 1}, t{i - 1}) t{i}.\n" for i in range(1, 60))
+        self.assertEqual(self.check("type int t0.\n" + doubled + "type p(node, t59).\n", 1, "E0112").count("error["), 1)
+
+    def test_costs_are_about_linear(self):
+        # Each takes about a second; with the square of its size it would take a minute.
+        count = 10_000
+        chain = "".join(f"type p{i}(node, int).\n" for i in range(count))
+        chain += "".join(f"p{i}(A, X + 1) :- p{i - 1}(A, X), X < 5.\n" for i in range(1, count)) + "p0(A, 1).\n"
+        body = "type p(node, int).\ntype q(node).\nq(A) :- " + ", ".join(f"p(A, {i})" for i in range(count)) + ".\n"
+        for text in (chain, body):
+            self.write("h.meld", text)
+            self.call("meldc", "check", "h.meld", seconds=25)
+
+    def test_facts_in_turn_are_one_table_for_each_predicate(self):
+        facts = "".join(f"{'pq'[i % 2]}(@{i % 4}, {i}).\n" for i in range(2_000))
+        self.write("h.meld", "type p(node, int).\ntype q(node, int).\n" + facts)
+        out, _ = self.call("meldc", "compile", "h.meld", "--emit=plan")
+        self.assertEqual(out.count("and 999 more facts"), 2, out[:2000])
+        self.assertEqual(self.run_facts("type p(node, int).\ntype q(node, int).\n" + facts).count("\n"), 2_000)
+
+    def test_deep_worlds(self):
+        for text in ("[" + ".".join("a" * 50_000) + "]\n", ".".join("a" * 50_000) + " = 1\n", "x = " + "[" * 50_000,
+                     "x = " + "{a=" * 50_000):
+            self.write("deep.toml", 'lattice = "square"\n# a.b "\nradius = 0.5\n' + text)
+            self.refused("meldsim", "world", "deep.toml", code=2, says="deep.toml:4:")
+
+    def test_little_memory_is_one_line_and_code_4(self):
+        self.write("h.meld", "type p(node, int).\n" + "".join(f"p(A, {i} + X) :- p(A, X), X < {i}.\n" for i in range(3_000)))
+        done = subprocess.run(["bash", "-c", 'ulimit -v 90000 && exec "$0" compile h.meld --emit=cpp', TOOLS.meldc],
+                              cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
+        self.assertRegex(done.stderr, r"\Ameldc: out of memory.*\n\Z")
+
     def test_many_facts(self):
         facts = "".join(f"p(@{i % 4}, {i}).\n" for i in range(20_000))
         self.check("type p(node, int).\n" + facts, 0)

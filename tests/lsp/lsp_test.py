@@ -392,6 +392,14 @@ class Hostile(Case):
                 self.every_question(self.path, *place)
         self.assertEqual(self.server.end(), 0)
 
+    def test_messages_a_million_deep_are_broken_ones(self):
+        for opening, closing in ((b"[", b"]"), (b'{"a":', b"}")):
+            params = opening * 10**6 + b"1" + closing * 10**6
+            self.server.raw(b'{"jsonrpc": "2.0", "id": 77, "method": "initialize", "params": ' + params + b"}")
+        text = "type p(node).\n// " + "[" * 5_000 + ' " \\ ' + "{" * 5_000 + "\np(A) :- q(A).\n"
+        self.assertEqual([d["range"]["start"]["line"] for d in self.open(text)], [2])
+        self.assertEqual(self.server.end(), 0)
+
     def test_broken_messages(self):
         self.server.raw(b"{ this is no json")
         self.server.raw(b'{"jsonrpc": "2.0", "method": "textDocument/didOpen", "params": {"textDocument": 7}}')
