@@ -1,5 +1,6 @@
 // Terms of calls: functions of the program first, then those of the library.
 #include <algorithm>
+#include <map>
 
 #include "compiler/check/scope.h"
 #include "compiler/syntax/parse.h"
@@ -85,7 +86,11 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);
-    const std::string near = diagnostics::nearest_name(name, known);
+    // What it is called in other languages.
+    static const std::map<std::string, std::string> elsewhere = {{"len", "llength"},    {"length", "llength"}, {"size", "llength"},
+                                                                 {"random", "randint"}, {"rand", "randint"},   {"str", "int2str"}};
+    const auto other = elsewhere.find(name);
+    const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(name, known);
     report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
         near.empty() ? fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name,
                                    parameters(arguments, Named::Yes), parameters(arguments, Named::No))

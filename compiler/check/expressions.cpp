@@ -80,10 +80,17 @@ Term Scope::unary(const syntax::Unary& u, Span span) {
 
 namespace {
 
-// The call that makes a text of a value, if there is one.
+// An expression as a string: itself, or the call that makes a string of its value; empty where there is none.
 std::string as_text(const syntax::Expr& e, const Type& type) {
+    if (type == Type::String) return syntax::print(e);
     const char* function = type == Type::Int ? "int2str" : type == Type::Float ? "float2str" : type == Type::Node ? "node2str" : nullptr;
-    return function == nullptr ? "" : fmt::format("write `{}({})`", function, syntax::print(e));
+    return function == nullptr ? "" : fmt::format("{}({})", function, syntax::print(e));
+}
+
+// What joins a string and a value of another type.
+std::string joining(const syntax::Binary& b, const Type& left, const Type& right) {
+    const std::string first = as_text(*b.left, left), second = as_text(*b.right, right);
+    return first.empty() || second.empty() ? "" : fmt::format("write `{} ++ {}`", first, second);
 }
 
 }  // namespace
@@ -110,8 +117,7 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
             fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
         d.labels.push_back({b.left->span, "this is " + type_name(l)});
         d.labels.push_back({b.right->span, "this is " + type_name(r)});
-        if (op == Op::Append && (l == Type::String || r == Type::String))
-            d.help = as_text(*(l == Type::String ? b.right : b.left), l == Type::String ? r : l);
+        if ((op == Op::Append || op == Op::Add) && (l == Type::String || r == Type::String)) d.help = joining(b, l, r);
         return term;
     }
     const bool vectors = *common == Type::Vec3 && (op == Op::Add || op == Op::Subtract);

@@ -30,7 +30,17 @@ class Homes {
     using Graph = std::map<VariableId, std::set<VariableId>>;
 
     const std::string& name(VariableId v) const { return rule_.variables[v].name; }
-    std::string shown(VariableId v) const { return name(v).starts_with("_") ? "this catom" : "`" + name(v) + "`"; }
+    // A variable of ours stands for a catom that the rule names, @3, or for one that it leaves open.
+    std::string shown(VariableId v) const {
+        if (!name(v).starts_with("_")) return "`" + name(v) + "`";
+        for (const Clause& c : rule_.body) {
+            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+            for (const std::size_t side : {0u, 1u})
+                if (c.test.operands[side].is_variable() && c.test.operands[side].variable == v && !c.test.operands[1 - side].is_variable())
+                    return "`" + print(program_, rule_, c.test.operands[1 - side]) + "`";
+        }
+        return "this catom";
+    }
 
     // Of the facts that hold: what is only negated or aggregated leads nowhere.
     void links(const std::vector<Clause>& body, Graph& graph) const {
@@ -89,8 +99,9 @@ class Homes {
                               fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
         d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
         if (blame_pointer(body, at, d)) return;
-        d.help = name(at).starts_with("_") ? "join the catoms by `neighbor`"
-                                           : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
+        d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+                     ? "join the catoms by `neighbor`"
+                     : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
     }
 
     // A predicate that names the catom where a link would is not declared as one.
@@ -252,7 +263,9 @@ class Homes {
             }
             auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                                   fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
-            d.help = fmt::format("add `{}`", link(name(rule_.home), name(at)));
+            d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+                         ? "a head must be at a catom of the body or its neighbour"
+                         : fmt::format("add `{}`", link(name(rule_.home), name(at)));
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
         }
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "compiler/check/forall.h"
 #include "compiler/check/program.h"
 
 namespace meld::check {
@@ -40,6 +41,13 @@ std::string type_name(const Type& type) {
             return "vec3";
     }
     return "";
+}
+
+bool is_forall(const Clause& clause) {
+    if (clause.kind != Clause::Kind::Not || clause.inner.empty()) return false;
+    const Clause& last = clause.inner.back();
+    return last.kind == Clause::Kind::Not && clause.span.file == last.span.file && clause.span.begin == last.span.begin &&
+           clause.span.end == last.span.end;
 }
 
 TakeApart taken_apart(const Term& test) {

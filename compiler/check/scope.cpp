@@ -179,6 +179,7 @@ Term Scope::convert(Term term, const Type& wanted, const std::string& where, Spa
     if (term.op == Op::Constant)
         d.labels.push_back({program_.constants[term.constant].span,
                             fmt::format("`{}` is {}", program_.constants[term.constant].name, type_name(term.type))});
+    if (wanted == Type::Node && term.op == Op::Int) d.help = fmt::format("write @{} for the catom of this number", term.integer);
     if (wanted == Type::Int && term.type == Type::Float) d.help = "write truncate(...) to drop the fraction";
     if (wanted == Type::String && term.type == Type::Int) d.help = "write int2str(...)";
     if (wanted == Type::String && term.type == Type::Float) d.help = "write float2str(...)";

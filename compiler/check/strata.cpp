@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/check/check.h"
+#include "compiler/check/forall.h"
 #include "runtime/base/assert.h"
 
 namespace meld::check {
@@ -17,7 +18,8 @@ struct Edge {
     PredicateId from, to;  // The head reads this.
     Span span;
     bool negated = false;
-    bool aggregated = false;  // By an aggregate in a body.
+    const char* asks = "not";  // The word that negates, as a message has it.
+    bool aggregated = false;   // By an aggregate in a body.
     bool remote = false;
     bool waits = false;  // For all neighbours over this link.
 };
@@ -52,16 +54,19 @@ class Strata {
     void add_edges(const Rule& rule, const std::vector<Clause>& body, Edge around) {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) {
-                const Edge edge{rule.heads[0].atom.predicate,
-                                c.atom.predicate,
-                                c.atom.span,
-                                around.negated || c.kind == Clause::Kind::Delta,
-                                around.aggregated,
-                                c.atom.arguments[0].variable != rule.home};
+                const bool delta = c.kind == Clause::Kind::Delta;
+                const Edge edge{.from = rule.heads[0].atom.predicate,
+                                .to = c.atom.predicate,
+                                .span = c.atom.span,
+                                .negated = around.negated || delta,
+                                .asks = delta ? "delta" : around.asks,
+                                .aggregated = around.aggregated,
+                                .remote = c.atom.arguments[0].variable != rule.home};
                 edges_[rule.heads[0].atom.predicate.index()].push_back(edge);
             }
             Edge inside = around;
             inside.negated = true;
+            if (is_forall(c)) inside.asks = "forall";
             inside.aggregated = around.aggregated || c.kind == Clause::Kind::Aggregate;
             add_edges(rule, c.inner, inside);
         }
@@ -142,13 +147,21 @@ class Strata {
                            p, e, c);
                 else if (e.negated)
                     refuse(Kind::NegativeRecursion,
-                           p == e.to ? fmt::format("`{}` needs `not {}`: it would decide about itself", head.name, head.name)
-                                     : fmt::format("`{}` needs `not {}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name,
+                           p == e.to ? fmt::format("`{}` needs {}: it would decide about itself", head.name, question(e))
+                                     : fmt::format("`{}` needs {}, and `{}` needs `{}`", head.name, question(e),
                                                    program_.predicates[e.to].name, head.name),
                            p, e, c);
             }
         }
         if (c.tree) check_tree(c);
+    }
+
+    // `not p`, or p inside another word that asks for what is absent.
+    std::string question(const Edge& e) const {
+        const std::string& name = program_.predicates[e.to].name;
+        const std::string_view asks = e.asks;
+        if (asks == "not") return fmt::format("`not {}`", name);
+        return asks == "forall" ? fmt::format("a `forall` over `{}`", name) : fmt::format("the `{}` of `{}`", asks, name);
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.

@@ -7,6 +7,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/each_name.h"
+#include "compiler/check/types.h"
 
 namespace meld::check {
 
@@ -29,9 +30,9 @@ std::size_t parts_of(const syntax::Type& t) {
     return parts;
 }
 
-class TypeNames {
+class TypeNameExpansion {
   public:
-    TypeNames(syntax::Tree& tree, diagnostics::Reporter& report) : tree_(tree), report_(report) {}
+    TypeNameExpansion(syntax::Tree& tree, diagnostics::Reporter& report) : tree_(tree), report_(report) {}
 
     void run() {
         for (syntax::Item& item : tree_.items) {
@@ -41,7 +42,7 @@ class TypeNames {
         }
         for (auto& [name, alias] : aliases_) expand(name);
         for (const auto& [name, alias] : aliases_) must_be_known(alias.type);
-        EachName<TypeNames> walk(*this);
+        EachName<TypeNameExpansion> walk(*this);
         for (syntax::Item& item : tree_.items) {
             if (std::holds_alternative<syntax::Alias>(item)) continue;
             walk.item(item);
@@ -100,7 +101,7 @@ class TypeNames {
         Alias& alias = aliases_.at(name);
         if (alias.state != State::Waiting) return;
         alias.state = State::Busy;
-        EachName<TypeNames> walk(*this);
+        EachName<TypeNameExpansion> walk(*this);
         ++open_;
         walk.type(alias.type);
         --open_;
@@ -126,11 +127,7 @@ class TypeNames {
         if (is_type_word(t.name) || handles_.contains(t.name) || tree_.is_lost(t.name)) return;
         std::vector<std::string> names{"bool", "int", "float", "string", "node", "vec3"};
         for (const auto& [name, alias] : aliases_) names.push_back(name);
-        const std::string near = diagnostics::nearest_name(t.name, names);
-        report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help =
-            t.name == "thread" ? "a program has catoms and no threads of the machine: keep such facts at a catom, `node`"
-            : near.empty()     ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)"
-                               : fmt::format("did you mean `{}`?", near);
+        report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help = help_for_type(t.name, names);
     }
 
     void recursive(const std::string& name, Span use) {
@@ -168,6 +165,6 @@ class TypeNames {
 
 }  // namespace
 
-void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report) { TypeNames(tree, report).run(); }
+void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report) { TypeNameExpansion(tree, report).run(); }
 
 }  // namespace meld::check

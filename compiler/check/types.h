@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "compiler/check/program.h"
 #include "compiler/diagnostics/diagnostics.h"
@@ -18,6 +19,9 @@ const TypeNames& language_types();
 // The type that a program wrote; Type::Error, and a report, where a name in it is unknown. Names that the
 // tree lost to syntax errors are not missed.
 Type to_type(const syntax::Type& type, const TypeNames& names, const syntax::Tree& tree, diagnostics::Reporter& report);
+
+// What to say of a word that is no type: the name of `known` that was probably meant, also in another language, or all types.
+std::string help_for_type(const std::string& word, const std::vector<std::string>& known);
 
 // Whether some part of it is not known yet: `list _` of an empty list.
 bool has_unknown(const Type& type);

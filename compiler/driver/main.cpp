@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "compiler/diagnostics/explain.h"
+#include "compiler/diagnostics/most_severe.h"
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
 #include "runtime/base/deep_stack.h"
@@ -27,6 +28,7 @@ struct Options {
     std::string emit;
     std::string code;
     bool json = false;
+    bool all = false;
     bool quiet = false;
     bool explain_rules = false;
     CompileOptions compile;
@@ -38,6 +40,9 @@ int fail_with(const Error& error) {
     return static_cast<int>(error.code);
 }
 
+// A screen or two; what is at its end is read first, and what is cured at its start often cures the rest.
+constexpr std::size_t kMostMessages = 50;
+
 // Diagnostics go to standard error as text, or to standard output as JSON.
 void show(const Compilation& c, const Options& options) {
     if (options.json) {
@@ -45,7 +50,12 @@ void show(const Compilation& c, const Options& options) {
         return;
     }
     const auto colour = isatty(STDERR_FILENO) ? diagnostics::Colour::Always : diagnostics::Colour::Never;
-    std::cerr << diagnostics::render_text(c.files, c.report.sorted(), colour);
+    const std::vector<diagnostics::Diagnostic> all = c.report.sorted();
+    const bool some = !options.all && all.size() > kMostMessages;
+    std::cerr << diagnostics::render_text(c.files, some ? diagnostics::most_severe(all, kMostMessages) : all, colour);
+    if (some)
+        std::cerr << fmt::format("\n{} in all; {} are shown, and `meldc check {} --all` shows the others\n",
+                                 diagnostics::count_in_words(all), kMostMessages, options.file);
 }
 
 int run_check(Options& options) {
@@ -148,6 +158,7 @@ int run(int argc, char** argv) {
     for (CLI::App* sub : {check, compile}) {
         sub->add_option("FILE", options.file, "The program, a .meld file")->required();
         sub->add_flag("--json", options.json, "Print messages as JSON on standard output");
+        sub->add_flag("--all", options.all, "Print all messages, not only the 50 most severe");
         sub->add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
             ->type_name("DIR")
             ->take_all()
@@ -161,7 +172,7 @@ int run(int argc, char** argv) {
     compile
         ->add_option("-O", options.compile.optimisation,
                      "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")
-        ->check(CLI::Range(0, 3).description(""));
+        ->check(cli::whole_number(0, 3));
     compile->add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
         ->type_name("PASS");
     compile->add_option("--without", options.compile.plan.without, "Skip an optimizing pass of the planner; results do not change")
@@ -188,7 +199,7 @@ int run(int argc, char** argv) {
     lsp->add_flag("--stdio", over_stdio, "Serve over standard input and output; the only way, and the default");
 
     cli::add_common(app);
-    if (const std::optional<int> code = cli::parse(app, argc, argv, choices())) return *code;
+    if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;
     if (*check) return run_check(options);
     if (*compile) return run_compile(options);
     if (*lsp) return run_language_server();

@@ -162,7 +162,13 @@ class Recursion {
         for (const Replaced::Between& b : found->between)
             d.labels.push_back(
                 {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
-        d.help = keeps_greatest(program_.predicates[found->predicate].aggregate)
+        const Aggregate kept = program_.predicates[found->predicate].aggregate;
+        if (found->guard) {
+            d.help = fmt::format("leave the comparison out: `{}` keeps the {} by itself", aggregate_name(kept),
+                                 keeps_greatest(kept) ? "greatest" : "least");
+            return true;
+        }
+        d.help = keeps_greatest(kept)
                      ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
                      : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
         return true;

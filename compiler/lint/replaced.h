@@ -15,8 +15,9 @@ using source::Span;
 
 struct Replaced {
     PredicateId predicate;
-    Span made;   // The better value, in a head.
-    Span asked;  // What it does not pass: the value in a fact of a body, or a condition.
+    Span made;           // The better value, in a head.
+    bool guard = false;  // The rule asks whether the value that it makes is better than the one that is there.
+    Span asked;          // What it does not pass: the value in a fact of a body, or a condition.
     struct Between {
         PredicateId head, read;
         Span span;
@@ -26,7 +27,8 @@ struct Replaced {
 
 // m(A, 4) :- m(A, 3), also by way of other predicates, for a max: the 3 is gone as soon as it has led to the 4, and the 4 with it.
 // Only what happens at one catom, in rules that ask the component for nothing else, so that it is sure to where they fire.
-// Constants count for what they are.
+// Constants count for what they are. Or a rule makes a value where it is better than that of the same group, with a min:
+// v(A, Y) :- neighbor(A, B), v(A, X), v(B, Y), X > Y.
 std::optional<Replaced> replaced_by_itself(const Program& program, const Component& component);
 
 }  // namespace meld::lint

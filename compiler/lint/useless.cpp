@@ -2,8 +2,11 @@
 // parameters without a use. Facts may come from the world file and results may only be written out, so it speaks only where that
 // does not explain it.
 #include <algorithm>
+#include <deque>
 
+#include "compiler/check/forall.h"
 #include "compiler/lint/contradiction.h"
+#include "compiler/lint/linear_form.h"
 #include "compiler/lint/lint.h"
 
 namespace meld::lint {
@@ -62,12 +65,6 @@ class Useless {
             }
         }
     }
-    // It has become not (p, not (q)), where both stand for the whole.
-    static bool is_forall(const Clause& c) {
-        const Clause& last = c.inner.back();
-        return c.kind == Clause::Kind::Not && last.kind == Clause::Kind::Not && c.span.file == last.span.file &&
-               c.span.begin == last.span.begin && c.span.end == last.span.end;
-    }
     static std::string of_nothing(const Clause& c, const std::string& then) {
         if (c.aggregate == Aggregate::Custom && c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
         const std::string_view value = info(c.aggregate).of_nothing;
@@ -103,13 +100,63 @@ class Useless {
 
     // Whether these can never match; tells so, and what that means.
     bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
-        if (impossible(rule, around, conditions(body), kind, so, &body)) return true;
-        for (const Clause& c : body)
-            if (c.kind == Clause::Kind::Atom && links_itself(c.atom)) {
+        const auto known = with(around, conditions(sizes_of(body)));
+        if (impossible(rule, known, conditions(body), kind, so, &body)) return true;
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            if (links_itself(c.atom)) {
                 report_.add(kind, c.atom.span, "no catom is its own neighbour, " + so);
                 return true;
             }
+            if (const Term* nothing = count_of_nothing(c.atom)) {
+                report_.add(kind, nothing->span, fmt::format("{}, {}", kNoCount, so)).help =
+                    fmt::format("write `not {}` where there is nothing to count", any_of(rule, c.atom));
+                return true;
+            }
+        }
         return false;
+    }
+    static constexpr const char* kNoCount = "a `count` is at least 1: with nothing to count there is no fact";
+
+    // Where an atom asks for a count, which term does.
+    const Term* count_in(const Atom& a) const {
+        const Predicate& p = program_.predicates[a.predicate];
+        return p.aggregate == Aggregate::Count ? &a.arguments[p.aggregate_at] : nullptr;
+    }
+    const Term* count_of_nothing(const Atom& a) const {
+        const Term* count = count_in(a);
+        const auto number = count == nullptr ? std::nullopt : literal(*count);
+        return number && *number < 1 ? count : nullptr;
+    }
+    // N >= 1 for each variable that is a count, as clauses that live as long as this object.
+    const std::vector<Clause>& sizes_of(const std::vector<Clause>& body) {
+        std::vector<Clause>& sizes = sizes_.emplace_back();
+        for (const Clause& c : body) {
+            const Term* count = c.kind == Clause::Kind::Atom ? count_in(c.atom) : nullptr;
+            if (count == nullptr || !count->is_variable()) continue;
+            Term one;
+            one.op = Op::Int;
+            one.type = Type::Int;
+            one.integer = 1;
+            one.span = count->span;
+            Clause& size = sizes.emplace_back(Clause{.kind = Clause::Kind::Test, .span = count->span});
+            size.test.op = Op::GreaterEqual;
+            size.test.type = Type::Bool;
+            size.test.span = count->span;
+            size.test.operands = {*count, one};
+        }
+        return sizes;
+    }
+    bool is_size(const Term& test) const {
+        return std::any_of(sizes_.begin(), sizes_.end(), [&](const std::vector<Clause>& sizes) {
+            return std::any_of(sizes.begin(), sizes.end(), [&](const Clause& c) { return &c.test == &test; });
+        });
+    }
+    // The atom with a wildcard for its count: deg(A, _).
+    std::string any_of(const Rule& rule, Atom a) const {
+        Term& count = a.arguments[program_.predicates[a.predicate].aggregate_at];
+        count = Term{.op = Op::Anonymous, .type = count.type, .span = count.span};
+        return print(program_, rule, a);
     }
     bool impossible(const Rule& rule, const Around& around, const std::vector<Condition>& body, Kind kind, std::string so,
                     const std::vector<Clause>* clauses = nullptr) {
@@ -129,7 +176,8 @@ class Useless {
                               fmt::format("this is {} true{}, {}", denied || !found->test.holds ? "always" : "never", others, so));
         for (const Term* other : found->with) {
             const bool holds = std::none_of(around.begin(), around.end(), [&](const Condition& c) { return c.term == other && !c.holds; });
-            d.labels.push_back({other->span, !holds                    ? "where this is not so"
+            d.labels.push_back({other->span, is_size(*other)           ? "a count, which is at least 1"
+                                             : !holds                  ? "where this is not so"
                                              : found->with.size() == 1 ? "the other condition"
                                                                        : "one of the others"});
         }
@@ -247,6 +295,7 @@ class Useless {
     const Program& program_;
     std::uint32_t program_file_;
     diagnostics::Reporter& report_;
+    std::deque<std::vector<Clause>> sizes_;  // What is known of counts.
     std::vector<bool> read_, made_, given_;  // By predicate: in a body; the head of a view; the head of a linear rule.
 };
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 #include <utility>
 
@@ -27,6 +28,10 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
 bool is_collection(std::string_view word) { return is_one_of(word, {"list", "set", "array"}); }
 bool is_type_word(std::string_view word) {
     return is_collection(word) || is_one_of(word, {"bool", "int", "float", "string", "node", "catom", "module", "addr", "vec3"});
+}
+std::string lower_case(std::string word) {
+    for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return word;
 }
 bool is_aggregate(std::string_view word) { return declared_aggregate(word) != Aggregate::Custom; }
 // A word that stands for nothing but an aggregate.
@@ -157,7 +162,9 @@ Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at
         auto& diagnostic =
             report_.add(Kind::SyntaxError, word.span,
                         word.form == Form::Number ? fmt::format("expected a type, found `{}`", word.text) : "a type is expected here");
-        if (word.form == Form::Variable) diagnostic.help = fmt::format("the type stands before the name: int {}", word.text);
+        if (word.form == Form::Variable)
+            diagnostic.help = is_type_word(lower_case(word.text)) ? fmt::format("types are lower-case: `{}`", lower_case(word.text))
+                                                                  : fmt::format("the type stands before the name: int {}", word.text);
         return result;
     }
     if (is_collection(word.text)) {

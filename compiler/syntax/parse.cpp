@@ -79,7 +79,13 @@ class FileParser {
   private:
     std::uint32_t column(std::size_t index) const { return files_.file(file_).place(tokens_[index].span.begin).column; }
 
+    // The names that a broken item may have declared. A rule declares none.
     void lose(std::size_t begin, Tree& tree) const {
+        const auto declares = [](const Token& token) { return starts_declaration(token.kind); };
+        const bool fact_first = (tokens_[begin].kind == TokenKind::Name || tokens_[begin].kind == TokenKind::Variable) && begin + 1 < at_ &&
+                                tokens_[begin + 1].kind == TokenKind::LeftParen;
+        const auto from = tokens_.begin() + static_cast<std::ptrdiff_t>(begin), to = tokens_.begin() + static_cast<std::ptrdiff_t>(at_);
+        if (fact_first && std::none_of(from, to, declares)) return;
         for (std::size_t i = begin; i < at_; ++i)
             if (!tokens_[i].text.empty()) tree.lost.insert(tokens_[i].text);
     }

@@ -284,6 +284,12 @@ HeadItem Builder::head(Part part) {
                 const auto* one = std::get_if<IntLiteral>(&value->node);
                 if (one != nullptr && one->value == 1) return;
                 if (call == nullptr) {
+                    // p(A) <- q(A) reads as a comparison with -q(A).
+                    const auto* less = std::get_if<Binary>(&value->node);
+                    const auto* minus = less == nullptr ? nullptr : std::get_if<Unary>(&less->right->node);
+                    if (less != nullptr && less->op == BinaryOp::Less && minus != nullptr && minus->op == UnaryOp::Negate)
+                        return wrong({value->span.file, less->left->span.end, minus->operand->span.begin}, "`<-` is no arrow of Meld",
+                                     "write `:-`");
                     return wrong(
                         value->span, "a head is made of facts, and this is not one",
                         "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"

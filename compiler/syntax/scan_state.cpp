@@ -118,6 +118,21 @@ void ScanState::delay(const char* written) {
     token.text = "s";
 }
 
+void ScanState::computed_delay() {
+    wrong(Kind::SyntaxError, span(), "a delay is a number in the text: nothing is computed in it").help =
+        "write @+3 for ticks, @+250ms or @+2s for times; to wait for a computed number of ticks,\n"
+        "count down: `wait(A, N), N > 0 -o wait(A, N - 1)@+1.`";
+    // A delay stands in for it, so that the rule around it is not reported as well.
+    push(TokenKind::Delay).real = 1;
+}
+
+void ScanState::foreign_comment() {
+    if (++unexpected_count_ > kMaxUnexpected) return;
+    auto& diagnostic = report_.add(Kind::UnexpectedCharacter, {file_, begin_, begin_ + 1}, "`#` starts no comment");
+    diagnostic.help =
+        unexpected_count_ == kMaxUnexpected ? "more of these are not shown; is this file a Meld program?" : "comments start with `//`";
+}
+
 void ScanState::include_path(std::string_view written) {
     MELD_EXPECT(!written.empty(), "an include of nothing at {}", begin_);
     Token& token = push(TokenKind::IncludePath);

@@ -33,6 +33,10 @@ class ScanState {
     void bad_number();
     void run_argument(const char* written);
     void delay(const char* written);
+    // @+N, @+(N + 1), or nothing behind the plus.
+    void computed_delay();
+    // A line that another language has for a comment.
+    void foreign_comment();
     void include_path(std::string_view written);
     void unexpected_character(std::string_view help = {});
     void single_quotes();

@@ -3,54 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <filesystem>
 #include <iostream>
+#include <string_view>
 
 #include "runtime/base/error.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/version.h"
 #include "runtime/cli/tables.h"
+#include "runtime/cli/usage_error.h"
 
 namespace meld::cli {
 namespace {
 
 const std::vector<std::string_view> kShells = {"bash", "zsh", "fish"};
 
-int usage_error(const std::string& where, const Error& error) {
-    std::cerr << where << ": " << error.message() << "\n";
-    return static_cast<int>(ExitCode::UsageOrWorld);
-}
-
 const CLI::App* command_named(const CLI::App& app, const std::string& name) {
     const std::vector<const CLI::App*> found = app.get_subcommands([&name](const CLI::App* each) { return each->get_name() == name; });
     return found.empty() ? nullptr : found[0];
-}
-
-std::vector<std::string> command_names(const CLI::App& app) {
-    std::vector<std::string> names;
-    for (const CommandRow& command : commands_of(app)) names.push_back(command.name);
-    return names;
-}
-
-std::string nearest_of(const std::string& word, const std::vector<std::string>& known) {
-    const std::vector<std::string_view> views(known.begin(), known.end());
-    return did_you_mean(word, views);
-}
-
-int no_such_command(const CLI::App& app, const std::string& name) {
-    return usage_error(app.get_name(), {fmt::format("there is no command '{}'", name), nearest_of(name, command_names(app))});
-}
-
-// Names the nearest option where there is one; the list of all would be long.
-int no_such_option(const CLI::App& command, const std::string& where, const std::string& argument) {
-    const std::string option = argument.substr(0, argument.find('='));
-    std::vector<std::string> known;
-    for (const OptionRow& row : options_of(command))
-        for (const std::string& name : {row.short_name, row.long_name})
-            if (!name.empty()) known.push_back(name);
-    const std::vector<std::string_view> views(known.begin(), known.end());
-    const std::optional<std::string_view> near = nearest_name(option, views);
-    const std::string cure = near ? fmt::format("did you mean '{}'?", *near) : fmt::format("'{} --help' lists the options", where);
-    return usage_error(where, {fmt::format("there is no option '{}'", option), cure});
 }
 
 int print(const std::string& text) {
@@ -59,28 +30,25 @@ int print(const std::string& text) {
 }
 
 // `help`, `help COMMAND` and `help --man`.
-int help(const CLI::App& app, const std::string& name, bool manual) {
+int help(const CLI::App& app, const std::string& name, bool manual, const Elsewhere& elsewhere) {
     if (manual) return print(manual_page(app));
     if (name.empty()) return print(app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
     const CLI::App* command = command_named(app, name);
-    return command == nullptr ? no_such_command(app, name) : print(command->help(app.get_name()));
+    return command == nullptr ? no_such_command(app, name, elsewhere) : print(command->help(app.get_name()));
 }
 
-int report(const CLI::App& app, const CLI::ParseError& error, int argc, const char* const* argv) {
-    const std::vector<CLI::App*> chosen = const_cast<CLI::App&>(app).get_subcommands();
-    if (chosen.empty() && !app.get_subcommands([](const CLI::App*) { return true; }).empty()) {
-        if (argc > 1 && argv[1][0] != '-') return no_such_command(app, argv[1]);
-        if (argc == 1) return usage_error(app.get_name(), {"a command is needed", fmt::format("'{} help' lists them", app.get_name())});
-    }
-    const CLI::App& command = chosen.empty() ? app : *chosen.back();
-    const std::string where = app.get_name() + (chosen.empty() ? "" : " " + command.get_name());
-    const std::vector<std::string> unknown = app.remaining(true);
-    const auto option =
-        std::find_if(unknown.begin(), unknown.end(), [](const std::string& word) { return word.size() > 1 && word[0] == '-'; });
-    if (option != unknown.end()) return no_such_option(command, where, *option);
-    if (!unknown.empty() && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
-        return usage_error(where, {fmt::format("'{}' is one argument too many", unknown[0]), fmt::format("see '{} --help'", where)});
-    return usage_error(where, {error.what(), fmt::format("see '{} --help'", where)});
+// The command in `meldsim run help`, unless there is a file of that name.
+const CLI::App* asked_for_help(const CLI::App& app, int argc, const char* const* argv) {
+    std::error_code error;
+    if (argc != 3 || std::string_view(argv[2]) != "help" || std::filesystem::exists("help", error)) return nullptr;
+    const CLI::App* command = command_named(app, argv[1]);
+    return command == nullptr || command->get_name() == "help" ? nullptr : command;
+}
+
+// `--json=no` would read as a flag with a value, which none of them has.
+void refuse_values_of_flags(CLI::App& command) {
+    for (CLI::Option* option : command.get_options())
+        if (option->get_items_expected_max() == 0) option->disable_flag_override();
 }
 
 }  // namespace
@@ -98,20 +66,33 @@ void add_common(CLI::App& app) {
                                   "completions/{0}",
                                   app.get_name()));
     completion->add_option("SHELL", "bash, zsh or fish")->required();
+    for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) refuse_values_of_flags(*command);
 }
 
-std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Choices& choices) {
+CLI::Validator whole_number(std::int64_t least, std::int64_t greatest) {
+    const auto check = [least, greatest](const std::string& text) {
+        std::int64_t number = 0;
+        const char* const last = text.data() + text.size();
+        const auto [end, error] = std::from_chars(text.data(), last, number);
+        if (error == std::errc() && end == last && least <= number && number <= greatest) return std::string();
+        return fmt::format("takes a whole number from {} to {}, not '{}'", least, greatest, text);
+    };
+    return {check, ""};
+}
+
+std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Choices& choices, const Elsewhere& elsewhere) {
+    if (const CLI::App* command = asked_for_help(app, argc, argv)) return print(command->help(app.get_name()));
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& success) {
         return app.exit(success);
     } catch (const CLI::ParseError& error) {
-        return report(app, error, argc, argv);
+        return report_usage(app, error, argc, argv, elsewhere);
     }
     const CLI::App* help_command = command_named(app, "help");
     if (help_command != nullptr && help_command->parsed()) {
         const CLI::Option* name = help_command->get_option("COMMAND");
-        return help(app, name->count() == 0 ? "" : name->results()[0], help_command->get_option("--man")->count() > 0);
+        return help(app, name->count() == 0 ? "" : name->results()[0], help_command->get_option("--man")->count() > 0, elsewhere);
     }
     const CLI::App* completion_command = command_named(app, "completion");
     if (completion_command != nullptr && completion_command->parsed()) {

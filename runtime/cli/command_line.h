@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,12 +14,18 @@ namespace meld::cli {
 // The words that an option or a command's argument may be, for completion: "--emit" or "explain" to its words.
 using Choices = std::map<std::string, std::vector<std::string>>;
 
+// The commands of another program that users look for in this one, with the program: "run" to "meldsim".
+using Elsewhere = std::map<std::string, std::string>;
+
+// The check of an option whose value is a whole number from `least` to `greatest`, with a message that says so.
+CLI::Validator whole_number(std::int64_t least, std::int64_t greatest);
+
 // Adds `--version` and the commands `help` and `completion`. Call it after all commands of the program are added.
 void add_common(CLI::App& app);
 
 // Reads the command line. Returns the exit code if the program is to end here: after help, a version, a manual page or
 // completion, which are printed, or after a usage error, which is reported on standard error.
-std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Choices& choices = {});
+std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Choices& choices = {}, const Elsewhere& elsewhere = {});
 
 // The manual page of a program, in roff.
 std::string manual_page(const CLI::App& app);

@@ -33,14 +33,12 @@ int main(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     r->add_option("--ticks", run.ticks, "Stop after this many ticks")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
     r->add_option("-n,--processes", run.processes, "Number of processes, started through mpirun")
-        ->check(CLI::Range(1, 100000).description(""))
+        ->check(cli::whole_number(1, 100000))
         ->capture_default_str();
-    r->add_option("--threads", run.threads, "Worker threads in each process")
-        ->check(CLI::Range(1, 1024).description(""))
-        ->capture_default_str();
+    r->add_option("--threads", run.threads, "Worker threads in each process")->check(cli::whole_number(1, 1024))->capture_default_str();
     r->add_option("--set", run.set, "Give a constant of the program another value: name=value")
         ->type_name("NAME=VALUE")
         ->take_all()
@@ -58,10 +56,10 @@ int main(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     r->add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
-        ->check(CLI::Range(0, 3).description(""))
+        ->check(cli::whole_number(0, 3))
         ->type_name("N");
     r->add_option("--seed", run.seed, "The seed of all random numbers")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 1).description(""))
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
@@ -73,8 +71,11 @@ int main(int argc, char** argv) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
     w->add_option("FILE", world_path, "The world, a .toml file")->required();
+    std::vector<std::string> world_extensions;
+    w->add_option("--extension", world_extensions, "As of meldsim run; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
 
     cli::add_common(app);
-    if (const std::optional<int> code = cli::parse(app, argc, argv)) return *code;
-    return *r ? run_command(std::move(run)) : world_command(world_path);
+    const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
+    if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return *code;
+    return *r ? run_command(std::move(run)) : world_command(world_path, world_extensions);
 }

@@ -65,9 +65,10 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     return text;
 }
 
-std::string summary_table(const sim::Summary& s, int processes, int threads) {
+std::string summary_table(const sim::Summary& s, const std::string& world, int processes, int threads) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
+    row("world", world);
     row("ended", ending_text(s.ending));
     row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
     row("catoms", grouped(s.catoms));
@@ -77,7 +78,7 @@ std::string summary_table(const sim::Summary& s, int processes, int threads) {
     row("linear messages",
         grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
     if (processes > 1) row("between processes", format_bytes(s.sent_bytes));
-    row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
+    if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
@@ -85,10 +86,19 @@ std::string summary_table(const sim::Summary& s, int processes, int threads) {
     return text;
 }
 
-std::string summary_json(const sim::Summary& s, int processes, int threads) {
+std::string warning_of_dropped(const sim::Summary& s) {
+    if (s.dropped == 0) return "";
+    return fmt::format(
+        "{} linear fact{} dropped, since the catom {} for was no longer a neighbour. Declare `type linear undelivered-p(node, node To, "
+        "...)` for the predicate p that is sent, and they come back",
+        grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
+}
+
+std::string summary_json(const sim::Summary& s, const std::string& world, int processes, int threads) {
     nlohmann::ordered_json stages = nlohmann::ordered_json::object();
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
-    const nlohmann::ordered_json json = {{"ended", ending_name(s.ending)},
+    const nlohmann::ordered_json json = {{"world", world},
+                                         {"ended", ending_name(s.ending)},
                                          {"ticks", s.ticks},
                                          {"catoms", s.catoms},
                                          {"evaluations", s.evaluations},

@@ -9,7 +9,10 @@ namespace meld::driver {
 
 // "tick 120  2,304 awake  1.2 M derivations/s  3.4 M messages/s  74 bytes/catom  ..."; seconds: since the run began.
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick);
-std::string summary_table(const sim::Summary& summary, int processes, int threads);
-std::string summary_json(const sim::Summary& summary, int processes, int threads);
+// `world`: the path of its file, or what stands for one.
+std::string summary_table(const sim::Summary& summary, const std::string& world, int processes, int threads);
+// Says that linear facts were dropped; empty: none were.
+std::string warning_of_dropped(const sim::Summary& summary);
+std::string summary_json(const sim::Summary& summary, const std::string& world, int processes, int threads);
 
 }  // namespace meld::driver

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
@@ -55,9 +56,9 @@ Result<world::World> choose_world(const RunOptions& options) {
         const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
         if (std::filesystem::exists(beside)) path = beside;
     }
-    Result<world::World> world =
-        path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "(the cube of 1,000 catoms)")
-                     : world::read_world(path);
+    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
+                                                                   "the default, a cube of 1,000 catoms")
+                                              : world::read_world(path);
     if (!world) return world;
     if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
     if (options.given.size() > 9)
@@ -188,10 +189,12 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (!options.facts_out.empty())
         if (auto written = record::write_facts(simulation.subdomain(), options.facts_out); !written)
             return tl::unexpected<Error>(written.error());
+    // Also with --quiet: facts are missing.
+    if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && options.json)
-        fmt::print("{}", summary_json(simulation.summary(), comm.processes(), options.threads));
+        fmt::print("{}", summary_json(simulation.summary(), world->path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        fmt::print("{}", summary_table(simulation.summary(), comm.processes(), options.threads));
+        fmt::print("{}", summary_table(simulation.summary(), world->path, comm.processes(), options.threads));
     std::fflush(stdout);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }

@@ -4,34 +4,70 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/units.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/driver/extension_file.h"
+#include "runtime/driver/memory_check.h"
+#include "runtime/sim/choices.h"
+#include "runtime/sim/simulation.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/target.h"
 
 namespace meld::driver {
 
-int world_command(const std::string& path) {
-    const auto tell = [](const Error& error) {
-        fmt::print(stderr, "meldsim: {}\n", error.message());
-        return static_cast<int>(error.code);
-    };
-    const Result<world::World> world = world::read_world(path);
-    if (!world) return tell(world.error());
-    const Result<world::WorldSize> size = world::measure(*world);
-    if (!size) return tell(size.error());
-    const world::Lattice lattice(world->lattice);
-    fmt::print("{}: {} lattice, ", path, lattice.name());
+namespace {
+
+// A module of no program: it has neither predicates nor rules.
+constexpr ModuleInfo kNoProgram = {.abi_version = kAbiVersion};
+
+void print_size(const world::World& world, const world::WorldSize& size) {
+    const world::Lattice lattice(world.lattice);
+    fmt::print("{}: {} lattice, ", world.path, lattice.name());
     // Counting is exact and quick up to some hundred million.
-    if (size->cells_estimate < 2e8)
-        fmt::print("{} catoms", world::count_catoms(*world, lattice));
+    if (size.cells_estimate < 2e8)
+        fmt::print("{} catoms", world::count_catoms(world, lattice));
     else
-        fmt::print("about {} catoms", format_count(size->cells_estimate));
-    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size->first.x, size->first.y, size->first.z, size->last.x, size->last.y,
-               size->last.z);
-    if (!world->target) return 0;
-    const Result<world::Target> target = world::Target::make(*world, lattice);
-    if (!target) return tell(target.error());
-    fmt::print("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
-    return 0;
+        fmt::print("about {} catoms", format_count(size.cells_estimate));
+    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size.first.x, size.first.y, size.first.z, size.last.x, size.last.y,
+               size.last.z);
+}
+
+// Whether a run could start: the catoms take their places, and the motion takes them over. What only a program can judge is
+// left out: facts, settings and components.
+Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry) {
+    if (const auto fits = check_memory(world, kNoProgram, 1, 1); !fits) return tl::unexpected<Error>(fits.error());
+    world.components.clear();
+    world.facts.clear();
+    world.events.clear();
+    world.set.clear();
+    const auto alone = comm::make_single();
+    sim::Simulation simulation(kNoProgram, world, target, *alone, 1);
+    return simulation.start(registry);
+}
+
+Result<void> check_world(const std::string& path, const std::vector<std::string>& extensions) {
+    const Result<world::World> world = world::read_world(path);
+    if (!world) return tl::unexpected<Error>(world.error());
+    const Result<world::WorldSize> size = world::measure(*world);
+    if (!size) return tl::unexpected<Error>(size.error());
+    const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    sim::Registry registry = sim::Registry::standard();
+    if (const auto added = add_extensions(extensions, registry); !added) return added;
+    if (const auto known = sim::check_choices(registry, *world); !known) return known;
+    print_size(*world, *size);
+    if (world->target)
+        fmt::print("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    return check_start(*world, *target, registry);
+}
+
+}  // namespace
+
+int world_command(const std::string& path, const std::vector<std::string>& extensions) {
+    const Result<void> done = check_world(path, extensions);
+    std::fflush(stdout);
+    if (done) return 0;
+    fmt::print(stderr, "meldsim: {}\n", done.error().message());
+    return static_cast<int>(done.error().code);
 }
 
 }  // namespace meld::driver

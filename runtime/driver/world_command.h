@@ -2,9 +2,12 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace meld::driver {
 
-int world_command(const std::string& path);
+// Prints the size of the world and its target, and reports what would keep a run from starting there, as far as no program is
+// needed to tell. `extensions` are shared objects that the world may choose from. Returns the exit code.
+int world_command(const std::string& path, const std::vector<std::string>& extensions);
 
 }  // namespace meld::driver

@@ -18,14 +18,24 @@ std::string place(const ModuleInfo& module, const RuleInfo& rule) {
     return file.empty() || file == std::string(module.program_name) + ".meld" ? "" : fmt::format(" of {}", file);
 }
 
-// The predicates of a column as the program names them; what the compiler has made of `p` is called p@...
+// A predicate as the program names it. What the compiler has made of `p` is called p@..., p' or p'facts.
+std::string_view own_name(const ModuleInfo& module, u32 predicate) {
+    std::string_view name = module.predicates[predicate].name;
+    if (!module.predicates[predicate].auxiliary) return name;
+    name = name.substr(0, name.find('@'));
+    if (name.ends_with("'facts")) name.remove_suffix(6);
+    if (name.ends_with("'")) name.remove_suffix(1);
+    return name;
+}
+
+// The predicates of a column as the program names them.
 std::string kept_in(const ModuleInfo& module, u32 column) {
     std::string names;
     if (column >= module.column_count) return names;
     for (u32 i = 0; i < module.predicate_count; ++i) {
         if (module.predicates[i].column != column) continue;
-        const std::string_view name = module.predicates[i].name;
-        names += fmt::format("{}`{}`", names.empty() ? "" : " or ", name.substr(0, name.find('@')));
+        const std::string quoted = fmt::format("`{}`", own_name(module, i));
+        if (names.find(quoted) == std::string::npos) names += (names.empty() ? "" : " or ") + quoted;
     }
     return names;
 }
@@ -48,9 +58,11 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
     std::string where = fmt::format("at catom @{} in tick {}", f.catom, f.tick);
     if (f.rule != kNone32) {
         const RuleInfo& rule = module.rules[f.rule];
-        std::string_view text = rule.text;
+        std::string_view name = rule.name, text = rule.text;
         if (text.ends_with('.')) text.remove_suffix(1);
-        where = fmt::format("in rule {}{} {}: {}", rule.name, place(module, rule), where, text);
+        // What the compiler made for the facts of p is called p@...
+        where = *rule.file == '\0' ? fmt::format("among the facts of `{}` {}", name.substr(0, name.find('@')), where)
+                                   : fmt::format("in rule {}{} {}: {}", name, place(module, rule), where, text);
     } else if (const std::string names = kept_in(module, f.column); !names.empty()) {
         where = fmt::format("among the facts of {} {}", names, where);
     }

@@ -8,6 +8,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bodies/free_motion.h"
+#include "runtime/sim/choices.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/lattice_motion.h"
@@ -66,6 +67,15 @@ Result<Registry::Choice> Registry::choose(const std::string& interface, const st
     if (found) return *found;
     if (names.empty()) return fail("there is no interface '" + interface + "'", did_you_mean(interface, interfaces));
     return fail(fmt::format("there is no implementation '{}' of {}", name, interface), did_you_mean(name, names));
+}
+
+Result<void> check_choices(const Registry& registry, const world::World& world) {
+    if (const auto found = registry.choose("motion", world.motion.kind); !found)
+        return fail(world.path + ": [motion] kind: " + found.error().problem, found.error().suggestion);
+    for (const auto& [interface, name] : world.components)
+        if (const auto found = registry.choose(interface, name); !found)
+            return fail(world.path + ": [components] " + found.error().problem, found.error().suggestion);
+    return {};
 }
 
 Registry Registry::standard() {

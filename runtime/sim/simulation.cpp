@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "runtime/base/stage_clock.h"
+#include "runtime/sim/choices.h"
 
 namespace meld::sim {
 
@@ -52,6 +53,7 @@ Result<void> Simulation::make(const std::string& interface, const std::string& n
 Result<void> Simulation::start(const Registry& registry) {
     const double before = wall_seconds();
     const world::World& world = subdomain_.world;
+    if (auto known = check_choices(registry, world); !known) return known;
     if (auto made = make("motion", world.motion.kind, registry); !made) return made;
     for (const auto& [interface, name] : world.components)
         if (auto made = make(interface, name, registry); !made)
@@ -60,6 +62,7 @@ Result<void> Simulation::start(const Registry& registry) {
     if (auto done = subdomain_.populate(); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
     subdomain_.refresh();
+    summary_.catoms = subdomain_.next_id();
     summary_.setup_seconds = wall_seconds() - before;
     return {};
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "runtime/base/hash.h"
+#include "runtime/world/nearest_cell.h"
 #include "runtime/world/shape_tree.h"
 #include "runtime/world/world_file.h"
 
@@ -146,6 +147,11 @@ Error too_wide(const Box& box, double cells) {
 
 }  // namespace
 
+Cell nearest_cell(const Vec3& position) {
+    const auto nearest = [](double x) { return static_cast<std::int32_t>(std::clamp(std::round(x), -1e6, 1e6)); };
+    return {nearest(position[0]), nearest(position[1]), nearest(position[2])};
+}
+
 Result<WorldSize> measure(const World& world) {
     const Lattice lattice(world.lattice);
     WorldSize size;
@@ -165,8 +171,12 @@ Result<WorldSize> measure(const World& world) {
         size.cells_upper_bound += 1;
         size.cells_estimate += 1;
     }
-    size.cells_upper_bound += static_cast<double>(world.placed.size());
-    size.cells_estimate += static_cast<double>(world.placed.size());
+    for (const PlacedCatom& placed : world.placed) {
+        const Cell cell = nearest_cell(placed.position);
+        widen(size, cell, cell);
+        size.cells_upper_bound += 1;
+        size.cells_estimate += 1;
+    }
     if (size.cells_upper_bound == 0) {
         return fail("no catom: the body is empty", world.body.root() ? "make its shape larger" : "add a [[body]] with a shape or cells");
     }

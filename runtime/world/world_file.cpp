@@ -280,6 +280,16 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     return world;
 }
 
+// What to do where TOML itself is wrong, of the mistakes that are common.
+std::string cure_of(std::string_view mistake) {
+    const auto has = [mistake](std::string_view text) { return mistake.find(text) != std::string_view::npos; };
+    if (has("could not determine value type")) return "write a text in quotes: lattice = \"square\"";
+    if (has("control characters")) return "a text in quotes ends on its line: is its second quote missing?";
+    if (has("expected '='")) return "write key = value";
+    if (has("cannot redefine")) return "give each key once; what there may be several of has two brackets: [[body]]";
+    return "";
+}
+
 }  // namespace
 
 Result<World> parse_world(const std::string& text, const std::string& path) {
@@ -290,7 +300,7 @@ Result<World> parse_world(const std::string& text, const std::string& path) {
     try {
         table = toml::parse(std::string_view(text), std::string_view(path));
     } catch (const toml::parse_error& error) {
-        return fail(fmt::format("{}: {}", reader.place(error.source()), error.description()));
+        return fail(fmt::format("{}: {}", reader.place(error.source()), error.description()), cure_of(error.description()));
     }
     World world = read_sections(reader, table);
     if (reader.error()) return tl::unexpected(*reader.error());

@@ -91,8 +91,8 @@ class Usage(Case):
     def test_values_out_of_range(self):
         for option, value in (("-n", "0"), ("-n", "x"), ("--threads", "0"), ("--ticks", "-1"),
                               ("--ticks", "99999999999999999999"), ("--seed", "-2")):
-            self.refused("meldsim", "run", "p.meld", option, value, code=2, says=f"Value {value} not in range")
-        self.refused("meldc", "compile", "p.meld", "-O", "9", code=2, says="not in range 0 to 3")
+            self.refused("meldsim", "run", "p.meld", option, value, code=2, says=f", not '{value}'")
+        self.refused("meldc", "compile", "p.meld", "-O", "9", code=2, says="a whole number from 0 to 3")
 
     def test_unknown_stage_and_code(self):
         self.refused("meldc", "compile", "p.meld", "--emit=plam", code=2, says=["'plam'", "tokens, ast, program, plan, cpp and module"])

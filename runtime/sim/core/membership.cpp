@@ -7,6 +7,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
 #include "runtime/tuple/facts.h"
+#include "runtime/world/nearest_cell.h"
 
 namespace meld::sim {
 
@@ -23,10 +24,7 @@ bool reads_positions(const ModuleInfo& module) {
 
 }  // namespace
 
-Cell nearest_cell(const world::Vec3& position) {
-    const auto nearest = [](double x) { return static_cast<std::int32_t>(std::clamp(std::round(x), -1e6, 1e6)); };
-    return {nearest(position[0]), nearest(position[1]), nearest(position[2])};
-}
+Cell nearest_cell(const world::Vec3& position) { return world::nearest_cell(position); }
 
 Membership::Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm)
     : ensemble(world::Lattice(world.lattice), target),

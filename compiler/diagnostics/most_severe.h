@@ -1,0 +1,18 @@
+// Which diagnostics are shown where there are too many to read.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "compiler/diagnostics/diagnostics.h"
+
+namespace meld::diagnostics {
+
+// The most severe of them, at most `most`, in their order.
+std::vector<Diagnostic> most_severe(const std::vector<Diagnostic>& diagnostics, std::size_t most);
+
+// "3 errors, 1 warning and 2 notes"; empty for none.
+std::string count_in_words(const std::vector<Diagnostic>& diagnostics);
+
+}  // namespace meld::diagnostics

@@ -1,0 +1,12 @@
+// What a world chooses by name.
+#pragma once
+
+#include "runtime/base/error.h"
+#include "runtime/sim/core/extension.h"
+
+namespace meld::sim {
+
+// Whether the registry has all that a world chooses: its motion and its components. Errors name file and key.
+Result<void> check_choices(const Registry& registry, const world::World& world);
+
+}  // namespace meld::sim
