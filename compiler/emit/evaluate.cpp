@@ -31,6 +31,7 @@ RuleId culprit(const plan::Plan& plan, const Stratum& stratum) {
 std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
 
 void run_all_rules(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+    if (plan::may_fail(plan.program, stratum)) w.raw("derive_anew(*s.e);");
     for (const RulePlan& r : stratum.rules) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
 }
 
@@ -229,9 +230,12 @@ void emit_stratum(const plan::Plan& plan, const Stratum& stratum, std::size_t nu
     w.open(fmt::format("MELD_STEP static u64 evaluate_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
     w.raw("u64 changed = 0;");
     for (const PredicateId p : stratum.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
+    const bool fails = plan::may_fail(plan.program, stratum);
+    if (fails) w.line("s.e->stratum = {};", number);
     if (rows)
-        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && evaluate_{}_rows(s, todo, changed)) return changed;",
-               hex((stratum.inputs | kDirtyBorn | kDirtyLinks) & ~stratum.deltas.inputs), number);
+        w.line("if ((todo & {}) == 0 && !s.again && s.e->trap == Trap::None && {}evaluate_{}_rows(s, todo, changed)) return changed;",
+               hex((stratum.inputs | kDirtyBorn | kDirtyLinks) & ~stratum.deltas.inputs),
+               fails ? fmt::format("(s.e->undefined & undefined_bit({})) == 0 && ", number) : "", number);
     switch (stratum.recursion) {
         case Recursion::None:
         case Recursion::Tree:
@@ -306,6 +310,8 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.line("if (todo & {}) todo |= evaluate_{}(s{});", hex(plan.strata[i].inputs), i,
                plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
     if (linear) {
+        if (plan::may_fail(plan))
+            w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
         w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
         w.raw("if ((todo & kLinearInputs[r]) | (s.lowered & kLinearAbsent[r])) s.active[r] = true;");
         w.close();
@@ -329,6 +335,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("s.again = true;");
         w.close();
     }
+    if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, would_act);");
     w.raw("if (e.trap != Trap::None) return;");
     w.raw("e.rule = kNone32;");
     w.raw("act(s);");
@@ -371,6 +378,10 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     w.raw("e->dirty = dirty[i];");
     w.raw("e->arena = e->arena_start;");
     w.raw("e->draws = e->depth = 0;");
+    if (plan::may_fail(plan)) {
+        w.raw("e->undefined = 0;");
+        w.raw("if (e->subdomain->undefined) [[unlikely]] e->host->undefined(e);");
+    }
     w.raw("evaluate_catom(s, dirty[i]);");
     w.close();
     w.close();

@@ -1,5 +1,6 @@
 // Emits what a rule makes of its matches: aggregates, facts, messages, actions.
 #include <algorithm>
+#include <utility>
 
 #include "compiler/emit/rule_emitter.h"
 
@@ -47,7 +48,9 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
     const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.initial);
     w_.open("{");
     const std::size_t outside = w_.depth();
+    const bool leaves_out = std::exchange(leaves_out_, false);
     steps(s.steps);
+    leaves_out_ = leaves_out;
     fold_in(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, folded_type(f)));
     close_to(outside);
     w_.close();
@@ -58,7 +61,10 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
         condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
     else
         bind(s.variable, folded(f));
-    if (!condition.empty()) w_.open(fmt::format("if ({}) {{", condition));
+    if (!condition.empty())
+        w_.open(fmt::format("if ({}) {{", defined(condition, true)));
+    else
+        only_if_defined(true);
 }
 
 std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const Term& t) {
@@ -93,6 +99,7 @@ void RuleEmitter::propose(const HeadPlan& h) {
         w_.line("row.rank = {};", ranks.empty() ? "0" : "rank_above(" + ranks + ")");
     }
     if (plan_.of(h.predicate).waits) heard_from(h);
+    only_if_defined(plan::may_fail(plan_.program, h.arguments));
     w_.line("s.{}.propose(*s.e, row);", name);
 }
 

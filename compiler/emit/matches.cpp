@@ -40,6 +40,7 @@ std::string RuleEmitter::group_row(const Match& s) {
         // What does not fit is in no row.
         if (narrow) fits_ += fmt::format(" && {} == {}", field, value);
     }
+    only_if_defined(plan::may_fail(plan_.program, s.arguments));
     return group;
 }
 
@@ -77,7 +78,8 @@ void RuleEmitter::match_link(const Match& s, const std::string& f) {
         scope_.places.insert(other.variable);
         w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}.a1]);", scope_.at(other.variable), f);
     } else if (s.uses[0] == ArgumentUse::Compare) {
-        w_.line("if (s.g->catom_id[s.neighbour[{}.a1]] != {}) continue;", f, term(scope_, other));
+        w_.open(fmt::format("if ({}) {{", defined(fmt::format("s.g->catom_id[s.neighbour[{}.a1]] == {}", f, term(scope_, other)),
+                                                  plan::may_fail(plan_.program, other))));
     }
     use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
@@ -150,7 +152,8 @@ void RuleEmitter::step(const plan::ChangeSince& s) {
                        : s.compare == Op::LessEqual    ? "<="
                        : s.compare == Op::GreaterEqual ? ">="
                                                        : ">";
-    w_.open(fmt::format("if ({} {} {}) {{", change, sign, term_as(scope_, s.bound, Type::Float)));
+    const std::string condition = fmt::format("{} {} {}", change, sign, term_as(scope_, s.bound, Type::Float));
+    w_.open(fmt::format("if ({}) {{", defined(condition, plan::may_fail(plan_.program, s.bound))));
 }
 
 void RuleEmitter::step(const plan::EachElement& s) {
@@ -159,6 +162,7 @@ void RuleEmitter::step(const plan::EachElement& s) {
     const std::string value = from_word(type, fmt::format("item({}, {})", list, i));
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable);
     w_.line("const ListRef {} = {};", list, term(scope_, s.list));
+    only_if_defined(plan::may_fail(plan_.program, s.list));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < count_of({1}); ++{0}) {{", i, list));
     if (known)
         w_.open(fmt::format("if ({}) {{", equal(type, value, scope_.value(s.variable))));
@@ -247,7 +251,9 @@ void RuleEmitter::step(const plan::Unless& s) {
     const std::string found = fresh("found");
     w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
     const std::size_t outside = w_.depth();
+    const bool leaves_out = std::exchange(leaves_out_, false);
     steps(s.steps);
+    leaves_out_ = leaves_out;
     w_.raw("return true;");
     const bool always = w_.depth() == outside;
     close_to(outside);
@@ -255,7 +261,7 @@ void RuleEmitter::step(const plan::Unless& s) {
     w_.close("};");
     restore(before);
     consumed_ = taken;
-    w_.open(fmt::format("if (!{}()) {{", found));
+    w_.open(fmt::format("if ({}) {{", defined(fmt::format("!{}()", found), plan::may_fail(plan_.program, s.steps))));
 }
 
 }  // namespace meld::emit

@@ -51,6 +51,14 @@ class RuleEmitter {
     // makes joins the bags when it is done, and given facts are read as they were.
     void freeze();
     void close_to(std::size_t depth);
+    // Of a view: the same condition, false where computing it failed.
+    std::string defined(const std::string& condition, bool fails) const {
+        return leaves_out_ && fails ? fmt::format("defined(*s.e, {})", condition) : condition;
+    }
+    // Of a view: what follows happens only where all has gone well so far.
+    void only_if_defined(bool fails) {
+        if (leaves_out_ && fails) w_.open("if (defined(*s.e)) {");
+    }
     std::string fresh(const char* stem) { return fmt::format("{}{}", stem, scope_.next++); }
     void steps(const std::vector<Step>& all);
     void bind(VariableId v, const std::string& value);
@@ -73,7 +81,7 @@ class RuleEmitter {
     template <class Value>
     void use(const Match& s, const Value& value) {
         std::string conditions;
-        std::vector<std::pair<VariableId, std::string>> binds;
+        bool fails = false;
         for (std::size_t i = 1; i <= s.arguments.size(); ++i) {
             const Term& t = s.arguments[i - 1];
             if (s.uses[i - 1] == ArgumentUse::Bind) {
@@ -81,10 +89,11 @@ class RuleEmitter {
                 bind(t.variable, value(i));
             } else if (s.uses[i - 1] == ArgumentUse::Compare) {
                 const Type& type = plan_.program.predicates[s.predicate].arguments[i].type;
+                fails = fails || plan::may_fail(plan_.program, t);
                 conditions += (conditions.empty() ? "" : " && ") + equal(type, value(i), term_as(scope_, t, type));
             }
         }
-        if (!conditions.empty()) w_.open(fmt::format("if ({}) {{", conditions));
+        if (!conditions.empty()) w_.open(fmt::format("if ({}) {{", defined(conditions, fails)));
     }
     std::string row_type(PredicateId id) const { return predicate_name(plan_.program, id) + "_t::Row"; }
     // Whether all arguments of the group are compared, so that the row can be looked up.
@@ -148,6 +157,9 @@ class RuleEmitter {
     std::optional<check::Rule> joined_;  // Of rules that begin alike: the first with the variables of all.
     Scope scope_;
     std::vector<Consumed> consumed_;
+    // Derivations that fail are left out: in views, but for what looks at all matches at once, and for the rules of single rows,
+    // where a failure means that all rules are to be evaluated.
+    bool leaves_out_ = false;
     std::string last_fact_;                   // The C++ name of the row that was matched last.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };

@@ -13,6 +13,7 @@ void RuleEmitter::view() {
     for (const RulePlan& b : rule_plan_.branches) comment(plan_.program.rules[b.rule]);
     w_.open(fmt::format("{} void {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
+    leaves_out_ = true;
     steps(rule_plan_.steps);
     if (rule_plan_.branches.empty())
         propose(rule_plan_.heads[0]);
@@ -60,6 +61,7 @@ void RuleEmitter::semi_naive(std::size_t number) {
     w_.open(fmt::format("{} void {}_semi_naive{}(Self& s) {{", linkage(plan_.program.rules.count()),
                         rule_function(plan_.program, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
+    leaves_out_ = true;
     steps(rule_plan_.steps);
     propose(rule_plan_.heads[0]);
     close_to(outside);
@@ -187,12 +189,15 @@ void RuleEmitter::steps(const std::vector<Step>& all) {
     for (const Step& s : all) plan::visit_step(s, [&](const auto& one) { step(one); });
 }
 
-void RuleEmitter::step(const plan::Test& s) { w_.open(fmt::format("if ({}) {{", term(scope_, s.condition))); }
+void RuleEmitter::step(const plan::Test& s) {
+    w_.open(fmt::format("if ({}) {{", defined(term(scope_, s.condition), plan::may_fail(plan_.program, s.condition))));
+}
 
 void RuleEmitter::step(const plan::Set& s) {
     const Type type = scope_.rule.variables[s.variable].type;
     const std::string value = term_as(scope_, s.value, type);
     bind(s.variable, type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value) : value);
+    only_if_defined(plan::may_fail(plan_.program, s.value));
 }
 
 void RuleEmitter::bind(VariableId v, const std::string& value) {
@@ -212,7 +217,8 @@ void RuleEmitter::step(const plan::EachNeighbour& s) {
         scope_.places.insert(s.place);
         w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
     } else if (s.only.op != Op::Anonymous) {
-        w_.line("if (s.g->catom_id[s.neighbour[{}]] != {}) continue;", port, term(scope_, s.only));
+        w_.open(fmt::format("if ({}) {{", defined(fmt::format("s.g->catom_id[s.neighbour[{}]] == {}", port, term(scope_, s.only)),
+                                                  plan::may_fail(plan_.program, s.only))));
     }
     port_use(s.port, port);
 }
@@ -233,7 +239,8 @@ void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
     if (use.bind.valid())
         bind(use.bind, number);
     else if (use.equals.op != Op::Anonymous)
-        w_.open(fmt::format("if ({} == {}) {{", number, term(scope_, use.equals)));
+        w_.open(fmt::format("if ({}) {{",
+                            defined(fmt::format("{} == {}", number, term(scope_, use.equals)), plan::may_fail(plan_.program, use.equals))));
 }
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "compiler/plan/may_fail.h"
 #include "compiler/plan/plan.h"
 #include "runtime/base/assert.h"
 
@@ -140,6 +141,8 @@ void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::Stratum& stratum, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_strata(const plan::Plan& plan, Writer& w);
+// The functions that say what would read a derivation without a value before it is too late.
+void emit_stops(const plan::Plan& plan, Writer& w);
 void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
 

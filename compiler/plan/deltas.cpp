@@ -6,6 +6,8 @@
 // and a group S that is known is derived by
 //     for each neighbour A    dist(A, =S, D)                           a lookup in sorted rows
 // Sets that recur at one catom get semi-naive rules instead: what follows from the rows of the last round.
+// A failure there means that all groups are to be evaluated, which tells what has no value: so the rules must fail for the same
+// facts in any order.
 // Assumes ordered rules. It leaves out single values, several predicates that recur together, negated and aggregated inputs, and
 // rules that depend on when they are evaluated; these are evaluated as a whole. So are long rules: a delta rule for each atom would
 // be a plan that grows with the square of the body.
@@ -13,6 +15,7 @@
 #include <utility>
 
 #include "compiler/check/library.h"
+#include "compiler/plan/may_fail.h"
 #include "compiler/plan/order.h"
 
 namespace meld::plan {
@@ -119,7 +122,8 @@ class DeltaPlanner {
         return std::all_of(stratum_.rules.begin(), stratum_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
-            return rule.body.size() <= kMaxClauses && rule.heads[0].delay.op == Op::Anonymous && steady(rule.body) &&
+            return rule.body.size() <= kMaxClauses && rule.heads[0].delay.op == Op::Anonymous &&
+                    fails_in_any_order(plan_.program, r) && steady(rule.body) &&
                    steady.all(rule.heads[0].atom.arguments);
         });
     }

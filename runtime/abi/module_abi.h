@@ -17,8 +17,11 @@
 //   5. Within evaluate, for one catom after the other, with Eval::catom set and the arena empty:
 //        a. rules and functions: more_arena, random and position at any time; tombstone before a group is decided, lose when a
 //           fact has been retracted, wake and wake_group when a quarantine or a delay ends later;
+//           note_undefined where a derivation of a view traps, which counts as absent then, after forget_undefined has been
+//           called where its stratum had some; undefined before any of them, if Part::undefined is set;
 //        b. when a linear rule fires: send and act, in the order of its heads. The facts consumed and made change in the module
-//           only, then the views are evaluated again, until no rule fires;
+//           only, then the views are evaluated again, until no rule fires. Before a linear rule, or c., would read what an
+//           undefined derivation belongs to: undefined_rule and stop_undefined, which is a trap;
 //        c. when all has reached its fixpoint: act for the actions that views derive, and wake for the next tick where a rule
 //           reads it;
 //        d. last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
@@ -38,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 8;
+inline constexpr u32 kAbiVersion = 9;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -172,6 +175,8 @@ struct SubdomainView {
     u32 latency = 1;          // The bound on link latency in ticks.
     u32 greatest_rank = 0;    // Of all facts that ever lived, anywhere, as of the last tick.
     bool tombstones = false;  // Whether this process may remember a loss.
+    bool undefined = false;   // Whether some catom of this process has undefined derivations.
+    bool strict = false;      // A derivation without a value ends the run at once.
     u64 max_derivations = 0;
     u64 max_facts = 0;
     u64 max_list = kNone32;  // The most elements of a list, or bytes of a string.
@@ -201,6 +206,12 @@ enum class Trap : u32 {
     NothingBelow,   // A random int that should be from 0 to below this bound.
 };
 
+// Whether a limit was hit. That ends the run at once; any other trap in a view leaves out the derivation it happens in.
+constexpr bool is_limit(Trap trap) {
+    return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong ||
+           trap == Trap::TooMuchMemory;
+}
+
 // How much of a text a trap carries.
 inline constexpr u32 kMaxTrapText_bytes = 32;
 
@@ -226,7 +237,10 @@ struct Eval {
     u32 draws = 0;                            // Random numbers drawn for this catom in this tick.
     u32 depth = 0;                            // Calls of functions that are open.
     u32 rule = kNone32;                       // The one at work, for failures that only the runtime notices; kNone32: none.
+    u32 stratum = 0;                          // Of views, the one at work.
+    u64 undefined = 0;                        // The strata of the catom that have undefined derivations, as undefined_bit().
 };
+constexpr u64 undefined_bit(u32 stratum) { return u64{1} << (stratum % 64); }
 
 // What the runtime does for a module, within evaluate() alone. All calls concern the catom under evaluation; their order is
 // said at the top of this file.
@@ -258,6 +272,16 @@ struct Host {
     u64 (*random)(Eval*);
     // The centre of the catom in diameters.
     void (*position)(Eval*, double out[3]);
+    // Sets Eval::undefined to what the last evaluations of the catom's views have left.
+    void (*undefined)(Eval*);
+    // Of the stratum at work: Eval::trap belongs to a derivation that is left out. It is remembered, and the trap cleared.
+    void (*note_undefined)(Eval*);
+    // The stratum at work is derived anew.
+    void (*forget_undefined)(Eval*);
+    // The rule of the catom's undefined derivation with this number, by rule; kNone32: there are no more.
+    u32 (*undefined_rule)(Eval*, u32 number);
+    // Something that cannot be undone is about to read what this one belongs to: it becomes a trap.
+    void (*stop_undefined)(Eval*, u32 number);
 };
 
 struct ModuleInfo {

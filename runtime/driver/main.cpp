@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
     r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
+    r->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
     r->add_flag("--json", run.json, "The summary as JSON");
     r->add_flag("--quiet", run.quiet, "No progress line and no summary");
     r->add_option("--module", run.module)->group("");

@@ -25,6 +25,7 @@ struct RunOptions {
     std::string record = {};
     std::string digest = {};  // A file, or "-" for standard output.
     std::string module = {};  // Given to the processes by the command that started them.
+    bool strict = false;
     bool json = false;
     bool quiet = false;
     std::vector<std::string> arguments = {};  // As typed, for the recording and for the processes.

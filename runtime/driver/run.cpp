@@ -183,7 +183,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
                                  options.ticks);
         });
     };
-    const Result<void> ran = simulation.run({options.ticks}, each);
+    const Result<void> ran = simulation.run({options.ticks, options.strict}, each);
     progress.reset();
     if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, ran.error()));
     if (!options.facts_out.empty())
@@ -191,6 +191,8 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
             return tl::unexpected<Error>(written.error());
     // Also with --quiet: facts are missing.
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
+    if (speaks && !simulation.summary().undefined.empty())
+        fmt::print(stderr, "meldsim: warning: the run ended before the facts settled, and {}\n", simulation.summary().undefined);
     if (speaks && options.json)
         fmt::print("{}", summary_json(simulation.summary(), world->path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)

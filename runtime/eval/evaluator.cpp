@@ -80,7 +80,31 @@ struct Evaluator::Thread : Eval {
     u32 sequence_of = kNone32;
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
     Failure failure;
+    // Undefined derivations of the catom that has asked for them or noted one last, and what those before it have left.
+    u32 undefined_of = kNone32;
+    Undefined::Entries undefined_here;
+    std::vector<std::pair<u32, Undefined::Entries>> undefined_left;
 
+    // What Eval::trap says of the catom.
+    Failure failure_here() const {
+        Failure f{trap,      trap_rule, failed_column, subdomain->geometry.catom_id[catom], subdomain->now, trap_left, trap_right,
+                  trap_real, {}};
+        if (trap == Trap::NotAnInt || trap == Trap::NotAFloat) std::copy(std::begin(trap_text), std::end(trap_text), f.text);
+        return f;
+    }
+    Undefined::Entries& undefined_entries() {
+        if (undefined_of != catom) {
+            put_undefined_aside();
+            undefined_of = catom;
+            if (const Undefined::Entries* before = owner->undefined_.of(catom)) undefined_here = *before;
+        }
+        return undefined_here;
+    }
+    void put_undefined_aside() {
+        if (undefined_of != kNone32) undefined_left.emplace_back(undefined_of, std::move(undefined_here));
+        undefined_here.clear();
+        undefined_of = kNone32;
+    }
     u8* keep(const void* from, std::size_t size) { return bytes.copy(static_cast<const u8*>(from), size); }
     // Adds what the group has lost earlier in this evaluation of the catom; linear rules bring views to their fixpoint several times.
     bool lost_now(u16 predicate, u64 key, bool remembered, Tombstone& memory) const {
@@ -213,6 +237,37 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         return random_bits(e->subdomain->seed, e->subdomain->geometry.catom_id[e->catom], static_cast<u64>(e->subdomain->now), e->draws++);
     };
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
+    host_.undefined = [](Eval* e) {
+        e->undefined = 0;
+        for (const Undefined::Entry& entry : of(e).undefined_entries()) e->undefined |= undefined_bit(entry.stratum);
+    };
+    host_.note_undefined = [](Eval* e) {
+        Thread& t = of(e);
+        Undefined::Entries& all = t.undefined_entries();
+        const Undefined::Entry entry{e->stratum, t.failure_here()};
+        const auto at = std::lower_bound(all.begin(), all.end(), entry, Undefined::by_rule);
+        // The first of each rule stays.
+        if (at == all.end() || at->failure.rule != entry.failure.rule) all.insert(at, entry);
+        e->undefined |= undefined_bit(e->stratum);
+        e->trap = Trap::None;
+    };
+    host_.forget_undefined = [](Eval* e) {
+        std::erase_if(of(e).undefined_entries(), [&](const Undefined::Entry& entry) { return entry.stratum == e->stratum; });
+        e->host->undefined(e);
+    };
+    host_.undefined_rule = [](Eval* e, u32 number) {
+        const Undefined::Entries& all = of(e).undefined_entries();
+        return number < all.size() ? all[number].failure.rule : kNone32;
+    };
+    host_.stop_undefined = [](Eval* e, u32 number) {
+        const Failure& f = of(e).undefined_entries().at(number).failure;
+        e->trap = f.trap;
+        e->trap_rule = f.rule;
+        e->trap_left = f.left;
+        e->trap_right = f.right;
+        e->trap_real = f.real;
+        std::copy(std::begin(f.text), std::end(f.text), e->trap_text);
+    };
     for (u32 p = 0; p < module.predicate_count; ++p)
         linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
     for (int i = 0; i < workers.threads(); ++i) {
@@ -233,6 +288,7 @@ Evaluator::~Evaluator() {
 Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
     agenda_.take(awake_, dirty_, [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned; });
     subdomain.tombstones = !tombstones_.empty() || linear_;
+    subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
     for (auto& t : threads_) {
         t->subdomain = &subdomain;
@@ -258,10 +314,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
         // Of several failures the one at the least id is told, whichever thread met it.
-        Failure failure{
-            t.trap,      t.trap_rule, t.failed_column, subdomain.geometry.catom_id[t.catom], subdomain.now, t.trap_left, t.trap_right,
-            t.trap_real, {}};
-        std::copy(std::begin(t.trap_text), std::end(t.trap_text), failure.text);
+        const Failure failure = t.failure_here();
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
         t.failed_column = kNone32;
@@ -334,6 +387,9 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         for (const Wake& w : t->wakes) timers_.add(subdomain.now, w.tick, w.catom, w.dirty);
         for (const GroupWake& w : t->group_wakes)
             timers_.add_group(subdomain.now, w.tick, w.catom, w.column, w.row, module_.columns[w.column].row_bytes);
+        t->put_undefined_aside();
+        for (auto& [catom, entries] : t->undefined_left) undefined_.replace(catom, std::move(entries));
+        t->undefined_left.clear();
         t->messages.clear();
         t->actions.clear();
         t->losses.clear();

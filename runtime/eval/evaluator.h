@@ -14,6 +14,7 @@
 #include "runtime/eval/failure.h"
 #include "runtime/eval/memory.h"
 #include "runtime/eval/requests.h"
+#include "runtime/eval/undefined.h"
 #include "runtime/tuple/columns.h"
 
 namespace meld::eval {
@@ -38,6 +39,8 @@ class Evaluator {
     const Agenda& agenda() const { return agenda_; }
     Tombstones& tombstones() { return tombstones_; }
     const Tombstones& tombstones() const { return tombstones_; }
+    Undefined& undefined() { return undefined_; }
+    const Undefined& undefined() const { return undefined_; }
     Timers& timers() { return timers_; }
     const Timers& timers() const { return timers_; }
     // Facts and actions that do not come from rules, for the next evaluation.
@@ -70,6 +73,7 @@ class Evaluator {
     Host host_;
     Agenda agenda_;
     Tombstones tombstones_;
+    Undefined undefined_;
     Timers timers_;
     Requests requests_;
     bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.

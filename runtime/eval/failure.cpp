@@ -131,9 +131,4 @@ std::string cure(const Failure& f) {
     }
 }
 
-bool is_limit(Trap trap) {
-    return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong ||
-           trap == Trap::TooMuchMemory;
-}
-
 }  // namespace meld::eval

@@ -28,7 +28,5 @@ struct Failure {
 std::string describe(const ModuleInfo& module, const Failure& failure);
 // What to do about it; empty where the message says all.
 std::string cure(const Failure& failure);
-// Whether a limit ended the run, rather than a mistake.
-bool is_limit(Trap trap);
 
 }  // namespace meld::eval

@@ -128,7 +128,8 @@ struct OwnFold {
 };
 
 // The candidates of one group, of which there are some, to its row. `held` is the group's row as it was, or null; needed has a
-// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds.
+// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds: a fold
+// that has no value leaves it empty.
 template <class T, class Fold>
 bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Fold& fold, u32 needed,
                   typename T::Row& out) {
@@ -138,7 +139,10 @@ bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* r
         if ((needed & ~heard) != 0) return false;
     }
     out = rows[0];
-    if constexpr (T::kReduce == Reduce::Fold || T::kReduce == Reduce::FoldInOrder) fold(e, rows, n, out);
+    if constexpr (T::kReduce == Reduce::Fold || T::kReduce == Reduce::FoldInOrder) {
+        fold(e, rows, n, out);
+        if (!defined(e)) return false;
+    }
     if constexpr (T::kReduce == Reduce::Since)
         if (held != nullptr) out = *held;
     // A value once chosen stays while something supports it.

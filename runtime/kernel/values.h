@@ -15,9 +15,12 @@ inline void* scratch(Eval& e, u64 bytes) {
     return result;
 }
 
+// Whether a trap of this kind replaces the one that is set: the first stays, but for a limit, since only that always ends the run.
+inline bool outranks(Trap kind, Trap set) { return set == Trap::None || (is_limit(kind) && !is_limit(set)); }
+
 // Out of the way of what goes well.
 [[gnu::noinline, gnu::cold]] inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
-    if (e.trap != Trap::None) return;
+    if (!outranks(kind, e.trap)) return;
     e.trap = kind;
     e.trap_rule = rule;
     e.trap_left.integer = left;
@@ -25,7 +28,7 @@ inline void* scratch(Eval& e, u64 bytes) {
     e.trap_real = false;
 }
 [[gnu::noinline, gnu::cold]] inline void trap(Eval& e, Trap kind, u32 rule, double left, double right = 0) {
-    if (e.trap != Trap::None) return;
+    if (!outranks(kind, e.trap)) return;
     e.trap = kind;
     e.trap_rule = rule;
     e.trap_left.real = left;
@@ -33,9 +36,32 @@ inline void* scratch(Eval& e, u64 bytes) {
     e.trap_real = true;
 }
 [[gnu::noinline, gnu::cold]] inline void trap_text(Eval& e, Trap kind, u32 rule, const char* text, u64 count) {
-    if (e.trap != Trap::None) return;
+    if (!outranks(kind, e.trap)) return;
     trap(e, kind, rule, static_cast<i64>(count));
     for (u64 i = 0; i < count && i < kMaxTrapText_bytes; ++i) e.trap_text[i] = text[i];
+}
+
+// ---- derivations without a value (docs/design.md, "Undefined derivations")
+
+[[gnu::noinline, gnu::cold]] inline void leave_out(Eval& e) {
+    if (!e.subdomain->strict && !is_limit(e.trap)) e.host->note_undefined(&e);
+}
+// Whether a derivation of a view has gone well so far. If not it is left out, and the next one starts anew.
+inline bool defined(Eval& e) {
+    if (e.trap == Trap::None) [[likely]]
+        return true;
+    leave_out(e);
+    return false;
+}
+// The same, and whether the condition that has just been computed holds.
+inline bool defined(Eval& e, bool condition) {
+    const bool went_well = defined(e);
+    return went_well && condition;
+}
+// Before all rules of the stratum at work are evaluated, once more where it recurs.
+inline void derive_anew(Eval& e) {
+    if (e.undefined & undefined_bit(e.stratum)) [[unlikely]]
+        e.host->forget_undefined(&e);
 }
 
 // ---- arithmetic that never goes wrong silently

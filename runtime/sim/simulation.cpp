@@ -93,6 +93,18 @@ Result<void> Simulation::run_tick() {
     return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
 }
 
+Result<void> Simulation::failed(const eval::Failure& failure) {
+    summary_.ending = Ending::Failed;
+    return fail(eval::describe(subdomain_.module, failure), eval::cure(failure),
+                is_limit(failure.trap) ? ExitCode::LimitHit : ExitCode::ProgramWrong);
+}
+
+Result<void> Simulation::check_defined() {
+    const Totals& t = subdomain_.totals;
+    if (t.failure.trap != Trap::None) return failed(t.failure);
+    return t.undefined && t.quiescent() ? failed(tick_.first_undefined()) : Result<void>{};
+}
+
 Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each) {
     const double wall = wall_seconds(), cpu = cpu_seconds();
     Result<void> result;
@@ -100,6 +112,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
     const bool may_end = codes_.empty() || limits.ticks < 0;
     summary_.ending = Ending::Ticks;
+    subdomain_.set_strict(limits.strict);
     while (subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {
@@ -107,13 +120,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             break;
         }
         each();
-        if (subdomain_.totals.failure.trap != Trap::None) {
-            const eval::Failure& failure = subdomain_.totals.failure;
-            summary_.ending = Ending::Failed;
-            result = fail(eval::describe(subdomain_.module, failure), eval::cure(failure),
-                          eval::is_limit(failure.trap) ? ExitCode::LimitHit : ExitCode::ProgramWrong);
-            break;
-        }
+        if (result = check_defined(); !result) break;
         if (subdomain_.totals.stop) {
             summary_.ending = Ending::Interrupted;
             break;
@@ -131,7 +138,10 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         result = fail("the run was not quiescent after " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(subdomain_),
                       ExitCode::LimitHit);
-    if (!result) tick_.end_early();
+    if (!result)
+        tick_.end_early();
+    else if (subdomain_.totals.undefined)
+        summary_.undefined = eval::describe(subdomain_.module, tick_.first_undefined());
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
             module->finish(subdomain_);

@@ -19,6 +19,9 @@ namespace meld::sim {
 
 struct RunLimits {
     std::int64_t ticks = -1;  // Stop after so many; negative: run until nothing is left to do.
+    // A derivation of a view that has no value ends the run at once, not only where it is still there at quiescence or something
+    // that cannot be undone would read what it belongs to.
+    bool strict = false;
 };
 
 // Why a run ended.
@@ -41,6 +44,8 @@ struct Summary {
     // Wall, of this process, from the first tick on; those of the modules are parts of "modules".
     std::vector<std::pair<std::string, double>> stage_seconds;
     std::vector<std::string> outcomes;
+    // Of a run that ended before quiescence: the first derivation of a view that had no value then, described; or empty.
+    std::string undefined;
 };
 
 class Simulation {
@@ -64,6 +69,9 @@ class Simulation {
   private:
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     Result<void> run_tick();
+    // The error that is still there at quiescence, if that is reached and there is one.
+    Result<void> check_defined();
+    Result<void> failed(const eval::Failure& failure);
     template <class Call>
     Result<void> each_module(const Call& call);
 

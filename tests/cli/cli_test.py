@@ -312,7 +312,7 @@ class Endings(Case):
             self.assertEqual((self.folder / f"{n}.facts").read_text(), (self.folder / "ten.facts").read_text())
             self.write("old.facts", "old")
             self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet",
-                         "-n", n, code=1,
+                         "--strict", "-n", n, code=1,
                          says=["1 is divided by zero", "No facts are written, since tick 3 ended in the middle of changing them"])
             self.assertEqual((self.folder / "old.facts").read_text(), "old")
             with h5py.File(self.folder / f"{n}.vtkhdf") as recording:

@@ -31,6 +31,8 @@ Block improving_block(Random& random, const std::vector<Known>& known, int names
 Block tree_block(Random& random, const std::vector<Known>& known, int names);
 // A view with an arithmetic error for one value of a given fact, which few worlds give.
 Block error_block(Random& random, const std::vector<Known>& known, int names);
+// A distance, the greatest one anywhere, and a view that has no value while the second is behind the first.
+Block half_settled_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that wander, meet and give persistent facts.
 Block linear_block(Random& random, const std::vector<Known>& known, int names);
 

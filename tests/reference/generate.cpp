@@ -83,7 +83,8 @@ class Generator {
                : way < 54 ? rounds_block
                : way < 72 ? set_recursion_block
                : way < 86 ? best_recursion_block
-               : way < 94 ? improving_block
+               : way < 92 ? improving_block
+               : way < 96 ? half_settled_block
                           : tree_block;
     }
 

@@ -90,8 +90,8 @@ Level level_of(std::uint64_t seed, const Options& options) {
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
-                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.errors, t.too_large, v.trouble);
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
+                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.undefined, t.errors, t.too_large, v.trouble);
 }
 Verdict decode(const std::string& text, std::uint64_t seed) {
     Verdict v;
@@ -99,7 +99,7 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
     std::uint64_t world = 0;
     Tally& t = v.tally;
     if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >>
-                                       t.quiet >> t.ticks >> t.errors >> t.too_large))
+                                       t.quiet >> t.ticks >> t.undefined >> t.errors >> t.too_large))
         v.trouble = text;
     else
         v.trouble = text.substr(text.find('\n') + 1);
@@ -215,10 +215,11 @@ int run_seeds(const Options& options) {
     const Tally& t = sum.tally;
     fmt::print(
         "{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost "
-        "later; {} ticks, {} facts compared tick by tick; {} given by linear rules; {} ended with an error, as they should; {} were too "
+        "later; {} ticks, {} facts compared tick by tick; {} given by linear rules; derivations had no value in {} ticks, and at the end "
+        "of {} bursts, as they should; {} were too "
         "large; {} failures\n",
-        sum.done, sum.rules, sum.kept, sum.tried, options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.errors,
-        t.too_large, sum.failures);
+        sum.done, sum.rules, sum.kept, sum.tried, options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.undefined,
+        t.errors, t.too_large, sum.failures);
     return sum.failures > 0;
 }
 

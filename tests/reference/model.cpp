@@ -113,6 +113,7 @@ bool left_to_history(const Predicate& p, const Component& c) {
 bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
             Rows& out) {
     out.clear();
+    bool all_defined = true;
     if (p.aggregate == Aggregate::None) {
         for (const Derived& d : derived) out.insert(d.row);
         return true;
@@ -134,7 +135,10 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
         result.emplace_back();
         switch (p.aggregate) {
             case Aggregate::Sum:
-                if (!add_up(group, p.aggregate_at, result.back())) return false;
+                if (!add_up(group, p.aggregate_at, result.back())) {
+                    all_defined = false;
+                    continue;
+                }
                 break;
             case Aggregate::Count:
                 result.back() = value_of(static_cast<std::int64_t>(group.size()));
@@ -146,7 +150,10 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
                 result.back() = appended(group, p.aggregate_at);
                 break;
             case Aggregate::Custom:
-                if (!folded(scene, p, group, result.back())) return false;
+                if (!folded(scene, p, group, result.back())) {
+                    all_defined = false;
+                    continue;
+                }
                 break;
             case Aggregate::Avg: {
                 Values values;
@@ -157,7 +164,10 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
             case Aggregate::MinK:
             case Aggregate::MaxK: {
                 const std::optional<Value> limit = evaluate(scene, p.parameter, {});
-                if (!limit) return false;
+                if (!limit) {
+                    all_defined = false;
+                    continue;
+                }
                 result.back() =
                     value_of(best_of(appended(group, p.aggregate_at).items(), limit->integer(), p.aggregate == Aggregate::MinK));
                 break;
@@ -169,7 +179,7 @@ bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const st
         }
         out.insert(std::move(result));
     }
-    return true;
+    return all_defined;
 }
 
 std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env) {
@@ -192,7 +202,7 @@ bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::
     solver.solve(rule.body, env, [&] {
         std::optional<Row> row = head_row(sight.scene, rule.heads[0].atom, env);
         failed = failed || !row;
-        if (failed) return true;
+        if (!row) return false;
         Derived made{.row = std::move(*row)};
         for (const check::VariableId v : rule.contributors) made.from.insert(env[v.index()]->integer());
         return !visit(std::move(made), env);
@@ -205,12 +215,13 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
     Model m;
     m.facts.resize(program.predicates.count());
     for (const Component& c : program.components) {
-        bool changing = true;
+        bool changing = true, failed = false;
         for (int round = 0; changing; ++round) {
             if (round > kMaxRounds) {
                 m.settled = false;
                 return m;
             }
+            failed = false;
             std::map<PredicateId, std::vector<Derived>> derived;
             std::size_t count = 0;
             // What does not count derivations keeps each fact once.
@@ -227,22 +238,23 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
                         return ++count <= kMaxDerivations;
                     });
                     m.too_large = count > kMaxDerivations;
-                    m.failed = !done;
-                    if (m.failed || m.too_large) return m;
+                    failed = failed || !done;
+                    if (m.too_large) return m;
                 }
             }
             changing = false;
             for (const PredicateId p : c.predicates) {
                 Rows rows;
                 const Predicate& predicate = program.predicates[p];
-                m.failed =
+                failed =
                     !reduce(scene, m.facts, predicate, derived[p], left_to_history(predicate, c) ? &chosen[p.index()] : nullptr, rows) ||
-                    m.failed;
+                    failed;
                 changing = changing || rows != m.facts[p.index()];
                 m.facts[p.index()] = std::move(rows);
             }
             changing = changing && c.recursive;
         }
+        m.failed = m.failed || failed;
     }
     return m;
 }

@@ -10,7 +10,7 @@ namespace meld::reference {
 
 struct Model {
     Facts facts;
-    bool failed = false;     // Some expression had no value, or sums grew too large.
+    bool failed = false;     // Some derivation has no value: it is left out.
     bool too_large = false;  // More than this slow evaluator can do: it gave up, and knows nothing.
     bool settled = true;     // False: the rounds did not end. The program has no model, or not by this way.
 };
@@ -27,7 +27,7 @@ struct Derived {
     std::set<std::int64_t> from = {};
 };
 // The facts of one predicate, of all that was given or derived, with repeats. chosen: null where the language decides. facts: what
-// it waits for is seen there. Returns false where a sum grew too large.
+// it waits for is seen there. Returns false where a group is left out because its aggregate has no value.
 bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
             Rows& out);
 
@@ -35,7 +35,7 @@ bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, c
 bool left_to_history(const check::Predicate& p, const check::Component& component);
 
 // Calls visit(made, variables) for everything the view rule makes at one catom, until it returns false. Returns whether all
-// expressions met on the way had values.
+// expressions met on the way had values; derivations with one that has none are left out.
 bool derive(const check::Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Derived, const Environment&)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.

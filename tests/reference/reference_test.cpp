@@ -178,7 +178,7 @@ TEST(Generator, MakesProgramsOfAllConstructs) {
           "const k0",  "neighborCount(", "position(",     "vacant(",        ", @",       "linear t",    "[desc => ",     "[random => ",
           "[sum => ",  "custom mixed",   "exists V",      "otherwise",      "@+2",       "@+3ms",       "delta(",        "proved(",
           "collect G", "randint(",       "list int",      " in L",          "folded(",   "append list", "set_union set", "[<- ",
-          "[-> ",      "stable(",        "undelivered-t", "route w",        "distance(", "vec3("})
+          "[-> ",      "stable(",        "undelivered-t", "route w",        "distance(", "vec3(",       "M - D",         "lnth("})
         EXPECT_NE(all.find(what), std::string::npos) << what;
 }
 

@@ -148,7 +148,7 @@ class Watcher {
     }
 
     // All views, where nothing changes any more.
-    std::string compare_model(std::int64_t now, sim::Subdomain& subdomain) {
+    std::string compare_model(std::int64_t now, sim::Subdomain& subdomain, const std::string& error) {
         const Found found = collect(subdomain, program_);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
@@ -156,8 +156,10 @@ class Watcher {
             ++tally.too_large;
             return "";
         }
-        if (model.failed) return fmt::format("no trap: by tick {} the reference has met an error", now);
         if (!model.settled) return fmt::format("no model: the reference does not come to an end in tick {}", now);
+        if (model.failed && error.empty()) return fmt::format("no error: something has no value in tick {}", now);
+        if (!model.failed && !error.empty()) return fmt::format("error: all has a value in tick {}, but {}", now, error);
+        tally.errors += model.failed;
         std::string text;
         for (const PredicateId p : program_.predicates.ids()) {
             if (!stored(program_.predicates[p]) || program_.predicates[p].linear()) continue;
@@ -173,12 +175,6 @@ class Watcher {
 
     // Whether the reference has left the comparison: it met an error, or a catom made facts without end.
     bool lost_track() const { return ticks_.ran_away() || ticks_.failed(); }
-    // Whether the model has an error, so that a trap is right.
-    bool model_fails(std::int64_t now) {
-        const Model model =
-            make_model(scene(now), linear_ ? ticks_.given() : given_facts(program_, mirror_), Facts(program_.predicates.count()));
-        return model.failed || model.too_large || !model.settled;
-    }
 
   private:
     const Scene& scene(std::int64_t now) {
@@ -217,6 +213,7 @@ struct Shared {
     Watcher* watcher;  // Null: nobody watches.
     bool linear;
     Outcome outcome = {};
+    std::string undefined_at_end = {};  // The error of the last burst, where the reference watches.
 };
 
 enum class End { Quiet, Restless, Failed };
@@ -232,7 +229,11 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
         if (s.watcher) s.watcher->change(subdomain.tick());
         const sim::Totals& totals = tick.end();
         const bool trapped = totals.failure.trap != Trap::None;
-        const State state{record::state_digest(subdomain), totals.tick.derivations};
+        State state{record::state_digest(subdomain), totals.tick.derivations};
+        const bool quiet = changes.done() && !totals.awake && !totals.waiting;
+        if (totals.undefined && quiet) state.error = eval::describe(subdomain.module, tick.first_undefined());
+        if (s.watcher) s.undefined_at_end = state.error;
+        if (s.watcher) s.watcher->tally.undefined += totals.undefined;
         // After an error some catoms have been evaluated and others not.
         if (speaks && !trapped) s.outcome.states.push_back(state);
         if (totals.failure.trap == Trap::TooManyDerivations || totals.failure.trap == Trap::TooManyFacts) {
@@ -242,17 +243,16 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
         }
         if (s.watcher) {
             s.outcome.trouble = s.watcher->compare_tick(subdomain.tick(), subdomain, trapped);
-            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track() && !s.watcher->model_fails(subdomain.tick()))
-                s.outcome.trouble = "trap";
+            if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track()) s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(subdomain.module, totals.failure);
             if (!s.outcome.trouble.empty()) return End::Failed;
             if (s.watcher->lost_track() && !trapped) return End::Failed;
         }
         if (trapped) {
-            s.outcome.tally.errors += speaks && s.watcher;
+            if (s.watcher) ++s.watcher->tally.errors;
             return End::Failed;
         }
-        if (changes.done() && !totals.awake && !totals.waiting) return End::Quiet;
+        if (quiet) return End::Quiet;
     }
     if (speaks && !s.linear) s.outcome.trouble = fmt::format("never quiet after burst {}", burst);
     return s.linear ? End::Restless : End::Failed;
@@ -267,7 +267,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
         const End end = settle(subdomain, tick, changes, s, burst);
         if (end == End::Failed) return;
         if (end == End::Restless || s.watcher == nullptr) continue;
-        s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain);
+        s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end);
         if (!s.outcome.trouble.empty()) return;
     }
 }
@@ -280,6 +280,7 @@ void Tally::add(const Tally& other) {
     lost += other.lost;
     linear += other.linear;
     quiet += other.quiet;
+    undefined += other.undefined;
     errors += other.errors;
     ticks += other.ticks;
     too_large += other.too_large;
@@ -330,7 +331,6 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     } else {
         comm::run_threads_as_processes(setting.processes, [&](comm::Communicator& comm) { run_process(comm, shared); });
     }
-    watcher.tally.errors = shared.outcome.tally.errors;
     shared.outcome.tally = watcher.tally;
     shared.outcome.tally.ticks = shared.outcome.states.size();
     return std::move(shared.outcome);
@@ -350,10 +350,10 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
         std::size_t same = 0;
         while (same < known && alone.states[same] == other.states[same]) ++same;
         if (same < known)
-            return fmt::format("states differ: {} processes, {} threads, after tick {}: {} facts, {} derivations instead of {}",
-                               setting.processes, setting.threads, same + 1,
-                               alone.states[same].digest == other.states[same].digest ? "equal" : "other", other.states[same].derivations,
-                               alone.states[same].derivations);
+            return fmt::format(
+                "states differ: {} processes, {} threads, after tick {}: {} facts, {} derivations instead of {}, `{}` and `{}`",
+                setting.processes, setting.threads, same + 1, alone.states[same].digest == other.states[same].digest ? "equal" : "other",
+                other.states[same].derivations, alone.states[same].derivations, other.states[same].error, alone.states[same].error);
     }
     return "";
 }

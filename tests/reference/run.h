@@ -20,7 +20,8 @@ struct Tally {
     std::uint64_t linear = 0;      // Facts that linear rules gave.
     std::uint64_t quiet = 0;       // Bursts that came to rest.
     std::uint64_t ticks = 0;
-    std::uint64_t errors = 0;     // Runs that ended with an arithmetic error, as they should.
+    std::uint64_t undefined = 0;  // Ticks in which derivations had no value,
+    std::uint64_t errors = 0;     // and bursts that ended so, or with a linear rule that met it, as they should.
     std::uint64_t too_large = 0;  // Bursts that were more than the reference can do, or a run may.
     void add(const Tally& other);
 };
@@ -29,6 +30,7 @@ struct Tally {
 struct State {
     Digest digest;
     std::uint64_t derivations = 0;
+    std::string error = {};  // Of what has no value: at quiescence.
     bool operator==(const State&) const = default;
 };
 

@@ -187,10 +187,11 @@ bool Solver::try_aggregate(const Clause& clause, Clauses rest, Environment& env,
         return false;
     });
     FoldRule rule{.aggregate = clause.aggregate, .type = clause.test.type, .function = clause.fold};
-    if (clause.initial.op != Op::Anonymous) rule.initial = value(clause.initial, env);
+    if (clause.initial.op != Op::Anonymous && !(rule.initial = value(clause.initial, env))) return false;
     const Folded folded = fold(scene_, rule, values);
-    failed_ = failed_ || inner.failed_ || folded.failed;
-    if (failed_ || !folded.value) return false;
+    const bool undefined = inner.failed_ || folded.failed;
+    failed_ = failed_ || undefined;
+    if (undefined || !folded.value) return false;
     const Mark mark(*this, env);
     std::optional<Value>& variable = env[clause.variable.index()];
     if (variable && *variable != *folded.value) return false;
@@ -214,7 +215,7 @@ bool Solver::nothing_satisfies(const std::vector<Clause>& inner, Environment& en
     solver.inside_ = true;
     const bool any = solver.solve(inner, env, [] { return true; });
     failed_ = failed_ || solver.failed_;
-    return !any;
+    return !any && !solver.failed_;
 }
 
 // ---- matching
@@ -229,7 +230,10 @@ bool Solver::match(const Atom& atom, const Row& row, Environment& env) {
 bool Solver::unify(const Term& t, const Value& is, Environment& env) {
     if (t.op == Op::Anonymous) return true;
     if (t.is_variable() && !env[t.variable.index()]) {
-        if (!is_finite(is)) failed_ = true;
+        if (!is_finite(is)) {
+            failed_ = true;
+            return false;
+        }
         bind(t.variable.index(), is, env);
         return true;
     }

@@ -35,7 +35,7 @@ class Solver {
 
     // In found(): the linear facts that this way consumes.
     const std::vector<Taken>& taken() const { return taken_; }
-    // Some expression had no value. What the solver found meanwhile means little.
+    // Some expression had no value. The ways that need it are none.
     bool failed() const { return failed_; }
 
   private:

@@ -135,6 +135,7 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
         if (firings > kMaxFirings) ran_away_ = true;
         settle(scene, id, catom);
         if (receive_one(scene.tick, catom)) continue;
+        failed_ = failed_ || would_read_undefined(catom);
         const Facts seen = visible(scene, id, catom);
         const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) {
             return rule.linear && !rule.birth && fire(rule, scene, seen, id, catom);
@@ -204,24 +205,26 @@ Facts Ticks::visible(const Scene& scene, std::int64_t id, const Catom& catom) co
 void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
     const Facts before = catom.views;
     catom.views.assign(before.size(), {});
+    catom.undefined.clear();
     Facts seen = visible(scene, id, catom);
     for (const Component& c : program_.components) {
         if (!certain_[c.predicates[0].index()]) continue;
-        for (bool changing = true; changing && !failed_;) {
+        for (bool changing = true; changing;) {
+            for (const PredicateId p : c.predicates) catom.undefined.erase(p);
             std::map<PredicateId, std::vector<Derived>> derived;
             for (const PredicateId p : c.predicates)
                 for (const Row& row : catom.given[p.index()]) derived[p].push_back({row});
             for (const check::RuleId rule : c.rules) {
-                std::vector<Derived>& rows = derived[program_.rules[rule].heads[0].atom.predicate];
-                derive_at(scene, id, catom, rule, seen, rows);
+                const PredicateId head = program_.rules[rule].heads[0].atom.predicate;
+                if (!derive_at(scene, id, catom, rule, seen, derived[head])) catom.undefined.insert(head);
             }
             changing = false;
             for (const PredicateId p : c.predicates) {
                 const Predicate& predicate = program_.predicates[p];
                 const std::size_t i = p.index();
                 Rows rows;
-                failed_ =
-                    !reduce(scene, seen, predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows) || failed_;
+                if (!reduce(scene, seen, predicate, derived[p], left_to_history(predicate, c) ? &before[i] : nullptr, rows))
+                    catom.undefined.insert(p);
                 if (rows == catom.views[i]) continue;
                 changing = c.recursive;
                 for (const Row& row : catom.views[i]) seen[i].erase(row);
@@ -233,7 +236,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
 }
 
 // A delayed fact is there when its derivation has held without a break for so long.
-void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen,
+bool Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen,
                       std::vector<Derived>& rows) {
     const check::Head& head = program_.rules[rule].heads[0];
     const bool delayed = head.delay.op != check::Op::Anonymous, counted = counted_.contains(rule);
@@ -252,8 +255,33 @@ void Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::
                                  rows.push_back(std::move(made));
                                  return true;
                              });
-    failed_ = failed_ || !done;
     if (delayed) catom.since[rule] = std::move(since);
+    return done;
+}
+
+// Some linear rule whose linear facts are there reads a view of which a derivation has no value, or one derived from it here.
+bool Ticks::would_read_undefined(const Catom& catom) const {
+    std::set<PredicateId> unsure = catom.undefined;
+    const auto reads = [&](const std::vector<Clause>& body, VariableId home) {
+        bool any = false;
+        check::each_atom(
+            body, [&](const check::Atom& a, bool) { any = any || (a.arguments[0].variable == home && unsure.contains(a.predicate)); });
+        return any;
+    };
+    for (std::size_t before = 0; before != unsure.size();) {
+        before = unsure.size();
+        for (const Rule& rule : program_.rules)
+            if (!rule.linear && reads(rule.body, rule.home)) unsure.insert(rule.heads[0].atom.predicate);
+    }
+    return !unsure.empty() && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) {
+        if (!rule.linear || rule.birth) return false;
+        bool any = reads(rule.body, rule.home);
+        check::each_head(rule.heads, [&](const check::Head& h) { any = any || reads(h.body, rule.home); });
+        return any && std::all_of(rule.body.begin(), rule.body.end(), [&](const Clause& c) {
+                   return c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].linear() ||
+                          !catom.linear[c.atom.predicate.index()].empty();
+               });
+    });
 }
 
 bool Ticks::fire(const Rule& rule, const Scene& scene, const Facts& seen, std::int64_t id, Catom& catom) {

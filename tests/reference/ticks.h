@@ -4,6 +4,7 @@
 // over links. Other views are checked where nothing changes any more (model.h).
 #pragma once
 
+#include <set>
 #include <tuple>
 
 #include "application.h"
@@ -52,7 +53,8 @@ class Ticks {
         Facts before;  // The views at the end of the last tick.
         std::vector<Bag> linear;
         std::multiset<Later> waiting = {};
-        std::vector<Message> passing = {};  // To be handed on.
+        std::vector<Message> passing = {};     // To be handed on.
+        std::set<PredicateId> undefined = {};  // Views of which some derivation has no value.
         // Of delayed views, by rule: since when each derivation has held. It is the head's row, and where derivations are
         // counted, all variables of the body behind it.
         std::map<check::RuleId, std::map<Row, std::int64_t>> since = {};
@@ -67,8 +69,10 @@ class Ticks {
     void send(const Scene& scene, std::int64_t from, Message&& message);
     void deliver(Message&& message);
     bool receive_one(std::int64_t now, Catom& catom);
-    void derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows);
+    // Returns whether all derivations had values.
+    bool derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::RuleId rule, const Facts& seen, std::vector<Derived>& rows);
     void settle(const Scene& scene, std::int64_t id, Catom& catom);
+    bool would_read_undefined(const Catom& catom) const;
     bool fire(const check::Rule& rule, const Scene& scene, const Facts& seen, std::int64_t id, Catom& catom);
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
 

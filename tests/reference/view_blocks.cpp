@@ -125,6 +125,56 @@ Block error_block(Random& random, const std::vector<Known>&, int names) {
     return block;
 }
 
+Block half_settled_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const auto name = [&](int i) { return fmt::format("h{}", names + i); };
+    const std::string dist = name(0), farthest = name(1), share = name(2), total = name(3), without = name(4);
+    // Each has a value where D is at most M.
+    const std::vector<std::string> expressions = {"100 / (M - D + 1)",
+                                                  "7 % (D - M - 1)",
+                                                  "60 / (M - D + 1) + 60 / (M - D + 2)",
+                                                  "truncate(100.0 / float(M - D + 1))",
+                                                  "2 ^ ((M - D) % 5)",
+                                                  "lnth([3, 1, 4, 1, 5, 9, 2, 6], (M - D) % 8)",
+                                                  "9223372036854775807 - (if M < D then -1 else D end) - 9223372036854775800",
+                                                  "truncate(if M < D then 1e30 else float(M) end)",
+                                                  "truncate(sqrt(float(M - D)))",
+                                                  "str2int(if M < D then \"much\" else int2str(M % 7) end)"};
+    const std::string value = pick(random, expressions);
+    const bool grouped = chance(random, 50), sums = chance(random, 40);
+    block.declarations = {{dist, signature(dist, {Kind::Int}, "", "min", 0)},
+                          {farthest, signature(farthest, {Kind::Int}, "", "max", 0)},
+                          {share, grouped ? signature(share, {Kind::Node, Kind::Int})
+                                          : signature(share, {Kind::Int}, "", chance(random, 50) ? "min" : "sum", 0)},
+                          {total, signature(total, {Kind::Int}, "", sums ? "sum" : "max", 0)},
+                          {without, signature(without, {Kind::Int})}};
+    Body source(random, known);
+    fill(source, random, 0);
+    block.rules.push_back({.heads = {atom(dist, "A", {"0"})}, .body = source.shuffled()});
+    block.rules.push_back({.heads = {atom(dist, "B", {"D + 1"})}, .body = {"neighbor(A, B)", atom(dist, "A", {"D"})}});
+    block.rules.push_back({.heads = {atom(farthest, "A", {"D"})}, .body = {atom(dist, "A", {"D"})}});
+    block.rules.push_back({.heads = {atom(farthest, "B", {"M"})}, .body = {"neighbor(A, B)", atom(farthest, "A", {"M"})}});
+    const auto arguments = [&](const std::string& last) {
+        return grouped ? std::vector<std::string>{"B", last} : std::vector<std::string>{last};
+    };
+    DraftRule rule{.heads = {atom(share, "A", arguments(value))},
+                   .body = {"neighbor(A, B)", atom(dist, "A", {"D"}), atom(farthest, chance(random, 50) ? "A" : "B", {"M"})}};
+    if (chance(random, 35)) rule = {.heads = {atom(share, "A", arguments("S"))}, .body = rule.body};
+    if (rule.heads[0].ends_with("S)")) rule.body.push_back("S = " + value);
+    block.rules.push_back(rule);
+    block.rules.push_back({.heads = {atom(total, "A", {sums && chance(random, 30) ? "9223372036854775807 / 3 - S % 2" : "S"})},
+                           .body = {"neighbor(A, B)", grouped ? atom(share, "B", {"_", "S"}) : atom(share, "B", {"S"})}});
+    block.rules.push_back({.heads = {atom(without, "A", {"X"})},
+                           .body = {"neighborCount(A, X)", "not " + (grouped ? atom(share, "A", {"_", "_"}) : atom(share, "A", {"_"}))}});
+    // The last has results only where something is missing.
+    if (chance(random, 70)) {
+        block.rules.pop_back();
+        block.declarations.pop_back();
+    }
+    block.known = {{.name = dist, .arguments = {Kind::Int}}, {.name = total, .arguments = {Kind::Int}}};
+    return block;
+}
+
 Block view_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
     const std::string name = fmt::format("v{}", names);

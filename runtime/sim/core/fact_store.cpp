@@ -23,6 +23,7 @@ void FactStore::forget(u32 catom, i64 now) {
     columns.clear(catom, 0);
     evaluator.agenda().forget(catom);
     evaluator.tombstones().forget(catom);
+    evaluator.undefined().forget(catom);
     evaluator.timers().forget(now, catom);
 }
 
@@ -77,6 +78,10 @@ void FactStore::pack(u32 catom, ByteWriter& out) const {
     out.write_count(losses == nullptr ? 0 : losses->size());
     if (losses != nullptr)
         for (const auto& loss : *losses) out.write(loss);
+    const auto* undefined = evaluator.undefined().of(catom);
+    out.write_count(undefined == nullptr ? 0 : undefined->size());
+    if (undefined != nullptr)
+        for (const auto& entry : *undefined) out.write(entry);
 }
 
 void FactStore::unpack(u32 catom, ByteReader& in) {
@@ -85,6 +90,9 @@ void FactStore::unpack(u32 catom, ByteReader& in) {
     std::vector<eval::Tombstones::Entry> losses(in.read_count(sizeof(eval::Tombstones::Entry)));
     for (auto& loss : losses) loss = in.read<eval::Tombstones::Entry>();
     evaluator.tombstones().restore(catom, std::move(losses));
+    eval::Undefined::Entries undefined(in.read_count(sizeof(eval::Undefined::Entry)));
+    for (auto& entry : undefined) entry = in.read<eval::Undefined::Entry>();
+    evaluator.undefined().restore(catom, std::move(undefined));
 }
 
 void FactStore::add_parameter(tuple::Type type, Value value) { parameters_.push_back(columns.lists().keep(type, value, 0)); }

@@ -20,6 +20,8 @@ void Totals::add(const Totals& other) {
     sent_bytes += other.sent_bytes;
     awake = awake || other.awake;
     waiting = waiting || other.waiting;
+    timers = timers || other.timers;
+    undefined = undefined || other.undefined;
     stop = stop || other.stop;
     finished = finished || other.finished;
     greatest_rank = std::max(greatest_rank, other.greatest_rank);

@@ -17,11 +17,15 @@ struct Totals {
     std::uint64_t teleports = 0;            // `moveTo` actions among them.
     std::uint64_t sent_bytes = 0;           // Between processes.
     bool awake = false;                     // Something is left to do: an agenda, a message, an action.
-    bool waiting = false;                   // Only timers are left.
+    bool waiting = false;                   // Something comes later: a timer or an event of the world.
+    bool timers = false;                    // A timer does.
+    bool undefined = false;                 // Some view has an undefined derivation.
     bool stop = false;                      // Somebody outside asked for the end.
     bool finished = false;                  // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
+    // Nothing is left to do until the world changes: the views are the model of what is given and sensed now.
+    bool quiescent() const { return !awake && !timers; }
 
     // Adds those of another process. Of two failures the one at the lesser catom stays.
     void add(const Totals& other);

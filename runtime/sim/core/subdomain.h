@@ -145,6 +145,8 @@ class Subdomain {
     // Something moves by itself, so the run goes on though no program has anything to do.
     void set_moving(bool moving) { status_.moving = moving; }
     void request_stop() { status_.stop_requested = true; }
+    // Derivations of views that have no value are errors at once.
+    void set_strict(bool strict) { abi_.strict = strict; }
     void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }
     void set_motion_bytes(std::size_t bytes) { motion_bytes_ = bytes; }
 

@@ -55,6 +55,20 @@ void Tick::end_early() {
     s.status_.end_early(anywhere);
 }
 
+eval::Failure Tick::first_undefined() const {
+    const Subdomain& s = subdomain_;
+    ByteWriter mine;
+    mine.write(s.facts_.evaluator.undefined().first());
+    const std::vector<std::byte> all = s.comm.allgather(mine.view());
+    ByteReader in(all, "the first undefined derivations of all processes");
+    eval::Failure first;
+    for (int rank = 0; rank < s.comm.processes(); ++rank) {
+        const auto other = in.read<eval::Failure>();
+        if (other.trap != Trap::None && (first.trap == Trap::None || eval::Undefined::earlier(other, first))) first = other;
+    }
+    return first;
+}
+
 Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
     const Subdomain& s = subdomain_;
     Totals mine;
@@ -70,8 +84,10 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
     }
     mine.sent_bytes = exchange_.sent_bytes();
     mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving;
-    mine.waiting = !s.timers().empty() ||
+    mine.timers = !s.timers().empty();
+    mine.waiting = mine.timers ||
                    std::any_of(s.world.events.begin(), s.world.events.end(), [&](const world::Event& e) { return e.last() > s.tick(); });
+    mine.undefined = !s.facts_.evaluator.undefined().empty();
     mine.stop = s.status_.stop_requested;
     mine.greatest_rank = s.facts_.evaluator.greatest_rank();
     mine.failure = failure;

@@ -21,6 +21,9 @@ class Tick {
     // On every process, after a tick that failed: the time is that of the last tick again, and all know whether some are half-way.
     void end_early();
 
+    // On every process, after end(): the first undefined derivation of a view, if Totals::undefined says that there is one.
+    eval::Failure first_undefined() const;
+
     // For tests: another bound on the latency of links, in ticks; with 0 nothing is quarantined.
     void set_latency(u32 ticks) { subdomain_.abi_.latency = ticks; }
 
