@@ -19,6 +19,9 @@ namespace {
 // Clang's version is part of it.
 constexpr const char* kRecipe = "3, clang " CLAYMELD_LLVM_VERSION;
 
+// What linking adds to the objects.
+constexpr std::size_t kSpaceOfModule_bytes = 1 << 17;
+
 class ContentHash {
   public:
     ContentHash() : state_(XXH3_createState(), &XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
@@ -119,6 +122,10 @@ Result<void> link_and_publish(const Backend& backend, const std::vector<std::str
         paths.push_back(file.path());
     }
     const TemporaryFile linked_file(options.cache_dir, ".linked");
+    // lld ends the process when it cannot write. The module is about as large as its objects, and is there twice for a moment.
+    std::size_t size_bytes = kSpaceOfModule_bytes;
+    for (const std::string& object : objects) size_bytes += 2 * object.size();
+    if (const Result<void> room = linked_file.check_space(size_bytes); !room) return room;
     if (const Result<void> linked = backend.link_module(paths, linked_file.path()); !linked) return linked;
     Result<std::string> module = read_module_file(linked_file.path());
     if (!module) return tl::unexpected(module.error());

@@ -16,6 +16,8 @@
 #include <system_error>
 #include <vector>
 
+#include "runtime/base/output_file.h"
+
 namespace meld {
 namespace {
 
@@ -103,24 +105,36 @@ TemporaryFile::~TemporaryFile() {
     if (!published_) ::unlink(path_.c_str());
 }
 
+tl::unexpected<Error> TemporaryFile::failed(int error_number) const {
+    Error error = cannot_write(path_, error_number);
+    error.suggestion = "Set CLAYMELD_CACHE to a folder with space that can be written";
+    return tl::unexpected(std::move(error));
+}
+
+Result<void> TemporaryFile::check_space(std::size_t size_bytes) const {
+    const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (file < 0) return failed(errno);
+    const int error = ::posix_fallocate(file, 0, static_cast<off_t>(size_bytes));
+    ::close(file);
+    ::unlink(path_.c_str());
+    if (error != 0) return failed(error);
+    return {};
+}
+
 Result<void> TemporaryFile::write(const std::string& bytes) const {
-    const auto failed = [&] {
-        return fail(fmt::format("cannot write {} ({})", path_, std::strerror(errno)),
-                    "Set CLAYMELD_CACHE to a folder with space that can be written");
-    };
     const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-    if (file < 0) return failed();
+    if (file < 0) return failed(errno);
     for (std::size_t done = 0; done < bytes.size();) {
         const ::ssize_t count = ::write(file, bytes.data() + done, bytes.size() - done);
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) {
-            auto error = failed();
+            auto error = failed(errno);
             ::close(file);
             return error;
         }
         done += static_cast<std::size_t>(count);
     }
-    if (::close(file) != 0) return failed();
+    if (::close(file) != 0) return failed(errno);
     return {};
 }
 

@@ -37,10 +37,14 @@ class TemporaryFile {
 
     const std::string& path() const { return path_; }
     Result<void> write(const std::string& bytes) const;
+    // Whether the disk has room for a file of this size now: for those who would meet a full disk badly. Nothing is left there.
+    Result<void> check_space(std::size_t size_bytes) const;
     // Renames the file to its final name in one step; whoever comes last wins, and all contents are equally good.
     Result<void> publish(const std::string& final_path);
 
   private:
+    tl::unexpected<Error> failed(int error_number) const;
+
     std::string path_;
     bool published_ = false;
 };

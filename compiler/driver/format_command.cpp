@@ -4,16 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 
 #include "compiler/format/format.h"
+#include "runtime/base/output_file.h"
 
 namespace meld::driver {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -21,22 +18,6 @@ Result<std::uint32_t> read(source::FileSet& files, const std::string& path) {
     if (path != "-") return files.read(path);
     std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
     return files.add("<standard input>", std::move(text));
-}
-
-// Through a link the file it names is replaced, not the link.
-Result<void> replace(const std::string& path, const std::string& text) {
-    std::error_code error;
-    const fs::path target = fs::canonical(path, error);
-    if (error) return fail("cannot write " + path + ": " + error.message(), "Use --stdout to see the result");
-    const fs::path part = target.string() + ".tmp";
-    std::ofstream(part, std::ios::binary) << text << std::flush;
-    const bool complete = fs::file_size(part, error) == text.size() && !error;
-    if (complete) fs::permissions(part, fs::status(target).permissions(), error);
-    if (complete && !error) fs::rename(part, target, error);
-    if (complete && !error) return {};
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    return fail("cannot write " + path + (error ? ": " + error.message() : ""), "Use --stdout to see the result");
 }
 
 int fail_with(const Error& error) {
@@ -63,11 +44,11 @@ int format_one(const std::string& path, const FormatOptions& options) {
         return changes ? static_cast<int>(ExitCode::ProgramWrong) : 0;
     }
     if (options.to_stdout || path == "-") {
-        std::cout << text << std::flush;
-        return std::cout ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+        std::cout << text;
+        return 0;
     }
     if (!changes) return 0;
-    if (const auto written = replace(path, text); !written) return fail_with(written.error());
+    if (const auto written = write_file(path, text); !written) return fail_with(written.error());
     std::cerr << path << ": formatted\n";
     return 0;
 }

@@ -14,7 +14,11 @@
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
 #include "runtime/base/deep_stack.h"
+#include "runtime/abi/module_note.h"
 #include "runtime/base/nearest.h"
+#include "runtime/base/output_file.h"
+#include "runtime/base/output_paths.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
 
 namespace {
@@ -68,7 +72,21 @@ int run_check(Options& options) {
     return 0;
 }
 
+Result<void> copy_module(const std::string& module, const std::string& path) {
+    const Result<std::string> bytes = read_module_file(module);
+    if (!bytes) return tl::unexpected(bytes.error());
+    return write_file(path, *bytes);
+}
+
+// What is read, and what is written.
+Result<void> check_paths(const Options& options) {
+    std::vector<NamedPath> paths = {{"the program", options.file}, {"-o", options.output, NamedPath::Written}};
+    for (const std::string& file : options.compile.link) paths.push_back({"--link", file});
+    return check_distinct(paths);
+}
+
 int run_compile(Options& options) {
+    if (const auto distinct = check_paths(options); !distinct) return fail_with(distinct.error());
     if (!options.emit.empty()) {
         const auto stage = stage_named(options.emit);
         if (!stage) return fail_with({"there is no stage '" + options.emit + "'", "Stages are tokens, ast, program, plan, cpp and module"});
@@ -95,18 +113,13 @@ int run_compile(Options& options) {
     if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
     if (options.compile.last != Stage::Module) {
         std::cout << c.result;
-        std::cout.flush();
-        return std::cout ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+        return 0;
     }
     if (options.output.empty()) {
         std::cout << c.result << "\n";
         return 0;
     }
-    std::error_code error;
-    const std::string part = options.output + ".tmp";
-    std::filesystem::copy_file(c.result, part, std::filesystem::copy_options::overwrite_existing, error);
-    if (!error) std::filesystem::rename(part, options.output, error);
-    if (error) return fail_with({"cannot write " + options.output + ": " + error.message(), "Choose a path that can be written with -o"});
+    if (const auto copied = copy_module(c.result, options.output); !copied) return fail_with(copied.error());
     return 0;
 }
 
@@ -144,13 +157,13 @@ int run_language_server() {
     return fail_with({"cannot start " + server + ": " + std::strerror(errno), "Keep meldc-lsp beside meldc"});
 }
 
-int run(int argc, char** argv) {
+int run_program(int argc, char** argv) {
     Options options;
     CLI::App app{
         "meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules",
         "meldc"};
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 4 limit or memory, 70 a bug of meldc.");
+    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 4 limit, memory or disk, 70 a bug of meldc.");
 
     CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
     CLI::App* compile = app.add_subcommand(
@@ -210,5 +223,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    return meld::with_deep_stack("meldc", [&] { return run(argc, argv); });
+    meld::prepare_standard_streams();
+    return meld::end_standard_output("meldc", meld::with_deep_stack("meldc", [&] { return run_program(argc, argv); }));
 }

@@ -5,6 +5,7 @@
 
 #include "compiler/lsp/server.h"
 #include "runtime/base/deep_stack.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
 
 namespace {
@@ -24,5 +25,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    meld::prepare_standard_streams();
     return meld::with_deep_stack("meldc-lsp", [&] { return run(argc, argv); });
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -52,14 +53,15 @@ Result<std::uint32_t> FileSet::read(const std::string& path) {
     namespace fs = std::filesystem;
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status)) return fail(fmt::format("there is no file {}", path));
+    if (status.type() == fs::file_type::not_found) return fail(fmt::format("there is no file {}", path));
+    if (!fs::exists(status)) return fail(fmt::format("{} cannot be read ({})", path, error.message()));
     if (fs::is_directory(status)) return fail(fmt::format("{} is a folder, not a file", path));
     // Only a regular file knows its size before it is read; a pipe is read up to the limit.
     if (fs::is_regular_file(status) && fs::file_size(path, error) > kMaxFileBytes) {
         return fail(fmt::format("{} is larger than 64 MiB", path), "a program is text; give data to the world instead");
     }
     std::ifstream stream(path, std::ios::binary);
-    if (!stream) return fail(fmt::format("{} cannot be opened", path), "check its permissions");
+    if (!stream) return fail(fmt::format("{} cannot be read ({})", path, std::generic_category().message(errno)));
     std::string text;
     char buffer[65536];
     while (stream.read(buffer, sizeof buffer) || stream.gcount() > 0) {

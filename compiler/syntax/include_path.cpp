@@ -116,7 +116,8 @@ std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, c
 std::optional<std::uint32_t> Includes::open(const std::string& candidate, bool& exists) {
     std::error_code error;
     const std::optional<std::uint32_t> known = find_in_set(files_, candidate);
-    exists = known || fs::exists(candidate, error);
+    // What cannot be looked at, for want of permission, may be there: reading it says why it cannot be read.
+    exists = known || fs::status(candidate, error).type() != fs::file_type::not_found;
     if (!exists) return std::nullopt;
     const auto [place, first] = by_identity_.try_emplace(identity(candidate), 0);
     if (!first) return place->second;

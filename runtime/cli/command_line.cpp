@@ -25,8 +25,8 @@ const CLI::App* command_named(const CLI::App& app, const std::string& name) {
 }
 
 int print(const std::string& text) {
-    std::cout << text << std::flush;
-    return std::cout ? 0 : static_cast<int>(ExitCode::UsageOrWorld);
+    std::cout << text;
+    return 0;
 }
 
 // `help`, `help COMMAND` and `help --man`.

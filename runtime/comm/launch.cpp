@@ -16,6 +16,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/progress.h"
+#include "runtime/comm/relay.h"
 
 extern char** environ;
 
@@ -24,6 +25,8 @@ namespace meld::comm {
 namespace {
 
 constexpr int kCannotStart = 127;
+// So long a signal or the end of the processes may wait.
+constexpr int kLookMilliseconds = 20;
 
 // What mpirun needs to hear, each only where the user has not said otherwise.
 std::map<std::string, std::string> settings_for(int processes) {
@@ -77,24 +80,27 @@ sigset_t awaited_signals() {
 }
 
 // In the child, between fork and exec: only async-signal-safe calls.
-[[noreturn]] void become(char* const* arguments, char* const* environment, const sigset_t& mask, pid_t launcher) {
+[[noreturn]] void become(char* const* arguments, char* const* environment, const sigset_t& mask, pid_t launcher, const Relay& relay) {
     // A process group of its own: the terminal's Ctrl-C reaches the launcher only, which decides what to pass on.
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != launcher) _exit(kCannotStart);
-    if (isatty(STDIN_FILENO) != 0) {
+    // Nor does mpirun get an input that cannot be read, as runtime/base/standard_streams.h puts one where there is none.
+    if (isatty(STDIN_FILENO) != 0 || (fcntl(STDIN_FILENO, F_GETFL) & O_ACCMODE) == O_WRONLY) {
         const int nothing = open("/dev/null", O_RDONLY);
         if (nothing >= 0) dup2(nothing, STDIN_FILENO);
     }
+    relay.enter_child();
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD, SIGPIPE}) std::signal(signal, SIG_DFL);
     sigprocmask(SIG_SETMASK, &mask, nullptr);
     execvpe(arguments[0], arguments, environment);
     _exit(kCannotStart);
 }
 
-// Waits for the child; hands the user's signals on. The signals are blocked, so none is lost between two waits.
-int wait_for(pid_t child, const sigset_t& awaited) {
+// Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
+int wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
     int interrupts = 0;
+    bool told_to_end = false;
     while (true) {
         int status = 0;
         const pid_t ended = waitpid(child, &status, WNOHANG);
@@ -102,16 +108,21 @@ int wait_for(pid_t child, const sigset_t& awaited) {
         if (ended == child && WIFSIGNALED(status)) return 128 + WTERMSIG(status);
         if (ended < 0 && errno != EINTR) return kCannotStart;
 
-        // The time limit covers a SIGCHLD that another part of the process has taken.
-        const timespec limit = {.tv_sec = 0, .tv_nsec = 200'000'000};
-        const int signal = sigtimedwait(&awaited, nullptr, &limit);
+        relay.pass(kLookMilliseconds);
+        // Nobody hears what the processes say: they end as if the user had asked for it.
+        if (relay.output_error() != 0 && !told_to_end) {
+            told_to_end = true;
+            if (interrupts++ == 0) kill(child, kEndWellSignal);
+        }
+        const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
+        const int signal = sigtimedwait(&awaited, nullptr, &at_once);
         if (signal > 0 && signal != SIGCHLD) kill(child, interrupts++ == 0 ? kEndWellSignal : SIGTERM);
     }
 }
 
 }  // namespace
 
-int launch_mpi(int processes, const std::vector<std::string>& command) {
+LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command) {
     MELD_CHECK(processes >= 1 && !command.empty(), "processes = {}, words in the command = {}", processes, command.size());
     // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own
     // remarks about a process that failed are kept back: the caller says it better.
@@ -128,14 +139,17 @@ int launch_mpi(int processes, const std::vector<std::string>& command) {
     child_default.sa_handler = SIG_DFL;
     sigaction(SIGCHLD, &child_default, &child_before);
 
+    Relay relay;
     const pid_t launcher = getpid();
     const pid_t child = fork();
-    if (child == 0) become(arguments.data(), environment.data(), before, launcher);
-    const int exit_code = child < 0 ? kCannotStart : wait_for(child, awaited);
+    if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);
+    relay.leave_child();
+    const int exit_code = child < 0 ? kCannotStart : wait_for(child, awaited, relay);
+    relay.finish();
 
     sigaction(SIGCHLD, &child_before, nullptr);
     sigprocmask(SIG_SETMASK, &before, nullptr);
-    return exit_code;
+    return {.exit_code = exit_code, .output_error = relay.output_error()};
 }
 
 std::string describe_launch_failure(int exit_code) {

@@ -5,12 +5,14 @@
 #include <optional>
 
 #include "runtime/base/error.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
 
-int main(int argc, char** argv) {
-    using namespace meld;
+namespace {
+
+int run_program(int argc, char** argv) {
     using namespace meld::driver;
     RunOptions run;
     run.arguments.assign(argv, argv + argc);
@@ -65,6 +67,7 @@ int main(int argc, char** argv) {
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
     r->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
+    r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
     r->add_flag("--json", run.json, "The summary as JSON");
     r->add_flag("--quiet", run.quiet, "No progress line and no summary");
     r->add_option("--module", run.module)->group("");
@@ -79,4 +82,11 @@ int main(int argc, char** argv) {
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return *code;
     return *r ? run_command(std::move(run)) : world_command(world_path, world_extensions);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    meld::prepare_standard_streams();
+    return meld::end_standard_output("meldsim", run_program(argc, argv));
 }

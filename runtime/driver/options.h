@@ -24,6 +24,7 @@ struct RunOptions {
     std::string facts_out = {};
     std::string record = {};
     std::string digest = {};  // A file, or "-" for standard output.
+    bool sync = false;        // Files survive that the machine stops.
     std::string module = {};  // Given to the processes by the command that started them.
     bool strict = false;
     bool json = false;

@@ -13,12 +13,16 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/progress.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
+#include "runtime/driver/outputs.h"
 #include "runtime/driver/report.h"
 #include "runtime/module/module.h"
+#include "runtime/record/digest_file.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
 #include "runtime/sim/simulation.h"
@@ -41,21 +45,24 @@ void handle_interrupts() {
     struct sigaction action{};
     action.sa_handler = on_interrupt;
     for (const int signal : {SIGINT, SIGTERM, comm::kEndWellSignal}) sigaction(signal, &action, nullptr);
-    std::signal(SIGXFSZ, SIG_IGN);
 }
 
 int tell(const Error& error) {
     clear_progress();
-    if (!error.problem.empty()) fmt::print(stderr, "meldsim: {}\n", error.message());
+    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", error.message())));
     return static_cast<int>(error.code);
 }
 
+// Empty if there is none.
+std::string world_path(const RunOptions& options) {
+    if (!options.world.empty()) return options.world;
+    const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
+    std::error_code error;
+    return std::filesystem::exists(beside, error) ? beside : "";
+}
+
 Result<world::World> choose_world(const RunOptions& options) {
-    std::string path = options.world;
-    if (path.empty()) {
-        const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
-        if (std::filesystem::exists(beside)) path = beside;
-    }
+    const std::string path = world_path(options);
     Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
                                                                    "the default, a cube of 1,000 catoms")
                                               : world::read_world(path);
@@ -79,31 +86,6 @@ std::string text_of(const std::string& path) {
     return text.str();
 }
 
-// Writes a digest a tick.
-class DigestWriter : public sim::SimModule {
-  public:
-    explicit DigestWriter(std::string path) : path_(std::move(path)) {}
-    Result<void> start(sim::Subdomain& subdomain) override {
-        if (subdomain.comm.process() != 0) return {};
-        file_ = path_ == "-" ? stdout : std::fopen(path_.c_str(), "w");
-        if (file_ == nullptr) return fail("cannot write " + path_, "Choose a path in a folder that exists and can be written");
-        return {};
-    }
-    Result<void> after(sim::Subdomain& subdomain) override {
-        const Digest digest = record::state_digest(subdomain);
-        if (file_ != nullptr) fmt::print(file_, "tick {} {}\n", subdomain.tick(), digest.to_string());
-        return {};
-    }
-    void finish(sim::Subdomain&) override {
-        if (file_ != nullptr) std::fflush(file_);
-        if (file_ != nullptr && file_ != stdout) std::fclose(file_);
-    }
-
-  private:
-    std::string path_;
-    std::FILE* file_ = nullptr;
-};
-
 // All processes must run the same module on the same world.
 bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
     ByteWriter bytes;
@@ -120,13 +102,15 @@ int processes_on_this_machine(const comm::Communicator& comm) {
     return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
 }
 
+OutputFile* pointer_to(std::optional<OutputFile>& file) { return file ? &*file : nullptr; }
+
 // The facts of the last tick that went well, if they are still there, and what there is to say. On every process.
-Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Error error) {
+Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Outputs& outputs, Error error) {
     if (options.facts_out.empty()) return error;
     if (subdomain.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
                                         error.suggestion.empty() ? "" : ".\n", subdomain.status().last_tick() + 1);
-    } else if (const auto written = record::write_facts(subdomain, options.facts_out); !written) {
+    } else if (const auto written = record::write_facts(subdomain, pointer_to(outputs.facts)); !written) {
         error.suggestion +=
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }
@@ -148,26 +132,27 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
         return tl::unexpected<Error>(fits.error());
     const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
-    for (const std::string& path : {options.facts_out, options.record, options.digest == "-" ? "" : options.digest})
-        if (!path.empty() && comm.process() == 0)
-            if (const auto writable = record::check_writable(path); !writable) {
-                tell(writable.error());
-                comm.abort(static_cast<int>(writable.error().code));
-            }
+    Outputs outputs;
+    const Result<void> opened = comm.process() == 0 ? open_outputs(options, outputs) : Result<void>{};
+    if (const auto all = comm::outcome_of_first(comm, opened); !all) return tl::unexpected<Error>(all.error());
 
     sim::Simulation simulation(info, *world, *target, comm, options.threads);
     const bool speaks = comm.process() == 0;
     if (!options.record.empty()) {
-        const record::RecordingInfo about{
-            info.program_text, text_of(world->path), world->seed, options.arguments, std::string(world::Lattice(world->lattice).name()),
-            world->radius};
+        const record::RecordingInfo about{.program = info.program_text,
+                                          .world = text_of(world->path),
+                                          .seed = world->seed,
+                                          .arguments = options.arguments,
+                                          .lattice = std::string(world::Lattice(world->lattice).name()),
+                                          .radius = world->radius,
+                                          .durability = options.sync ? Durability::Machine : Durability::Process};
         simulation.add(std::make_unique<record::Recorder>(options.record, world->record.every, world->record.predicates, about));
     }
-    // What catoms print goes to standard output, unless results are written there.
-    const bool results_there = options.json || options.facts_out == "-" || options.digest == "-";
-    simulation.add(std::make_unique<sim::Printer>(results_there ? stderr : stdout));
-    simulation.add(std::make_unique<sim::Watcher>(results_there ? stderr : stdout));
-    if (!options.digest.empty()) simulation.add(std::make_unique<DigestWriter>(options.digest));
+    // What catoms print and the table go to standard output, unless results are written there.
+    std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
+    simulation.add(std::make_unique<sim::Printer>(talk));
+    simulation.add(std::make_unique<sim::Watcher>(talk));
+    if (!options.digest.empty()) simulation.add(std::make_unique<record::DigestFile>(std::move(outputs.digest)));
     sim::Registry registry = sim::Registry::standard();
     if (auto done = add_extensions(options.extensions, registry); !done) return tl::unexpected<Error>(done.error());
     if (auto done = simulation.start(registry); !done) return tl::unexpected<Error>(done.error());
@@ -185,19 +170,21 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     };
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each);
     progress.reset();
-    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, ran.error()));
+    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, ran.error()));
     if (!options.facts_out.empty())
-        if (auto written = record::write_facts(simulation.subdomain(), options.facts_out); !written)
+        if (auto written = record::write_facts(simulation.subdomain(), pointer_to(outputs.facts)); !written)
             return tl::unexpected<Error>(written.error());
     // Also with --quiet: facts are missing.
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && !simulation.summary().undefined.empty())
-        fmt::print(stderr, "meldsim: warning: the run ended before the facts settled, and {}\n", simulation.summary().undefined);
+        log::warning("the run ended before the facts settled, and {}", simulation.summary().undefined);
     if (speaks && options.json)
-        fmt::print("{}", summary_json(simulation.summary(), world->path, comm.processes(), options.threads));
+    Result<void> printed;
+    if (speaks && options.json)
+        printed = print(stdout, summary_json(simulation.summary(), world->path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        fmt::print("{}", summary_table(simulation.summary(), world->path, comm.processes(), options.threads));
-    std::fflush(stdout);
+        printed = print(talk, summary_table(simulation.summary(), world->path, comm.processes(), options.threads));
+    if (!printed) return tl::unexpected<Error>(printed.error());
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
 
@@ -233,6 +220,7 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
 }  // namespace
 
 int run_command(RunOptions options) {
+    if (const auto distinct = check_outputs(options, world_path(options)); !distinct) return tell(distinct.error());
     if (comm::under_mpi()) {
         handle_interrupts();
         const auto comm = comm::make_mpi();
@@ -250,9 +238,12 @@ int run_command(RunOptions options) {
     std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
     command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
     command.insert(command.end(), {"--module", *module});
-    const int code = comm::launch_mpi(options.processes, command);
-    if (const std::string why = comm::describe_launch_failure(code); !why.empty()) fmt::print(stderr, "meldsim: {}\n", why);
-    return code;
+    const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
+    // Whatever else came of the run, its results have not reached their reader.
+    if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
+    if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
+        return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
+    return outcome.exit_code;
 }
 
 }  // namespace meld::driver

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/base/error.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/extension_file.h"
@@ -19,16 +20,13 @@ namespace {
 // A module of no program: it has neither predicates nor rules.
 constexpr ModuleInfo kNoProgram = {.abi_version = kAbiVersion};
 
-void print_size(const world::World& world, const world::WorldSize& size) {
+std::string size_text(const world::World& world, const world::WorldSize& size) {
     const world::Lattice lattice(world.lattice);
-    fmt::print("{}: {} lattice, ", world.path, lattice.name());
     // Counting is exact and quick up to some hundred million.
-    if (size.cells_estimate < 2e8)
-        fmt::print("{} catoms", world::count_catoms(world, lattice));
-    else
-        fmt::print("about {} catoms", format_count(size.cells_estimate));
-    fmt::print(", within cells ({}, {}, {}) to ({}, {}, {})\n", size.first.x, size.first.y, size.first.z, size.last.x, size.last.y,
-               size.last.z);
+    const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
+                                                        : fmt::format("about {} catoms", format_count(size.cells_estimate));
+    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", world.path, lattice.name(), count, size.first.x,
+                       size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
 // Whether a run could start: the catoms take their places, and the motion takes them over. What only a program can judge is
@@ -54,9 +52,10 @@ Result<void> check_world(const std::string& path, const std::vector<std::string>
     sim::Registry registry = sim::Registry::standard();
     if (const auto added = add_extensions(extensions, registry); !added) return added;
     if (const auto known = sim::check_choices(registry, *world); !known) return known;
-    print_size(*world, *size);
+    std::string text = size_text(*world, *size);
     if (world->target)
-        fmt::print("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+        text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    if (const auto printed = print(stdout, text); !printed) return printed;
     return check_start(*world, *target, registry);
 }
 
@@ -64,9 +63,8 @@ Result<void> check_world(const std::string& path, const std::vector<std::string>
 
 int world_command(const std::string& path, const std::vector<std::string>& extensions) {
     const Result<void> done = check_world(path, extensions);
-    std::fflush(stdout);
     if (done) return 0;
-    fmt::print(stderr, "meldsim: {}\n", done.error().message());
+    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", done.error().message())));
     return static_cast<int>(done.error().code);
 }
 

@@ -51,10 +51,12 @@ std::optional<std::string> reserve_growth(const std::string& path, std::uint64_t
     if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && size_bytes + bytes > limit.rlim_cur)
         return fmt::format("no space: files may have {}, {} are needed", format_bytes(limit.rlim_cur), format_bytes(size_bytes + bytes));
 
-    while (fallocate(file.descriptor(), FALLOC_FL_KEEP_SIZE, status.st_size, static_cast<off_t>(bytes)) != 0) {
+    while (fallocate(file.descriptor(), 0, status.st_size, static_cast<off_t>(bytes)) != 0) {
         if (errno == EINTR) continue;
         if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG) return fmt::format("no space: {} are needed", format_bytes(bytes));
-        return look_at_free_space(file.descriptor(), bytes);
+        if (auto reason = look_at_free_space(file.descriptor(), bytes)) return reason;
+        if (ftruncate(file.descriptor(), status.st_size + static_cast<off_t>(bytes)) != 0) return std::strerror(errno);
+        break;
     }
     return std::nullopt;
 }

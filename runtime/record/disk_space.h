@@ -7,8 +7,8 @@
 
 namespace meld::record {
 
-// Makes sure that the file at `path` can grow by so many bytes: takes the blocks from the disk, if the file system can do
-// that, without changing the file's size; else looks at what is free. Nothing when it can, else the reason in words.
+// Makes the file at `path` longer by so many bytes: takes the blocks from the disk, if the file system can do that; else looks at
+// what is free. Nothing when it could, else the reason in words.
 std::optional<std::string> reserve_growth(const std::string& path, std::uint64_t bytes);
 
 }  // namespace meld::record

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <memory>
 #include <queue>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {
@@ -57,47 +55,7 @@ bool read_lines(ByteReader& in, Lines& out) {
     return true;
 }
 
-Error cannot_write(const std::string& path, int error) {
-    return {"cannot write " + path + ": " + std::strerror(error),
-            error == ENOSPC ? "Free some space" : "Choose a path in a folder that exists and can be written",
-            error == ENOSPC ? ExitCode::LimitHit : ExitCode::UsageOrWorld};
-}
-
-// Writes beside the path and renames at the end, so that a file is either whole or not there.
-class WholeFile {
-  public:
-    explicit WholeFile(std::string path)
-        : path_(std::move(path)),
-          part_(path_ + ".tmp"),
-          file_(path_ == "-" ? stdout : std::fopen(part_.c_str(), "wb")),
-          error_(file_ ? 0 : errno) {}
-    ~WholeFile() {
-        if (file_ == nullptr || file_ == stdout) return;
-        std::fclose(file_);
-        std::remove(part_.c_str());
-    }
-    WholeFile(const WholeFile&) = delete;
-    WholeFile& operator=(const WholeFile&) = delete;
-    void write(const std::string& text) {
-        if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), file_) != text.size()) error_ = errno;
-    }
-    int finish() {
-        if (file_ == nullptr) return error_;
-        if (file_ == stdout) return std::fflush(file_) == 0 ? error_ : errno;
-        if (std::fclose(file_) != 0 && error_ == 0) error_ = errno;
-        file_ = nullptr;
-        if (error_ == 0 && std::rename(part_.c_str(), path_.c_str()) != 0) error_ = errno;
-        if (error_ != 0) std::remove(part_.c_str());
-        return error_;
-    }
-
-  private:
-    std::string path_, part_;
-    std::FILE* file_;
-    int error_;
-};
-
-void merge(const std::vector<std::vector<std::byte>>& parts, WholeFile& file) {
+void merge(const std::vector<std::vector<std::byte>>& parts, OutputFile& file) {
     std::vector<ByteReader> readers;
     std::vector<Lines> heads(parts.size());
     std::priority_queue<std::pair<u64, std::size_t>, std::vector<std::pair<u64, std::size_t>>, std::greater<>> next;
@@ -115,7 +73,7 @@ void merge(const std::vector<std::vector<std::byte>>& parts, WholeFile& file) {
 
 }  // namespace
 
-Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
+Result<void> write_facts(sim::Subdomain& part, OutputFile* file) {
     part.refresh();
     std::vector<u32> order;
     for (u32 i = 0; i < part.module.predicate_count; ++i)
@@ -126,8 +84,7 @@ Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
         return names != 0 ? names < 0 : x.arity < y.arity;
     });
     const bool writer = part.comm.process() == 0;
-    std::unique_ptr<WholeFile> file;
-    if (writer) file = std::make_unique<WholeFile>(path);
+    MELD_CHECK(writer == (file != nullptr), "process 0 alone has the file of facts");
     for (const u32 predicate : order) {
         std::vector<std::byte> mine = facts_of(part, predicate);
         std::vector<std::vector<std::byte>> all(1);
@@ -138,13 +95,9 @@ Result<void> write_facts(sim::Subdomain& part, const std::string& path) {
             for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
         if (writer) merge(all, *file);
     }
-    ByteWriter outcome;
-    outcome.write(writer ? file->finish() : 0);
-    const std::vector<std::byte> outcomes = part.comm.allgather(outcome.view());
-    ByteReader in(outcomes, "how writing facts ended");
-    const int error = in.read<int>();
-    if (error != 0) return tl::unexpected<Error>(cannot_write(path, error));
-    return {};
+    Result<void> written;
+    if (writer) written = file->commit();
+    return comm::outcome_of_first(part.comm, written);
 }
 
 namespace {
@@ -182,16 +135,6 @@ Digest state_digest(sim::Subdomain& part) {
     ByteReader in(all, "digests of all processes");
     for (int p = 0; p < part.comm.processes(); ++p) sum.combine(in.read<Digest>());
     return sum;
-}
-
-Result<void> check_writable(const std::string& path) {
-    if (path == "-") return {};
-    const std::string probe = path + ".tmp";
-    std::FILE* file = std::filesystem::is_directory(path) ? nullptr : std::fopen(probe.c_str(), "ab");
-    if (file == nullptr) return tl::unexpected<Error>(cannot_write(path, std::filesystem::is_directory(path) ? EISDIR : errno));
-    std::fclose(file);
-    std::remove(probe.c_str());
-    return {};
 }
 
 }  // namespace meld::record

@@ -3,12 +3,15 @@
 #include "runtime/record/hdf5_file.h"
 
 #include <hdf5.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <csignal>
+#include <cerrno>
 #include <cstdlib>
 #include <limits>
+#include <map>
+#include <system_error>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -18,6 +21,12 @@ namespace meld::record {
 static_assert(sizeof(hid_t) == sizeof(std::int64_t), "handles are kept as 64-bit integers");
 
 namespace {
+
+constexpr haddr_t kFewestBytesAhead = 64;
+constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
+// Room for so many names in the header of a group; more go to a second block.
+constexpr unsigned kExpectedLinks = 32;
+constexpr unsigned kExpectedNameBytes = 24;
 
 // An HDF5 handle that is given back at the end of its scope.
 class Handle {
@@ -88,6 +97,49 @@ Handle text_type(std::string_view text, H5T_cset_t characters) {
     return {type, H5Tclose};
 }
 
+// The library's own driver, but for how space is given out. No address is given out twice, so that nothing to which the file on the disk
+// refers is written over; and the end of the file is ahead of what has been given out, see Hdf5File::extend().
+H5FD_class_t own_driver;
+// Where the next space of a file will be, and the file that was opened last.
+std::map<const H5FD_t*, haddr_t> next_address;
+H5FD_t* last_opened = nullptr;
+H5FD_t* (*open_as_library)(const char*, unsigned, hid_t, haddr_t) = nullptr;
+
+H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) {
+    last_opened = open_as_library(name, flags, access, most);
+    if (last_opened != nullptr) next_address[last_opened] = 0;
+    return last_opened;
+}
+
+haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
+    haddr_t& next = next_address[file];
+    const haddr_t address = next;
+    next += size_bytes;
+    // Never just before the end: the library lets what is there grow into what is ahead, behind our back.
+    if (next >= own_driver.get_eoa(file, type)) own_driver.set_eoa(file, type, next + kFewestBytesAhead);
+    return address;
+}
+
+herr_t keep_space(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, hsize_t) { return 0; }
+
+// Negative if the library does not let itself be asked.
+hid_t driver() {
+    static const hid_t made = [] {
+        const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+        H5Pset_fapl_sec2(access);
+        H5FD_t* const some_file = H5FDopen("/dev/null", H5F_ACC_RDONLY, access, haddr_t{1} << 40);
+        if (some_file == nullptr) return hid_t{-1};
+        own_driver = *some_file->cls;
+        H5FDclose(some_file);
+        open_as_library = own_driver.open;
+        own_driver.open = open_file;
+        own_driver.alloc = give_space;
+        own_driver.free = keep_space;
+        return H5FDregister(&own_driver);
+    }();
+    return made;
+}
+
 void set_up_library_once() {
     static const bool done = [] {
         // A file that could not be written must not be tried again when the process ends.
@@ -95,8 +147,6 @@ void set_up_library_once() {
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
         // Viewers may read while we write: every flushed step is complete.
         setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
-        // A file size limit then shows as a failed write.
-        std::signal(SIGXFSZ, SIG_IGN);
         return true;
     }();
     static_cast<void>(done);
@@ -117,13 +167,23 @@ std::size_t size_of(ElementType type) {
     return 0;
 }
 
-// Format versions up to 1.8: with later ones, a killed process leaves a file that cannot be opened.
-Hdf5File::Hdf5File(const std::string& path) {
+// The layout is such that a process killed at any moment leaves a file that can be read (docs/internals.md, "Files that survive a kill"):
+// - The indexes of chunks are those of version 1.10, in which what is listed never moves. The B-trees of earlier versions split: for a
+//   moment no chunk of the dataset can be found.
+// - The superblock is that of 1.8: one of 1.10 says that the file is being written, and a killed process leaves it saying so.
+// - Space that becomes free is not used again, by this list of what to track and by the driver.
+Hdf5File::Hdf5File(const std::string& path, Durability durability) : durability_(durability) {
     set_up_library_once();
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    check(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
-    file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    check(H5Pset_driver(access, driver(), nullptr));
+    check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST));
+    const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    check(H5Pset_file_space_strategy(creation, H5F_FSPACE_STRATEGY_NONE, 0, 1));
+    check(H5Pset_link_phase_change(creation, kMostCompactLinks, kMostCompactLinks));
+    if (!failed()) file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
     check(file_);
+    if (!failed()) driver_file_ = last_opened;
+    if (!failed()) check(H5Fset_libver_bounds(file_, H5F_LIBVER_V110, H5F_LIBVER_LATEST));
 }
 
 Hdf5File::~Hdf5File() { close(); }
@@ -134,8 +194,24 @@ void Hdf5File::check(std::int64_t result) {
 
 void Hdf5File::make_group(const std::string& path) {
     if (failed()) return;
-    const Handle group(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    // All names stand in the header of the group, which is written at once.
+    const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    check(H5Pset_link_phase_change(creation, kMostCompactLinks, kMostCompactLinks));
+    check(H5Pset_est_link_info(creation, kExpectedLinks, kExpectedNameBytes));
+    const Handle group(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
     check(group);
+}
+
+void Hdf5File::link(const std::string& group, const std::string& name, const std::string& object) {
+    if (failed()) return;
+    const Handle opened(H5Gopen2(file_, group.c_str(), H5P_DEFAULT), H5Gclose);
+    check(opened);
+    if (failed()) return;
+    // Nothing of the group is written between the two changes.
+    check(H5Odisable_mdc_flushes(opened));
+    if (H5Lexists(opened, name.c_str(), H5P_DEFAULT) > 0) check(H5Ldelete(opened, name.c_str(), H5P_DEFAULT));
+    check(H5Lcreate_soft(object.c_str(), opened, name.c_str(), H5P_DEFAULT, H5P_DEFAULT));
+    check(H5Oenable_mdc_flushes(opened));
 }
 
 void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data) {
@@ -205,16 +281,16 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
     if (!failed() && count > 0) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()));
 }
 
-ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& shape) {
-    columns_.push_back({.dataset = -1, .shape = shape, .rows = 0});
+ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows) {
+    columns_.push_back({.dataset = -1, .shape = shape, .rows = rows});
     const ColumnIndex index = columns_.size() - 1;
     if (failed()) return index;
     const auto components = static_cast<hsize_t>(shape.components);
     const int dimensions = shape.components > 1 || shape.two_dimensional ? 2 : 1;
-    const std::array<hsize_t, 2> none = {0, components};
+    const std::array<hsize_t, 2> extent = {rows, components};
     const std::array<hsize_t, 2> limits = {H5S_UNLIMITED, components};
     const std::array<hsize_t, 2> chunk = {shape.chunk_rows, components};
-    const Handle space(H5Screate_simple(dimensions, none.data(), limits.data()), H5Sclose);
+    const Handle space(H5Screate_simple(dimensions, extent.data(), limits.data()), H5Sclose);
     const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     check(H5Pset_chunk(properties, dimensions, chunk.data()));
     if (shape.compressed) {
@@ -225,9 +301,27 @@ ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& sh
         const double nothing = std::numeric_limits<double>::quiet_NaN();
         check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nothing));
     }
-    columns_[index].dataset = H5Dcreate2(file_, path.c_str(), stored_type(shape.type), space, H5P_DEFAULT, properties, H5P_DEFAULT);
-    check(columns_[index].dataset);
+    check(H5Pset_obj_track_times(properties, false));
+    const hid_t dataset = H5Dcreate_anon(file_, stored_type(shape.type), space, properties, H5P_DEFAULT);
+    columns_[index].dataset = dataset;
+    check(dataset);
+    if (shape.readable_at_once) make_chunk_index(index);
+    if (!failed()) check(H5Dflush(dataset));
+    if (!failed()) check(H5Olink(dataset, file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT));
     return index;
+}
+
+// The library makes it with the first chunk, and keeps it when that is given up.
+void Hdf5File::make_chunk_index(ColumnIndex index) {
+    Column& column = columns_[index];
+    const std::uint64_t rows = std::exchange(column.rows, 0);
+    const std::vector<std::byte> row(static_cast<std::size_t>(column.shape.components) * size_of(column.shape.type));
+    write_rows(index, 0, 1, row.data());
+    for (const std::uint64_t extent : {std::uint64_t{0}, rows}) {
+        const std::array<hsize_t, 2> size = {extent, static_cast<hsize_t>(column.shape.components)};
+        if (!failed()) check(H5Dset_extent(column.dataset, size.data()));
+    }
+    column.rows = rows;
 }
 
 void Hdf5File::lengthen(ColumnIndex index, std::uint64_t rows) {
@@ -254,10 +348,41 @@ void Hdf5File::write_rows(ColumnIndex index, std::uint64_t first_row, std::uint6
 
 void Hdf5File::flush() {
     if (!failed()) check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
+    if (failed() || durability_ == Durability::Process) return;
+    void* descriptor = nullptr;
+    check(H5Fget_vfd_handle(file_, H5P_DEFAULT, &descriptor));
+    if (!failed() && fsync(*static_cast<const int*>(descriptor)) != 0) failure_ = std::generic_category().message(errno);
+}
+
+std::uint64_t Hdf5File::space_ahead() const {
+    if (failed()) return 0;
+    auto* const file = static_cast<H5FD_t*>(driver_file_);
+    return H5FDget_eoa(file, H5FD_MEM_DEFAULT) - next_address[file];
+}
+
+// The library notices a new end of the file when it asks for space.
+void Hdf5File::notice_end() {
+    const Handle nothing(H5Gcreate_anon(file_, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    check(nothing);
+}
+
+void Hdf5File::extend(std::uint64_t bytes) {
+    if (failed()) return;
+    auto* const file = static_cast<H5FD_t*>(driver_file_);
+    check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, H5FDget_eoa(file, H5FD_MEM_DEFAULT) + bytes));
+    notice_end();
+    flush();
+}
+
+void Hdf5File::cut_end() {
+    auto* const file = static_cast<H5FD_t*>(driver_file_);
+    notice_end();
+    check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, next_address[file]));
 }
 
 // After a failure the library may refuse to close what it could not write; there is nothing more to learn from that.
 void Hdf5File::close() {
+    if (file_ >= 0 && !failed()) cut_end();
     for (Column& column : columns_) {
         if (column.dataset >= 0) check(H5Dclose(std::exchange(column.dataset, -1)));
     }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/output_file.h"
 
 namespace meld::record {
 
@@ -26,6 +27,7 @@ struct ColumnShape {
     std::uint64_t chunk_rows = 1;
     bool two_dimensional = false;  // Stored as rows × components also when components is 1.
     bool compressed = false;
+    bool readable_at_once = false;  // Readers may look at it before its first rows are complete: its index comes before them.
 };
 
 using ColumnIndex = std::size_t;
@@ -33,7 +35,8 @@ using ColumnIndex = std::size_t;
 // The first failure sticks: every later call does nothing, and error() tells it. So a caller asks once, at the end.
 class Hdf5File {
   public:
-    explicit Hdf5File(const std::string& path);
+    // The file is made anew; `durability` is that of flush().
+    Hdf5File(const std::string& path, Durability durability);
     ~Hdf5File();
     Hdf5File(const Hdf5File&) = delete;
     Hdf5File& operator=(const Hdf5File&) = delete;
@@ -52,15 +55,23 @@ class Hdf5File {
     void write_text(const std::string& path, std::string_view text);
     void write_texts(const std::string& path, const std::vector<std::string>& texts);
 
-    ColumnIndex make_column(const std::string& path, const ColumnShape& shape);
+    // The name `name` of a group means the object at this path from now on, in one write to the file.
+    void link(const std::string& group, const std::string& name, const std::string& object);
+
+    // With so many rows. It gets its path when it is in the file, so that the group never names what is not there.
+    ColumnIndex make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows = 0);
     // Writes rows from `first_row` on, beyond the end as well.
     void write_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
     void lengthen(ColumnIndex column, std::uint64_t rows);
     std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
     const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
 
-    // All that has been written is given to the system.
+    // All that has been written is given to the system, or to the disk.
     void flush();
+    // Moves the end of the file, which on the disk must be that long already. A step that takes no more than the space ahead of it leaves
+    // a file that can be read after each of its writes: the library writes last where the file ends, and readers refuse what lies behind.
+    void extend(std::uint64_t bytes);
+    std::uint64_t space_ahead() const;
     void close();
 
   private:
@@ -71,9 +82,14 @@ class Hdf5File {
     };
 
     void check(std::int64_t result);
+    void make_chunk_index(ColumnIndex column);
+    void notice_end();
+    void cut_end();
     void write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data);
 
+    Durability durability_;
     std::int64_t file_ = -1;
+    void* driver_file_ = nullptr;
     std::vector<Column> columns_;
     std::optional<std::string> failure_;
 };

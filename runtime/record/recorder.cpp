@@ -9,6 +9,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 
@@ -45,19 +46,15 @@ Result<void> Recorder::start(sim::Subdomain& part) {
             (r.name == "diameter" && part.has_diameters()))
             return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
-    ByteWriter outcome;
-    Error error;
+    Result<void> begun;
     if (part.comm.process() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
         if (file)
             file_.emplace(std::move(*file));
         else
-            error = file.error();
+            begun = tl::unexpected(file.error());
     }
-    outcome.write(file_.has_value());
-    const std::vector<std::byte> all = part.comm.allgather(outcome.view());
-    ByteReader in(all, "how opening the recording ended");
-    if (!in.read<bool>()) return tl::unexpected<Error>(part.comm.process() == 0 ? error : Error{"cannot write " + path_, ""});
+    if (const auto all = comm::outcome_of_first(part.comm, begun); !all) return all;
     part.refresh();
     return write(part);
 }
@@ -69,14 +66,12 @@ Result<void> Recorder::after(sim::Subdomain& part) {
 }
 
 void Recorder::finish(sim::Subdomain& part) {
-    Result<void> done;
-    if (last_step_ != part.tick() && !part.status().half_way()) done = write(part);
-    if (!file_) return;
-    const Result<void> closed = file_->close();
-    if (!done || !closed)
-        outcome_ = "the recording is incomplete: " + (!done ? done : closed).error().message();
-    else
-        outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
+    if (last_step_ != part.tick() && !part.status().half_way()) ending_ = write(part);
+    Result<void> closed;
+    if (file_) closed = file_->close();
+    closed = comm::outcome_of_first(part.comm, closed);
+    if (ending_) ending_ = closed;
+    outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
 }
 
 namespace {
@@ -230,22 +225,12 @@ Result<void> Recorder::write(sim::Subdomain& part) {
         packets.push_back({0, std::move(mine)});
     if (!part.alone())
         for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
-    Error error;
-    bool fine = true;
+    Result<void> done;
     if (file_) {
-        const Result<void> done = write_step(part, all);
-        fine = done.has_value();
-        if (!fine)
-            error = done.error();
-        else
-            ++steps_;
+        done = write_step(part, all);
+        if (done) ++steps_;
     }
-    ByteWriter outcome;
-    outcome.write(fine);
-    const std::vector<std::byte> outcomes = part.comm.allgather(outcome.view());
-    ByteReader in(outcomes, "how writing the recording ended");
-    if (!in.read<bool>()) return tl::unexpected<Error>(file_ ? error : Error{"cannot write " + path_, "", ExitCode::LimitHit});
-    return {};
+    return comm::outcome_of_first(part.comm, done);
 }
 
 }  // namespace meld::record

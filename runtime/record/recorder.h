@@ -21,6 +21,7 @@ class Recorder : public sim::SimModule {
     Result<void> after(sim::Subdomain& part) override;
     void finish(sim::Subdomain& part) override;
     std::string outcome() const override { return outcome_; }
+    Result<void> ending() const override { return ending_; }
 
   private:
     // What is recorded of a predicate, by the type of its first argument: a number, three, or the value as text.
@@ -48,6 +49,7 @@ class Recorder : public sim::SimModule {
     std::int64_t last_step_ = -1;
     std::uint64_t steps_ = 0;
     std::string outcome_;
+    Result<void> ending_;
 };
 
 }  // namespace meld::record

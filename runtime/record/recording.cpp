@@ -1,18 +1,15 @@
 // The layout of a recording: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format, "Temporal Data".
 //
-// A step is a row of offsets into columns that only grow. Each step's rows begin on a chunk boundary of their column, so that
-// writing a step never touches what an earlier one has written. A "part" in the sense of the format says how many points,
-// vertices and lines there are; steps with as many catoms and the same lines share one, with its connectivity 0, 1, 2, ...
+// A step is a row of offsets into columns that only grow; these rows are in runtime/record/step_table.h. What a step adds to a column
+// begins on a chunk boundary, so that writing it never touches what an earlier one has written. A "part" in the sense of the format
+// says how many points, vertices and lines there are; steps with as many catoms and the same lines share one, with its connectivity
+// 0, 1, 2, ...
 #include "runtime/record/recording.h"
-
-#include <unistd.h>
 
 #include <xxhash.h>
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <numeric>
@@ -23,6 +20,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/record/disk_space.h"
 #include "runtime/record/hdf5_file.h"
+#include "runtime/record/step_table.h"
 #include "runtime/record/text_table.h"
 #include "runtime/record/xdmf.h"
 
@@ -31,14 +29,13 @@ namespace meld::record {
 namespace {
 
 constexpr std::int64_t kFormatVersion = 1;
-constexpr const char* kLinesSidecar = ".lines.xdmf";
 // The order in which the format lists the kinds of cells; catoms are vertices, and the last two stay empty.
 constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygons", "Strips"};
 
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
 constexpr std::uint64_t kFewestChunkRows = 1024;
 constexpr std::uint64_t kMaxChunkRows = 65536;
-constexpr std::uint64_t kStepsPerChunk = 1024;
+constexpr std::uint64_t kPartsPerChunk = 1024;
 
 // What HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
 // columns of the steps.
@@ -64,7 +61,7 @@ ElementType element_type(RecordedArray::Type type) {
 // What a column held in the last step, and where: the same content is not written again.
 struct SeriesColumn {
     ColumnIndex values = 0;
-    std::optional<ColumnIndex> offsets;  // In Steps/PointDataOffsets; points have theirs in Steps itself.
+    std::optional<StepColumn> offsets;  // In Steps/PointDataOffsets; points have theirs in Steps itself.
     std::uint64_t last_offset = 0;
     std::uint64_t last_rows = 0;
     XXH128_hash_t last_hash = {};
@@ -88,22 +85,21 @@ struct PartKey {
     bool operator<(const PartKey& other) const { return order() < other.order(); }
 };
 
-std::filesystem::path directory_of(const std::string& path) {
-    const std::filesystem::path directory = std::filesystem::path(path).parent_path();
-    return directory.empty() ? "." : directory;
-}
-
 }  // namespace
 
 struct Recording::State {
     std::string path;
+    std::string place;  // Where the file is while it grows.
+    // In this order, so that the library closes its file before its place is given up.
+    std::optional<OutputFile> output;
     std::unique_ptr<Hdf5File> file;
     std::optional<XdmfSidecar> sidecar;
     std::optional<Error> failure;
+    bool lacks_step = false;  // One that there was no space for.
 
-    std::int64_t steps = 0;
+    std::optional<StepTable> steps;
     std::uint64_t most_rows = 0;
-    ColumnIndex values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
+    StepColumn values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
     ColumnIndex number_of_points = 0;
     std::array<ColumnIndex, 4> number_of_cells = {}, number_of_connectivity_ids = {}, offsets = {}, connectivity = {};
     std::optional<SeriesColumn> points;
@@ -131,22 +127,20 @@ struct Recording::State {
     std::vector<XdmfSlab> write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
     XdmfSlab slab_of_points() const;
     XdmfSlab slab_of_lines(const Part& part) const;
-    void commit_step();
-    template <class Value>
-    void append_to_steps(ColumnIndex column, const Value* value) {
-        file->write_rows(column, static_cast<std::uint64_t>(steps), 1, value);
-    }
 
     // Arrays of texts become arrays of their numbers, which stand in `numbers`.
     void number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::vector<std::vector<std::int64_t>>& numbers);
     void write_texts();
+    std::optional<std::string> reserve(std::uint64_t bytes);
     std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const;
     tl::unexpected<Error> cannot_write(const std::string& why) const;
 };
 
 tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) const {
-    return fail(fmt::format("The recording '{}' cannot be written ({})", path, why),
-                why.find("space") == std::string::npos ? "" : "Free some space, record fewer predicates or less often", ExitCode::LimitHit);
+    std::string cure = why.find("space") == std::string::npos ? "" : "Free some space, record fewer predicates or less often";
+    if (steps && steps->steps() > 0 && place != output->target())
+        cure += fmt::format("{}{} is as it was, and the {} steps so far are in {}", cure.empty() ? "" : ". ", path, steps->steps(), place);
+    return fail(fmt::format("cannot write {}: {}", path, why), cure, ExitCode::LimitHit);
 }
 
 // The most by which the file can grow in a step. A chunk that does not get smaller by compression is stored as it is.
@@ -158,6 +152,16 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
     std::uint64_t text_bytes = 0;
     for (const auto& [name, table] : texts) text_bytes += table.waiting_bytes();
     return text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+}
+
+// Space for a step that needs no more than this; why there is none, or nothing. Also some for the next ones, which may need less.
+std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
+    const std::uint64_t ahead = file->space_ahead();
+    if (ahead >= bytes) return std::nullopt;
+    const std::uint64_t more = bytes - ahead + std::min(bytes, kReserveBytes);
+    if (auto reason = reserve_growth(place, more)) return reason;
+    file->extend(more);
+    return std::nullopt;
 }
 
 void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows,
@@ -179,26 +183,23 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     file->make_group("/VTKHDF");
     file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
     file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
-    for (const char* group : {"/VTKHDF/PointData", "/VTKHDF/Steps", "/VTKHDF/Steps/PointDataOffsets", "/meld", "/meld/texts"})
-        file->make_group(group);
-    file->set_attribute("/VTKHDF/Steps", "NSteps", std::int64_t{0});
+    for (const char* group : {"/VTKHDF/PointData", "/meld", "/meld/texts"}) file->make_group(group);
+    steps.emplace(*file);
+    values = steps->add_column("Values", ElementType::Float64);
+    part_offsets = steps->add_column("PartOffsets", ElementType::Int64);
+    number_of_parts = steps->add_column("NumberOfParts", ElementType::Int64);
+    point_offsets = steps->add_column("PointOffsets", ElementType::Int64);
+    cell_offsets = steps->add_column("CellOffsets", ElementType::Int64, 4);
+    connectivity_offsets = steps->add_column("ConnectivityIdOffsets", ElementType::Int64, 4);
 
-    const ColumnShape one_a_step = {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk};
-    const ColumnShape four_a_step = {.type = ElementType::Int64, .components = 4, .chunk_rows = kStepsPerChunk};
-    values = file->make_column("/VTKHDF/Steps/Values", {.type = ElementType::Float64, .components = 1, .chunk_rows = kStepsPerChunk});
-    part_offsets = file->make_column("/VTKHDF/Steps/PartOffsets", one_a_step);
-    number_of_parts = file->make_column("/VTKHDF/Steps/NumberOfParts", one_a_step);
-    point_offsets = file->make_column("/VTKHDF/Steps/PointOffsets", one_a_step);
-    cell_offsets = file->make_column("/VTKHDF/Steps/CellOffsets", four_a_step);
-    connectivity_offsets = file->make_column("/VTKHDF/Steps/ConnectivityIdOffsets", four_a_step);
-
-    number_of_points = file->make_column("/VTKHDF/NumberOfPoints", one_a_step);
+    const ColumnShape one_a_part = {.type = ElementType::Int64, .components = 1, .chunk_rows = kPartsPerChunk};
+    number_of_points = file->make_column("/VTKHDF/NumberOfPoints", one_a_part);
     for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
         const std::string group = fmt::format("/VTKHDF/{}", kCellKinds[kind]);
         const ColumnShape ids = {.type = ElementType::Int64, .components = 1, .chunk_rows = 4096, .compressed = true};
         file->make_group(group);
-        number_of_cells[kind] = file->make_column(group + "/NumberOfCells", one_a_step);
-        number_of_connectivity_ids[kind] = file->make_column(group + "/NumberOfConnectivityIds", one_a_step);
+        number_of_cells[kind] = file->make_column(group + "/NumberOfCells", one_a_part);
+        number_of_connectivity_ids[kind] = file->make_column(group + "/NumberOfConnectivityIds", one_a_part);
         offsets[kind] = file->make_column(group + "/Offsets", ids);
         connectivity[kind] = file->make_column(group + "/Connectivity", ids);
     }
@@ -224,15 +225,16 @@ void Recording::State::make_point_columns(std::uint64_t rows) {
 SeriesColumn Recording::State::make_array(const std::string& name, ElementType type, int components, std::uint64_t rows) {
     const std::uint64_t chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMaxChunkRows);
     SeriesColumn column;
-    column.values =
-        file->make_column("/VTKHDF/PointData/" + name, {.type = type, .components = components, .chunk_rows = chunk, .compressed = true});
-    column.offsets = file->make_column("/VTKHDF/Steps/PointDataOffsets/" + name,
-                                       {.type = ElementType::Int64, .components = 1, .chunk_rows = kStepsPerChunk});
+    column.values = file->make_column(
+        "/VTKHDF/PointData/" + name,
+        {.type = type, .components = components, .chunk_rows = chunk, .compressed = true, .readable_at_once = steps->steps() > 0});
     // For earlier steps the array begins with rows that are never written; their offsets read as 0, which is where they are.
-    if (steps > 0) {
+    if (steps->steps() > 0) {
         leave_blank(column, most_rows);
-        file->lengthen(*column.offsets, static_cast<std::uint64_t>(steps));
+        // The tables, which readers see, name an array that is there.
+        file->flush();
     }
+    column.offsets = steps->add_column("PointDataOffsets/" + name, ElementType::Int64);
     return column;
 }
 
@@ -325,14 +327,12 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
 }
 
 void Recording::State::write_row_of_step(double time, const Part& part) {
-    const std::int64_t one = 1;
-    const auto point_offset = static_cast<std::int64_t>(points->last_offset);
-    append_to_steps(values, &time);
-    append_to_steps(part_offsets, &part.index);
-    append_to_steps(number_of_parts, &one);
-    append_to_steps(point_offsets, &point_offset);
-    append_to_steps(cell_offsets, part.cell_offsets.data());
-    append_to_steps(connectivity_offsets, part.connectivity_offsets.data());
+    steps->set(values, time);
+    steps->set(part_offsets, part.index);
+    steps->set(number_of_parts, std::int64_t{1});
+    steps->set(point_offsets, static_cast<std::int64_t>(points->last_offset));
+    steps->set(cell_offsets, part.cell_offsets);
+    steps->set(connectivity_offsets, part.connectivity_offsets);
 }
 
 // Every array gets an offset in every step, also those that this step lacks.
@@ -342,8 +342,7 @@ std::vector<XdmfSlab> Recording::State::write_array_offsets(std::span<const Reco
         const bool is_given = std::ranges::any_of(given, [&](const RecordedArray& array) { return array.name == name; });
         if (!is_given) leave_blank(column, rows);
         const std::uint64_t offset = is_given ? column.last_offset : column.blank_offset;
-        const auto stored_offset = static_cast<std::int64_t>(offset);
-        append_to_steps(*column.offsets, &stored_offset);
+        steps->set(*column.offsets, static_cast<std::int64_t>(offset));
         const ColumnShape& shape = file->shape(column.values);
         slabs.push_back({name, "/VTKHDF/PointData/" + name, shape.type, shape.components, offset, file->rows(column.values)});
     }
@@ -363,14 +362,6 @@ XdmfSlab Recording::State::slab_of_lines(const Part& part) const {
             file->rows(connectivity[1])};
 }
 
-// The step counts only when everything it refers to is in the file.
-void Recording::State::commit_step() {
-    file->flush();
-    ++steps;
-    file->change_attribute("/VTKHDF/Steps", "NSteps", steps);
-    file->flush();
-}
-
 Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Recording::Recording(Recording&&) noexcept = default;
 Recording& Recording::operator=(Recording&&) noexcept = default;
@@ -379,41 +370,27 @@ Recording::~Recording() = default;
 Result<Recording> Recording::create(const std::string& path, const RecordingInfo& info) {
     auto state = std::make_unique<State>();
     state->path = path;
-    std::error_code error;
-    if (!std::filesystem::is_directory(directory_of(path), error))
-        return fail(fmt::format("The recording '{}' cannot be written (there is no directory '{}')", path, directory_of(path).string()),
-                    "Create the directory first");
-    if (std::filesystem::is_directory(path, error))
-        return fail(fmt::format("The recording '{}' cannot be written (it is a directory)", path));
-
-    // Begun under another name: a recording that is already there is lost only to one that can be written.
-    const std::string begun = fmt::format("{}.{}.begun", path, getpid());
-    const std::string begun_sidecar = begun + ".xdmf";
-    const auto cannot_begin = [&](const std::string& why) {
-        state->file.reset();
-        std::filesystem::remove(begun, error);
-        std::filesystem::remove(begun_sidecar, error);
-        return fail(fmt::format("The recording '{}' cannot be begun ({})", path, why), "", ExitCode::LimitHit);
-    };
-    state->file = std::make_unique<Hdf5File>(begun);
+    for (const std::string& file : {path, path + kSidecar, path + kLinesSidecar})
+        if (OutputFile::names_stream(file))
+            return fail(fmt::format("cannot write {}: a recording is no stream, and this is no regular file", file), "Choose another path");
+    auto output = OutputFile::open(path, Appears::AtOnce, info.durability);
+    if (!output) return tl::unexpected(output.error());
+    auto place = output->place();
+    if (!place) return tl::unexpected(place.error());
+    state->output.emplace(std::move(*output));
+    state->place = *place;
+    state->file = std::make_unique<Hdf5File>(state->place, info.durability);
+    if (const auto reason = state->reserve(kReserveBytes)) return state->cannot_write(*reason);
     state->make_layout(info);
     state->file->flush();
-    if (state->file->failed()) return cannot_begin(std::string(state->file->failure()));
-    const auto begin_sidecar = [&](std::optional<XdmfSidecar>& sidecar, const std::string& name) {
-        auto made = XdmfSidecar::create(begun_sidecar, std::filesystem::path(path).filename().string());
-        if (!made) return std::string(std::strerror(errno));
-        sidecar = std::move(*made);
-        std::filesystem::rename(begun_sidecar, path + name, error);
-        return error ? error.message() : std::string();
-    };
+    if (state->file->failed()) return state->cannot_write(state->file->failure());
+    const std::string name = std::filesystem::path(path).filename().string();
     for (const bool lines : {false, true}) {
         if (lines && !info.lines) continue;
-        const std::string why = begin_sidecar(lines ? state->line_sidecar : state->sidecar, lines ? kLinesSidecar : ".xdmf");
-        if (!why.empty()) return cannot_begin(why);
+        auto sidecar = XdmfSidecar::create(path + (lines ? kLinesSidecar : kSidecar), name, info.durability);
+        if (!sidecar) return tl::unexpected(sidecar.error());
+        (lines ? state->line_sidecar : state->sidecar).emplace(std::move(*sidecar));
     }
-    std::filesystem::rename(begun, path, error);
-    if (error) return cannot_begin(error.message());
-    if (!info.lines) std::filesystem::remove(path + kLinesSidecar, error);
     return Recording(std::move(state));
 }
 
@@ -430,8 +407,9 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     std::vector<std::vector<std::int64_t>> numbers;
     state.number_texts(all, rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
-    if (const auto reason = reserve_growth(state.path, state.most_growth(rows, all) + lines.size() * kLineBytes)) {
+    if (const auto reason = state.reserve(state.most_growth(rows, all) + lines.size() * kLineBytes)) {
         for (auto& [name, table] : state.texts) table.forget();
+        state.lacks_step = true;
         return state.cannot_write(*reason);
     }
 
@@ -442,7 +420,8 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     const Part& part = state.part_with(rows, lines);
     state.write_row_of_step(time, part);
     const std::vector<XdmfSlab> slabs = state.write_array_offsets(all, rows);
-    state.commit_step();
+    state.steps->commit();
+    state.output->note_written();
     if (state.file->failed()) {
         state.failure = state.cannot_write(state.file->failure()).value();
         return tl::unexpected(*state.failure);
@@ -462,8 +441,16 @@ Result<void> Recording::close() {
         state.failure = state.cannot_write(state.file->failure()).value();
         return tl::unexpected(*state.failure);
     }
+    Result<void> done;
+    if (!state.lacks_step) {
+        done = state.output->commit();
+        if (done) done = state.sidecar->commit();
+        if (done && state.line_sidecar) done = state.line_sidecar->commit();
+        std::error_code none;
+        if (done && !state.line_sidecar) std::filesystem::remove(state.path + kLinesSidecar, none);
+    }
     state.failure = Error{"The recording is closed"};
-    return {};
+    return done;
 }
 
 }  // namespace meld::record

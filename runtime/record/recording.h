@@ -10,8 +10,13 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/output_file.h"
 
 namespace meld::record {
+
+// What the names of the sidecars add to that of the recording.
+inline constexpr const char* kSidecar = ".xdmf";
+inline constexpr const char* kLinesSidecar = ".lines.xdmf";
 
 // What a recording says about the run as a whole; kept in the group /meld of the file.
 struct RecordingInfo {
@@ -22,6 +27,7 @@ struct RecordingInfo {
     std::string lattice;
     double radius = 0;   // In metres.
     bool lines = false;  // Steps may have lines.
+    Durability durability = Durability::Process;
 };
 
 // A line between two catoms of a step, by their places in it.
@@ -42,8 +48,9 @@ struct RecordedArray {
 // Written by one process. Positions are stored as 32-bit floats: the file is for looking, and half the size.
 class Recording {
   public:
-    // Replaces a file at this path only when the new one has been begun well; when it cannot be, nothing is left behind.
-    // Errors: a directory is missing, no permission, no space (exit code 4).
+    // A recording that is already there is replaced when the new one is whole, at close(); until then the new one grows beside it.
+    // When it cannot be begun, nothing is left behind. Errors: a directory is missing, no permission, no space (exit code 4), the
+    // path is no regular file.
     static Result<Recording> create(const std::string& path, const RecordingInfo& info);
 
     Recording(Recording&&) noexcept;
@@ -58,7 +65,7 @@ class Recording {
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {});
 
-    // Ends the file. Also done at destruction, but then nobody learns of an error.
+    // Ends the file. Without it, or after a step that failed, an earlier recording stays, and so does what there is of the new one.
     Result<void> close();
 
   private:

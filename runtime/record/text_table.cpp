@@ -35,8 +35,10 @@ std::uint64_t TextTable::waiting_bytes() const {
 void TextTable::write(Hdf5File& file, const std::string& group) {
     if (!columns_) {
         file.make_group(group);
-        columns_ = {file.make_column(group + "/text", {.type = ElementType::UInt8, .components = 1, .chunk_rows = kTextChunk}),
-                    file.make_column(group + "/ends", {.type = ElementType::Int64, .components = 1, .chunk_rows = kEndsChunk})};
+        columns_ = {file.make_column(group + "/text",
+                                     {.type = ElementType::UInt8, .components = 1, .chunk_rows = kTextChunk, .readable_at_once = true}),
+                    file.make_column(group + "/ends",
+                                     {.type = ElementType::Int64, .components = 1, .chunk_rows = kEndsChunk, .readable_at_once = true})};
     }
     if (waiting_.empty()) return;
     std::string all;

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
 #include <string_view>
 
 namespace meld::record {
@@ -84,21 +82,15 @@ std::string grid(double time, const std::string& topology, const std::string& po
                        time, topology, points);
 }
 
-tl::unexpected<Error> cannot_write(const std::string& path) {
-    return fail(fmt::format("The sidecar '{}' cannot be written ({})", path, std::strerror(errno)), "", ExitCode::LimitHit);
-}
-
 }  // namespace
 
-Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::string& data_file) {
-    XdmfSidecar sidecar;
-    sidecar.path_ = path;
-    sidecar.data_file_ = data_file;
-    sidecar.file_.reset(std::fopen(path.c_str(), "we"));
-    if (!sidecar.file_) return cannot_write(path);
-    sidecar.end_of_steps_ = static_cast<long>(kBegin.size());
-    if (std::fputs(fmt::format("{}{}", kBegin, kEnd).c_str(), sidecar.file_.get()) < 0 || std::fflush(sidecar.file_.get()) != 0)
-        return cannot_write(path);
+Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::string& data_file, Durability durability) {
+    auto file = OutputFile::open(path, Appears::AtOnce, durability);
+    if (!file) return tl::unexpected(file.error());
+    XdmfSidecar sidecar(std::move(*file), data_file);
+    sidecar.end_of_steps_ = kBegin.size();
+    sidecar.file_.write(fmt::format("{}{}", kBegin, kEnd));
+    if (const auto written = sidecar.file_.flush(); !written) return tl::unexpected(written.error());
     return sidecar;
 }
 
@@ -127,14 +119,11 @@ Result<void> XdmfSidecar::add_lines(double time, std::uint64_t rows, const XdmfS
 Result<void> XdmfSidecar::append(std::string text) {
     text += "   </Grid>\n";
     // The new step takes the place of the end, in one write, so the file never lacks it for long.
-    const long end_of_steps = end_of_steps_ + static_cast<long>(text.size());
+    const std::uint64_t end_of_steps = end_of_steps_ + text.size();
     text += kEnd;
-    std::FILE* file = file_.get();
-    if (std::fseek(file, end_of_steps_, SEEK_SET) != 0 || std::fwrite(text.data(), 1, text.size(), file) != text.size() ||
-        std::fflush(file) != 0)
-        return cannot_write(path_);
+    file_.replace_from(end_of_steps_, text);
     end_of_steps_ = end_of_steps;
-    return {};
+    return file_.flush();
 }
 
 }  // namespace meld::record

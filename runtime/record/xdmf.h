@@ -3,11 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <span>
 #include <string>
 
+#include "runtime/base/output_file.h"
 #include "runtime/record/hdf5_file.h"
 
 namespace meld::record {
@@ -24,23 +23,24 @@ struct XdmfSlab {
 
 class XdmfSidecar {
   public:
-    // `data_file` is the recording's name without directory. Errors: cannot be written.
-    static Result<XdmfSidecar> create(const std::string& path, const std::string& data_file);
+    // `data_file` is the recording's name without directory; `path` is no stream. Errors: cannot be written.
+    static Result<XdmfSidecar> create(const std::string& path, const std::string& data_file, Durability durability);
 
     // Adds a step of `rows` points; the file is well-formed after each one.
     Result<void> add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays);
     // The same of `lines` lines between the points: `ends` are the two places of each.
     Result<void> add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines);
 
+    // It is whole, and takes its place.
+    Result<void> commit() { return file_.commit(); }
+
   private:
+    XdmfSidecar(OutputFile file, std::string data_file) : file_(std::move(file)), data_file_(std::move(data_file)) {}
     Result<void> append(std::string text);
-    struct Close {
-        void operator()(std::FILE* file) const { std::fclose(file); }
-    };
-    std::string path_;
+
+    OutputFile file_;
     std::string data_file_;
-    std::unique_ptr<std::FILE, Close> file_;
-    long end_of_steps_ = 0;
+    std::uint64_t end_of_steps_ = 0;
 };
 
 }  // namespace meld::record

@@ -146,6 +146,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         for (auto& module : *list) {
             module->finish(subdomain_);
             if (std::string outcome = module->outcome(); !outcome.empty()) summary_.outcomes.push_back(std::move(outcome));
+            if (Result<void> ending = module->ending(); !ending && result) result = std::move(ending);
         }
     summary_.stage_seconds = {{"modules", modules_s_}};
     for (const auto* list : {&modules_, &extra_})

@@ -111,7 +111,7 @@ class Usage(Case):
         command = [TOOLS.meldc, "compile", "p.meld", "--emit=cpp"]
         with open("/dev/full", "wb") as full:
             done = subprocess.run(command, cwd=self.folder, stdout=full, stderr=subprocess.PIPE, timeout=60)
-        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.returncode, 4)
 
 
 class Programs(Case):

@@ -5,19 +5,43 @@
 #include <lld/Common/Driver.h>
 #include <llvm/Support/raw_ostream.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <initializer_list>
 #include <iterator>
 #include <mutex>
+#include <system_error>
 
 LLD_HAS_DRIVER(elf)
 
 namespace meld {
 
+namespace {
+
+// lld tells what the system said in words only.
+bool lacks_space(const std::string& messages) {
+    return std::ranges::any_of(std::initializer_list<int>{ENOSPC, EDQUOT, EFBIG},
+                               [&](int error) { return messages.find(std::generic_category().message(error)) != std::string::npos; });
+}
+
+}  // namespace
+
 Result<void> link_module(const std::vector<std::string>& object_paths, const std::string& output_path) {
     static std::mutex one_at_a_time;
     const std::scoped_lock lock(one_at_a_time);
-    std::vector<const char*> arguments = {
-        "ld.lld",          "-shared", "-Bsymbolic",       "-z", "lazy", "--hash-style=gnu", "--threads=1", "-O0",
-        "--build-id=none", "-o",      output_path.c_str()};
+    // Without a mapping of its output, lld meets a full disk as an error and not as a signal.
+    std::vector<const char*> arguments = {"ld.lld",
+                                          "-shared",
+                                          "-Bsymbolic",
+                                          "-z",
+                                          "lazy",
+                                          "--hash-style=gnu",
+                                          "--threads=1",
+                                          "-O0",
+                                          "--build-id=none",
+                                          "--no-mmap-output-file",
+                                          "-o",
+                                          output_path.c_str()};
     for (const std::string& path : object_paths) arguments.push_back(path.c_str());
     std::string messages;
     llvm::raw_string_ostream stream(messages);
@@ -25,7 +49,8 @@ Result<void> link_module(const std::vector<std::string>& object_paths, const std
     const lld::Result result = lld::lldMain(arguments, stream, stream, drivers);
     if (result.retCode != 0)
         return fail(fmt::format("cannot link the module {}:\n{}", output_path, stream.str()),
-                    "Check that the disk of the module cache is not full (CLAYMELD_CACHE moves it)");
+                    "Check that the disk of the module cache is not full (CLAYMELD_CACHE moves it)",
+                    lacks_space(stream.str()) ? ExitCode::LimitHit : ExitCode::UsageOrWorld);
     return {};
 }
 

@@ -38,6 +38,8 @@ class SimModule {
     virtual std::string status() const { return ""; }
     // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
     virtual std::string outcome() const { return ""; }
+    // Whether what it made is whole, after finish(); an error, which must be the same on every process, makes the run fail.
+    virtual Result<void> ending() const { return {}; }
     // Seconds that the stages of its steps have taken on this process, by wall clock.
     using Stages = std::vector<std::pair<std::string, double>>;
     virtual Stages stages() const { return {}; }

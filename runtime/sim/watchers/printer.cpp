@@ -12,6 +12,8 @@
 #include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
+#include "runtime/base/standard_streams.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -58,16 +60,15 @@ Result<void> Printer::after(Subdomain& subdomain) {
     std::vector<comm::Packet> packets;
     if (subdomain.comm.process() != 0 && !mine.empty()) packets.push_back({0, mine.take()});
     if (subdomain.comm.processes() > 1) packets = subdomain.comm.exchange(std::move(packets));
-    if (subdomain.comm.process() != 0) return {};
+    if (subdomain.comm.process() != 0) return comm::outcome_of_first(subdomain.comm, {});
     std::vector<Line> lines;
     unpack(mine.view(), lines);
     for (const comm::Packet& packet : packets) unpack(packet.bytes, lines);
     std::sort(lines.begin(), lines.end());
-    if (!lines.empty()) clear_progress();
-    for (const auto& [id, line] : lines) fmt::print(to_, "{}\n", line);
-    if (lines.empty()) return {};
-    if (std::fflush(to_) != 0) return fail("what the catoms print cannot be written", "Is the disk full, or the other end of a pipe gone?");
-    return {};
+    std::string text;
+    for (const auto& [id, line] : lines) text += line + "\n";
+    if (!text.empty()) clear_progress();
+    return comm::outcome_of_first(subdomain.comm, text.empty() ? Result<void>{} : print(to_, text));
 }
 
 }  // namespace meld::sim

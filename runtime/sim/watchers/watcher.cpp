@@ -10,6 +10,8 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/progress.h"
+#include "runtime/base/standard_streams.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/tuple/facts.h"
 
@@ -150,9 +152,7 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
     }
     if (text.empty()) return {};
     clear_progress();
-    fmt::print(to_, "{}", text);
-    if (std::fflush(to_) != 0) return fail("what is watched cannot be written", "Is the disk full, or the other end of a pipe gone?");
-    return {};
+    return meld::print(to_, text);
 }
 
 Result<void> Watcher::after(Subdomain& subdomain) {
@@ -166,11 +166,11 @@ Result<void> Watcher::after(Subdomain& subdomain) {
     std::vector<comm::Packet> packets;
     if (subdomain.comm.process() != 0 && !mine.empty()) packets.push_back({0, std::move(mine)});
     if (subdomain.comm.processes() > 1) packets = subdomain.comm.exchange(std::move(packets));
-    if (subdomain.comm.process() != 0) return {};
+    if (subdomain.comm.process() != 0) return comm::outcome_of_first(subdomain.comm, {});
     std::map<Watch, Facts> now;
     receive(mine, now);
     for (const comm::Packet& packet : packets) receive(packet.bytes, now);
-    return print(subdomain, now);
+    return comm::outcome_of_first(subdomain.comm, print(subdomain, now));
 }
 
 }  // namespace meld::sim

@@ -12,7 +12,7 @@ namespace {
 // Runs a shell line as processes and returns what they have printed.
 std::string output_of(int processes, const std::string& shell_line) {
     testing::internal::CaptureStdout();
-    const int exit_code = launch_mpi(processes, {"sh", "-c", shell_line});
+    const int exit_code = launch_mpi(processes, {"sh", "-c", shell_line}).exit_code;
     const std::string output = testing::internal::GetCapturedStdout();
     EXPECT_EQ(exit_code, 0) << output;
     return output;
@@ -22,19 +22,19 @@ TEST(LaunchMpi, GivesTheOutputOfTheProcessesAsItIs) { EXPECT_EQ(output_of(3, "ec
 
 TEST(LaunchMpi, PassesArgumentsWithSpacesAndQuotes) {
     testing::internal::CaptureStdout();
-    EXPECT_EQ(launch_mpi(1, {"printf", "%s", "a b'c\"\n$x"}), 0);
+    EXPECT_EQ(launch_mpi(1, {"printf", "%s", "a b'c\"\n$x"}).exit_code, 0);
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "a b'c\"\n$x");
 }
 
 TEST(LaunchMpi, ReturnsTheExitCodeOfAProcess) {
-    EXPECT_EQ(launch_mpi(2, {"true"}), 0);
-    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "exit 3"}), 3);
-    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "test $OMPI_COMM_WORLD_RANK = 0 || exit 4"}), 4);
+    EXPECT_EQ(launch_mpi(2, {"true"}).exit_code, 0);
+    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "exit 3"}).exit_code, 3);
+    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "test $OMPI_COMM_WORLD_RANK = 0 || exit 4"}).exit_code, 4);
 }
 
 TEST(LaunchMpi, TellsAKilledProcessFromACrashedOne) {
-    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "kill -KILL $$"}), 137);
-    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "ulimit -c 0; kill -SEGV $$"}), 139);
+    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "kill -KILL $$"}).exit_code, 137);
+    EXPECT_EQ(launch_mpi(2, {"sh", "-c", "ulimit -c 0; kill -SEGV $$"}).exit_code, 139);
     EXPECT_NE(describe_launch_failure(137).find("killed"), std::string::npos);
     EXPECT_EQ(describe_launch_failure(139), "a process crashed (signal 11: Segmentation fault)");
     EXPECT_EQ(describe_launch_failure(0), "");
@@ -45,20 +45,20 @@ TEST(LaunchMpi, TellsAKilledProcessFromACrashedOne) {
 TEST(LaunchMpi, SaysWhenThePathHasNoMpirun) {
     const std::string path = std::getenv("PATH");
     setenv("PATH", "/nonexistent", 1);
-    EXPECT_EQ(launch_mpi(1, {"true"}), 127);
+    EXPECT_EQ(launch_mpi(1, {"true"}).exit_code, 127);
     setenv("PATH", path.c_str(), 1);
     EXPECT_NE(describe_launch_failure(127).find("mpirun"), std::string::npos);
 }
 
 TEST(LaunchMpi, GivesTheFirstInterruptToTheProcessesToEndWell) {
     const std::string line = fmt::format("exec 2>/dev/null; trap 'exit 130' USR1; kill -INT {}; while :; do sleep 0.01; done", getpid());
-    EXPECT_EQ(launch_mpi(1, {"sh", "-c", line}), 130);
+    EXPECT_EQ(launch_mpi(1, {"sh", "-c", line}).exit_code, 130);
 }
 
 TEST(LaunchMpi, EndsTheProcessesAtTheSecondInterrupt) {
     const std::string line =
         fmt::format("exec 2>/dev/null; trap 'kill -INT {0}' USR1; trap '' TERM; kill -INT {0}; while :; do sleep 0.01; done", getpid());
-    EXPECT_NE(launch_mpi(1, {"sh", "-c", line}), 0);
+    EXPECT_NE(launch_mpi(1, {"sh", "-c", line}).exit_code, 0);
 }
 
 TEST(LaunchMpi, DoesNotOverrideTheUsersSettings) {

@@ -1,11 +1,12 @@
 """Reads recordings as an outsider does: with h5py, by the published layout of VTKHDF, and with VTK's own reader if it is there.
 
-Usage: check_recording.py WRITER layout|killed|full-disk
+Usage: check_recording.py WRITER layout|killed|full-disk|every-write|every-write-long
 """
 
 import os
 import random
 import resource
+import struct
 import subprocess
 import sys
 import tempfile
@@ -231,7 +232,6 @@ def check_steps(path, at_least):
             assert (array(root, step, "dist") == ensemble.dist).all(), step
             assert (array(root, step, "awake") == ensemble.awake).all(), step
             assert labels(file, step, known) == ensemble.label, step
-    xml.parse(path + ".xdmf")
     return count
 
 
@@ -250,6 +250,79 @@ def check_killed(writer, folder):
         process.kill()
         process.wait()
         check_steps(path, last)
+        xml.parse(path + ".xdmf")
+
+
+WRITE, LENGTH, SAID = range(3)
+
+
+def listed_writes(path):
+    """What write_log.cpp has listed: the inode, the kind, where, and the bytes."""
+    with open(path, "rb") as log:
+        while header := log.read(32):
+            inode, kind, at, size = struct.unpack("<4Q", header)
+            yield inode, kind, at, log.read(size)
+
+
+def check_some_steps(path, said, total, every):
+    """A reader that comes now finds all steps that were said to be there, and tables that agree. Returns the number of steps."""
+    with h5py.File(path, "r") as file:
+        root = file["VTKHDF"]
+        steps = root["Steps"]
+        count = int(steps.attrs["NSteps"])
+        assert said <= count <= min(said + 1, total), (said, count)
+        assert list(steps["Values"]) == list(range(count)), (count, list(steps["Values"]))
+        columns = [steps[name] for name in steps if name != "PointDataOffsets"] + list(steps["PointDataOffsets"].values())
+        assert {len(column) for column in columns} == {count}
+        known = texts(file, "label") if "label" in file["meld/texts"] else []
+        arrays = set(steps["PointDataOffsets"])
+        for step in range(count) if every else sorted({0, count // 2, count - 1} if count else ()):
+            ensemble = Expected(20 + 30 * (step // 2), step)
+            assert (rows(root, step, "Points", "PointOffsets") == ensemble.points).all(), step
+            assert (array(root, step, "id") == ensemble.id).all() and (array(root, step, "dist") == ensemble.dist).all(), step
+            assert labels(file, step, known) == ensemble.label, step
+            check_cells(root, step, [0, 1] * (step % 3))
+            if "force" in arrays:
+                force = array(root, step, "force")
+                assert (force == ensemble.force).all() if step >= 5 else np.isnan(force).all(), step
+        return count
+
+
+def check_every_write(writer, folder, steps=40, stride=11, every=False):
+    """The writer, killed after each of its writes (after every `stride`-th): all steps that it had told are there."""
+    path, log = os.path.join(folder, "a.vtkhdf"), os.path.join(folder, "log")
+    subprocess.run([writer, str(steps), path], check=True, stdout=subprocess.PIPE, env={**os.environ, "WRITE_LOG": log})
+    inode, killed = os.stat(path).st_ino, os.path.join(folder, "killed.vtkhdf")
+    said, seen, tried, begun = 0, 0, 0, False
+    with open(killed, "wb", buffering=0) as file:
+        for number, (where, kind, at, data) in enumerate(listed_writes(log)):
+            if kind == SAID:
+                said, begun = int(data.split()[-1]), True
+            if where != inode or kind == SAID:
+                continue
+            if kind == WRITE:
+                os.pwrite(file.fileno(), data, at)
+            else:
+                os.ftruncate(file.fileno(), at)
+            # Before the first step is told there may be nothing yet.
+            if begun and number % stride == 0:
+                try:
+                    seen = max(seen, check_some_steps(killed, said, steps, every))
+                except Exception as error:
+                    raise AssertionError(f"killed after write {number}, {kind} of {len(data)} at {at}, {said} steps told") from error
+                tried += 1
+    assert said == steps
+    check_some_steps(killed, steps, steps, True)
+    with open(killed, "rb") as made, open(path, "rb") as whole:
+        assert made.read() == whole.read(), "the list of writes lacks some"
+    print(f"{tried} kills, {os.path.getsize(path)} bytes")
+
+
+def check_every_write_long(writer, folder):
+    check_every_write(writer, folder, steps=40, stride=1, every=True)
+    # So many chunks that their indexes grow several times.
+    os.unlink(os.path.join(folder, "log"))
+    check_every_write(writer, folder, steps=600, stride=1)
 
 
 def check_full_disk(writer, folder):
@@ -266,18 +339,20 @@ def check_full_disk(writer, folder):
             timeout=60,
         )
         assert result.returncode == 4, (limit, result)
-        assert result.stderr.count("\n") == 1 and "cannot be" in result.stderr, result.stderr
-        if "begun" in result.stderr:
-            with open(path) as earlier:
-                assert earlier.read() == "a recording of yesterday"
-        elif not result.stdout:
-            assert check_steps(path, 0) == 0
-        else:
-            check_steps(path, int(result.stdout.split()[-1]))
-        assert not [name for name in os.listdir(folder) if "begun" in name], os.listdir(folder)
+        assert result.stderr.count("\n") == 1 and "cannot write" in result.stderr, result.stderr
+        with open(path) as earlier:
+            assert earlier.read() == "a recording of yesterday"
+        # The new one is beside it, with all steps that were told, and the message says where; or there is none.
+        told = int(result.stdout.split()[-1]) if result.stdout else 0
+        beside = [name for name in os.listdir(folder) if name.startswith(f"{limit}.part-")]
+        if told > 0:
+            assert os.path.join(folder, beside[0]) in result.stderr, result.stderr
+        for name in beside:
+            check_steps(os.path.join(folder, name), told)
 
 
 if __name__ == "__main__":
-    checks = {"layout": check_layout, "killed": check_killed, "full-disk": check_full_disk}
+    checks = {"layout": check_layout, "killed": check_killed, "full-disk": check_full_disk,
+              "every-write": check_every_write, "every-write-long": check_every_write_long}
     with tempfile.TemporaryDirectory() as temporary:
         checks[sys.argv[2]](sys.argv[1], temporary)

@@ -1,17 +1,22 @@
 // Writes recordings for check_recording.py: "layout FILE" a small one with every special case, "endless FILE" one that goes on
-// until it is killed and says after each step that it is in the file.
+// until it is killed, "N FILE" one of N steps whose catoms become more; the last two say after each step that it is in the file.
+#include <unistd.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <numeric>
 #include <string>
 #include <string_view>
 
+#include "runtime/base/standard_streams.h"
 #include "runtime/record/recording.h"
 
 namespace {
 
 using namespace meld;
 using namespace meld::record;
+
+constexpr std::int64_t kStepsWithoutForce = 5;
 
 struct Ensemble {
     std::vector<std::array<double, 3>> positions;
@@ -78,22 +83,45 @@ void write_layout(const char* path) {
     expect(recording.close());
 }
 
+// Straight to the system, where write_log.cpp sees it.
+void say(std::int64_t steps) {
+    const std::string line = std::to_string(steps) + "\n";
+    if (write(STDOUT_FILENO, line.data(), line.size()) != static_cast<ssize_t>(line.size())) std::exit(1);
+}
+
 void write_endless(const char* path) {
     Recording recording = expect(Recording::create(path, {}));
     for (std::int64_t shift = 0;; ++shift) {
         const Ensemble ensemble(1000, shift);
         const RecordedArray arrays[] = {ensemble.distance(), ensemble.wakefulness(), ensemble.label()};
         expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays));
-        std::printf("%d\n", static_cast<int>(shift + 1));
-        std::fflush(stdout);
+        say(shift + 1);
     }
+}
+
+// An array comes late, texts become more, and so do the parts, with more and more rows in the chunks that they share.
+void write_steps(std::int64_t steps, const char* path) {
+    RecordingInfo info;
+    info.lines = true;
+    Recording recording = expect(Recording::create(path, info));
+    for (std::int64_t shift = 0; shift < steps; ++shift) {
+        const Ensemble ensemble(static_cast<std::size_t>(20 + 30 * (shift / 2)), shift);
+        std::vector<RecordedArray> arrays = {ensemble.distance(), ensemble.label()};
+        if (shift >= kStepsWithoutForce) arrays.push_back(ensemble.force());
+        const std::vector<RecordedLine> lines(static_cast<std::size_t>(shift % 3), {0, 1});
+        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines));
+        say(shift + 1);
+    }
+    expect(recording.close());
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    prepare_standard_streams();
     if (argc != 3) return 2;
     if (std::string_view(argv[1]) == "layout") write_layout(argv[2]);
     if (std::string_view(argv[1]) == "endless") write_endless(argv[2]);
+    if (const int steps = std::atoi(argv[1]); steps > 0) write_steps(steps, argv[2]);
     return 0;
 }

@@ -1,0 +1,281 @@
+#include "runtime/base/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "runtime/base/assert.h"
+
+namespace meld {
+
+namespace {
+
+constexpr std::size_t kBufferBytes = 1 << 16;
+constexpr int kMostLinks = 40;
+
+// "/dev/stdout" and the other names of this process's own descriptors. Opening them anew would begin a redirected file from its start.
+std::optional<int> descriptor_named(std::string_view path) {
+    if (path == "-" || path == "/dev/stdout") return STDOUT_FILENO;
+    if (path == "/dev/stderr") return STDERR_FILENO;
+    for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+        if (!path.starts_with(folder)) continue;
+        int number = -1;
+        const char* const end = path.data() + path.size();
+        const auto read = std::from_chars(path.data() + folder.size(), end, number);
+        if (read.ec == std::errc{} && read.ptr == end && number >= 0) return number;
+    }
+    return std::nullopt;
+}
+
+std::string folder_of(const std::string& path) { return path.substr(0, path.rfind('/') + 1); }
+
+// The path without links, of a file that may not be there yet, as what a dangling link names. Sets errno and returns nothing if there
+// is no such folder.
+std::optional<std::string> resolve(std::string path) {
+    for (int links = 0; links < kMostLinks; ++links) {
+        std::error_code error;
+        const std::filesystem::path folder =
+            std::filesystem::canonical(path.starts_with('/') ? folder_of(path) : "./" + folder_of(path), error);
+        if (error) {
+            errno = error.value();
+            return std::nullopt;
+        }
+        const std::string here = (folder / path.substr(path.rfind('/') + 1)).string();
+        const std::filesystem::path next = std::filesystem::read_symlink(here, error);
+        if (error) return here;
+        path = (folder / next).string();
+    }
+    errno = ELOOP;
+    return std::nullopt;
+}
+
+// `folder/run.part-3f2a91c04b7d65e8.vtkhdf` for `folder/run.vtkhdf`: the extension stays, so that programs know what it is.
+std::string name_beside(const std::string& target) {
+    std::uint64_t number = 0;
+    // Unpredictable, so that nobody has a file of this name ready; O_EXCL is what makes sure.
+    if (getrandom(&number, sizeof number, 0) != sizeof number) number = static_cast<std::uint64_t>(getpid());
+    const std::filesystem::path path(target);
+    return folder_of(target) + fmt::format("{}.part-{:016x}{}", path.stem().string().substr(0, kMostOfAName), number,
+                                           path.extension().string().substr(0, 255 - kMostOfAName - 22));
+}
+
+bool write_all(int descriptor, std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t written = ::write(descriptor, text.data(), text.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return false;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return true;
+}
+
+}  // namespace
+
+Error cannot_write(const std::string& path, int error_number) {
+    Error error{fmt::format("cannot write {}: {}", path, std::generic_category().message(error_number))};
+    error.code = ExitCode::LimitHit;
+    switch (error_number) {
+        case ENOSPC:
+        case EDQUOT:
+            error.suggestion = "Free some space";
+            return error;
+        case EFBIG:
+            error.suggestion = "Raise the limit on the size of files (ulimit -f)";
+            return error;
+        case EPIPE:
+            error.suggestion = "Whoever was reading it has stopped";
+            return error;
+        case EIO:
+        case ENOMEM:
+            return error;
+        case EBADF:
+            error.suggestion = "It is closed";
+            error.code = ExitCode::UsageOrWorld;
+            return error;
+        default:
+            error.suggestion = "Choose a path in a folder that exists and can be written";
+            error.code = ExitCode::UsageOrWorld;
+            return error;
+    }
+}
+
+bool OutputFile::names_stream(const std::string& path) {
+    struct stat status{};
+    return descriptor_named(path) || (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode));
+}
+
+Result<OutputFile> OutputFile::open(const std::string& path, Appears appears, Durability durability) {
+    const auto failed = [&](int error_number) { return tl::unexpected(cannot_write(path, error_number)); };
+    if (const std::optional<int> standard = descriptor_named(path)) {
+        OutputFile file(path == "-" ? "standard output" : path, durability);
+        file.stream_ = true;
+        // What the process has printed there comes first.
+        std::fflush(nullptr);
+        file.descriptor_ = fcntl(*standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+        if (file.descriptor_ < 0) return tl::unexpected(cannot_write(file.shown_, errno));
+        return file;
+    }
+    struct stat status{};
+    if (stat(path.c_str(), &status) == 0) {
+        if (S_ISDIR(status.st_mode)) return failed(EISDIR);
+        if (!S_ISREG(status.st_mode)) {
+            OutputFile file(path, durability);
+            file.stream_ = true;
+            file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+            if (file.descriptor_ < 0) return failed(errno);
+            return file;
+        }
+    } else if (errno != ENOENT) {
+        return failed(errno);
+    }
+    const std::optional<std::string> target = resolve(path);
+    if (!target) return failed(errno);
+    if (target->ends_with('/')) return failed(EISDIR);
+    return open_regular(path, *target, appears, durability);
+}
+
+Result<OutputFile> OutputFile::open_regular(const std::string& shown, const std::string& target, Appears appears, Durability durability) {
+    OutputFile file(shown, durability);
+    file.target_ = target;
+    file.appears_ = appears;
+    auto lock = OutputLock::take(target, shown);
+    if (!lock) return tl::unexpected(lock.error());
+    file.lock_ = std::move(*lock);
+    struct stat status{};
+    if (stat(target.c_str(), &status) == 0) {
+        // Renaming would go around the protection of the file itself.
+        if (faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) return tl::unexpected(cannot_write(shown, errno));
+        if (status.st_uid != geteuid() && geteuid() != 0)
+            return fail(fmt::format("cannot write {}: it belongs to another user, and would not any more", shown), "Choose another path");
+        return file;
+    }
+    if (appears == Appears::AtOnce) {
+        file.descriptor_ = ::open(target.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (file.descriptor_ < 0) return tl::unexpected(cannot_write(shown, errno));
+        file.at_target_ = true;
+    }
+    return file;
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : shown_(std::move(other.shown_)),
+      target_(std::move(other.target_)),
+      beside_(std::move(other.beside_)),
+      lock_(std::move(other.lock_)),
+      durability_(other.durability_),
+      appears_(other.appears_),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      stream_(other.stream_),
+      at_target_(other.at_target_),
+      written_(other.written_),
+      committed_(other.committed_),
+      error_(other.error_),
+      offset_(other.offset_),
+      waiting_(std::move(other.waiting_)) {}
+
+OutputFile::~OutputFile() {
+    if (descriptor_ < 0) return;
+    const bool stays = committed_ || (appears_ == Appears::AtOnce && written_);
+    if (stays && !committed_) give_to_system();
+    ::close(descriptor_);
+    if (!stream_ && !stays) unlink(at_target_ ? target_.c_str() : beside_.c_str());
+}
+
+void OutputFile::set_error(int error_number) {
+    if (error_ == 0) error_ = error_number;
+}
+
+// The file beside the target, under a name that nobody has. With the mode and owner of what it will replace.
+bool OutputFile::make_file() {
+    if (descriptor_ >= 0 || error_ != 0) return error_ == 0;
+    struct stat status{};
+    const bool replaces = stat(target_.c_str(), &status) == 0;
+    do {
+        beside_ = name_beside(target_);
+        descriptor_ = ::open(beside_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, replaces ? 0600 : 0666);
+    } while (descriptor_ < 0 && errno == EEXIST);
+    if (descriptor_ < 0) set_error(errno);
+    if (descriptor_ < 0 || !replaces) return error_ == 0;
+    const bool other_owner = status.st_uid != geteuid() || status.st_gid != getegid();
+    // A group that this user is not in cannot be kept; then the mode gives nothing to the new one that it did not give to all.
+    const bool owned = !other_owner || fchown(descriptor_, status.st_uid, status.st_gid) == 0;
+    const mode_t group = owned ? S_IRWXG : (status.st_mode & S_IRWXO) << 3;
+    if (fchmod(descriptor_, status.st_mode & (S_IRWXU | S_IRWXO | group)) != 0) set_error(errno);
+    return error_ == 0;
+}
+
+void OutputFile::give_to_system() {
+    if (waiting_.empty() || !make_file()) return;
+    if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
+    if (error_ == 0 && !write_all(descriptor_, waiting_)) set_error(errno);
+    offset_ += waiting_.size();
+    written_ = true;
+    waiting_.clear();
+}
+
+void OutputFile::write(std::string_view text) {
+    MELD_EXPECT(!committed_);
+    if (error_ != 0) return;
+    waiting_ += text;
+    if (waiting_.size() >= kBufferBytes) give_to_system();
+}
+
+void OutputFile::replace_from(std::uint64_t offset, std::string_view text) {
+    MELD_EXPECT(!stream_);
+    give_to_system();
+    offset_ = offset;
+    write(text);
+    give_to_system();
+    if (error_ == 0 && ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) set_error(errno);
+}
+
+Result<void> OutputFile::flush() {
+    give_to_system();
+    // Pipes and terminals cannot be synchronised, which is no fault of theirs.
+    if (error_ == 0 && descriptor_ >= 0 && !stream_ && durability_ == Durability::Machine && fsync(descriptor_) != 0) set_error(errno);
+    if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
+    return {};
+}
+
+Result<std::string> OutputFile::place() {
+    MELD_EXPECT(!stream_);
+    if (!make_file()) return tl::unexpected(cannot_write(shown_, error_));
+    return at_target_ ? target_ : beside_;
+}
+
+Result<void> OutputFile::commit() {
+    MELD_EXPECT(!committed_);
+    if (!stream_) make_file();
+    if (auto flushed = flush(); !flushed) return flushed;
+    if (!stream_ && !at_target_ && rename(beside_.c_str(), target_.c_str()) != 0) {
+        set_error(errno);
+        return tl::unexpected(cannot_write(shown_, error_));
+    }
+    committed_ = true;
+    if (stream_ || durability_ == Durability::Process) return {};
+    // The new name is in the folder.
+    const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0 || fsync(folder) != 0) set_error(errno);
+    if (folder >= 0) ::close(folder);
+    if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
+    return {};
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+    auto file = OutputFile::open(path, Appears::Whole);
+    if (!file) return tl::unexpected(file.error());
+    file->write(text);
+    return file->commit();
+}
+
+}  // namespace meld

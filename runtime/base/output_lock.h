@@ -1,0 +1,29 @@
+// One writer at a time for a path: a lock that the system releases when its process ends, however it ends.
+#pragma once
+
+#include <string>
+
+#include "runtime/base/error.h"
+
+namespace meld {
+
+// Held by an empty file beside the output, `.NAME.claymeld-lock`, which goes when the lock is released; one that a killed process has
+// left is taken over. Where the file system knows no locks there is none.
+class OutputLock {
+  public:
+    // The folder of `path` must exist. Errors: another process writes to this path, which is named; the folder cannot be written.
+    // `shown` is the path as the user wrote it.
+    static Result<OutputLock> take(const std::string& path, const std::string& shown);
+
+    OutputLock(OutputLock&& other) noexcept;
+    OutputLock& operator=(OutputLock&& other) noexcept;
+    ~OutputLock();
+
+  private:
+    OutputLock(std::string file, int descriptor) : file_(std::move(file)), descriptor_(descriptor) {}
+
+    std::string file_;
+    int descriptor_;
+};
+
+}  // namespace meld

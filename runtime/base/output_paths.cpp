@@ -1,0 +1,48 @@
+#include "runtime/base/output_paths.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+
+namespace meld {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_standard_output(const std::string& path) { return path == "-" || path == "/dev/stdout"; }
+
+bool is_device(const std::string& path) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    return fs::exists(status) && !fs::is_regular_file(status);
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+    if (is_standard_output(a) || is_standard_output(b)) return is_standard_output(a) && is_standard_output(b);
+    if (is_device(a) || is_device(b)) return false;
+    std::error_code error;
+    if (fs::equivalent(a, b, error) && !error) return true;
+    // One of them at least is not there yet.
+    const fs::path first = fs::weakly_canonical(fs::absolute(a), error);
+    return !error && first == fs::weakly_canonical(fs::absolute(b), error) && !error;
+}
+
+}  // namespace
+
+Result<void> check_distinct(std::span<const NamedPath> paths) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        for (std::size_t k = i + 1; k < paths.size(); ++k) {
+            const NamedPath &a = paths[i], &b = paths[k];
+            if (a.path.empty() || b.path.empty() || (a.use == NamedPath::Read && b.use == NamedPath::Read)) continue;
+            if (!same_file(a.path, b.path)) continue;
+            if (is_standard_output(a.path))
+                return fail(fmt::format("{} and {} both write to standard output", a.option, b.option), "Give one of them a file");
+            return fail(fmt::format("{} and {} are the same file, {}", a.option, b.option, b.path), "Give one of them another path");
+        }
+    }
+    return {};
+}
+
+}  // namespace meld

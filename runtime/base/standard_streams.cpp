@@ -1,0 +1,54 @@
+#include "runtime/base/standard_streams.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <iostream>
+
+#include "runtime/base/output_file.h"
+
+namespace meld {
+
+namespace {
+
+// Whether a failure at standard output has been returned to somebody, who tells it.
+std::atomic<bool> told{false};
+
+}  // namespace
+
+void prepare_standard_streams() {
+    // Opened the other way round: reading from what can only be written fails, and the reverse. The lowest free number is taken.
+    for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (fcntl(descriptor, F_GETFD) >= 0) continue;
+        static_cast<void>(::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+    }
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+Result<void> print(std::FILE* stream, std::string_view text) {
+    errno = 0;
+    if (std::fwrite(text.data(), 1, text.size(), stream) == text.size() && std::fflush(stream) == 0) return {};
+    const int error = errno != 0 ? errno : EIO;
+    if (stream == stdout) told = true;
+    return tl::unexpected(cannot_write(stream == stdout ? "standard output" : "standard error", error));
+}
+
+int end_standard_output(std::string_view program, int code) {
+    errno = 0;
+    std::cout.flush();
+    const bool written = std::fflush(stdout) == 0 && std::cout && std::ferror(stdout) == 0;
+    if (written || (told && code != 0)) return code;
+    // What failed earlier has not left its reason; what is lost is lost, so that a further byte may ask for it.
+    if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
+    const Error error = cannot_write("standard output", errno);
+    // There is nowhere to tell that standard error fails too.
+    static_cast<void>(print(stderr, fmt::format("{}: {}\n", program, error.message())));
+    return code != 0 ? code : static_cast<int>(error.code);
+}
+
+}  // namespace meld

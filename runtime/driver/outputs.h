@@ -1,0 +1,26 @@
+// The files that a run writes: that they are distinct, and that this run alone writes them.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "runtime/base/output_file.h"
+#include "runtime/driver/options.h"
+
+namespace meld::driver {
+
+// `world` is the path of the world, empty if there is none. Errors: two options name one file or one stream.
+Result<void> check_outputs(const RunOptions& options, const std::string& world);
+
+struct Outputs {
+    std::optional<OutputFile> facts;
+    std::optional<OutputFile> digest;
+};
+
+// Takes them before the run: nobody should learn at the end of a long one that they cannot be written.
+Result<void> open_outputs(const RunOptions& options, Outputs& outputs);
+
+// Whether results go to standard output, and everything else elsewhere.
+bool results_at_standard_output(const RunOptions& options);
+
+}  // namespace meld::driver

@@ -1,0 +1,71 @@
+#include "runtime/record/step_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "runtime/base/assert.h"
+
+namespace meld::record {
+
+namespace {
+
+constexpr std::uint64_t kStepsPerChunk = 256;
+constexpr const char* kGroup = "/VTKHDF";
+constexpr const char* kLink = "Steps";
+
+std::string table(std::size_t number) { return fmt::format("/meld/steps/{}", number); }
+
+// The table that a step is written to; the other one is what readers see meanwhile.
+std::size_t turn(std::int64_t step) { return static_cast<std::size_t>(step % 2); }
+
+}  // namespace
+
+StepTable::StepTable(Hdf5File& file) : file_(file) {
+    file_.make_group("/meld/steps");
+    for (const std::size_t number : {0u, 1u}) {
+        file_.make_group(table(number));
+        file_.set_attribute(table(number), "NSteps", std::int64_t{0});
+        file_.make_group(table(number) + "/PointDataOffsets");
+    }
+    file_.link(kGroup, kLink, table(turn(1)));
+}
+
+StepColumn StepTable::add_column(const std::string& name, ElementType type, int components) {
+    MELD_CHECK(size_of(type) == sizeof(std::int64_t) && components <= 4, "column '{}'", name);
+    Column column;
+    column.components = static_cast<std::size_t>(components);
+    for (const std::size_t number : {0u, 1u}) {
+        const ColumnShape shape = {.type = type, .components = components, .chunk_rows = kStepsPerChunk, .readable_at_once = steps_ > 0};
+        // The table whose turn it is lacks the last step, which is written together with the next.
+        const std::int64_t rows = number == turn(steps_) ? std::max<std::int64_t>(steps_ - 1, 0) : steps_;
+        column.in[number] = file_.make_column(table(number) + "/" + name, shape, static_cast<std::uint64_t>(rows));
+    }
+    columns_.push_back(column);
+    return columns_.size() - 1;
+}
+
+void StepTable::set(StepColumn column, std::int64_t value) { columns_[column].next = {value}; }
+void StepTable::set(StepColumn column, double value) { set(column, std::bit_cast<std::int64_t>(value)); }
+void StepTable::set(StepColumn column, const std::array<std::int64_t, 4>& values) { columns_[column].next = values; }
+
+// What the table refers to is in the file before the table, the table before the link.
+void StepTable::commit() {
+    const std::size_t number = turn(steps_);
+    const std::int64_t first = std::max<std::int64_t>(steps_ - 1, 0);
+    for (Column& column : columns_) {
+        std::vector<std::int64_t> rows;
+        if (first < steps_) rows.assign(column.last.begin(), column.last.begin() + static_cast<std::ptrdiff_t>(column.components));
+        rows.insert(rows.end(), column.next.begin(), column.next.begin() + static_cast<std::ptrdiff_t>(column.components));
+        file_.write_rows(column.in[number], static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(steps_ + 1 - first), rows.data());
+        column.last = column.next;
+    }
+    ++steps_;
+    file_.change_attribute(table(number), "NSteps", steps_);
+    file_.flush();
+    file_.link(kGroup, kLink, table(number));
+    file_.flush();
+}
+
+}  // namespace meld::record

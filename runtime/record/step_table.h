@@ -1,0 +1,48 @@
+// The part of a recording that has a row for each step: the group /VTKHDF/Steps. Private to runtime/record.
+//
+// There are two of it, /meld/steps/0 and /meld/steps/1, which are written in turn; /VTKHDF/Steps is a link to the one that is complete.
+// So a reader, also of a file whose writer was killed, never sees a table that is being written: all columns and NSteps agree.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/record/hdf5_file.h"
+
+namespace meld::record {
+
+using StepColumn = std::size_t;
+
+class StepTable {
+  public:
+    // The file must stay. Makes the groups, and the link to a table without steps.
+    explicit StepTable(Hdf5File& file);
+
+    // A column of 64-bit numbers, `components` in a row. Of the steps that are there already it says 0.
+    StepColumn add_column(const std::string& name, ElementType type, int components = 1);
+
+    // What a column says of the step that is being made.
+    void set(StepColumn column, std::int64_t value);
+    void set(StepColumn column, double value);
+    void set(StepColumn column, const std::array<std::int64_t, 4>& values);
+
+    // The step counts, with everything that is in the file so far.
+    void commit();
+
+    std::int64_t steps() const { return steps_; }
+
+  private:
+    struct Column {
+        std::array<ColumnIndex, 2> in;       // In each table.
+        std::array<std::int64_t, 4> last{};  // Of the last step and of the one being made, bit by bit.
+        std::array<std::int64_t, 4> next{};
+        std::size_t components = 1;
+    };
+    Hdf5File& file_;
+    std::vector<Column> columns_;
+    std::int64_t steps_ = 0;
+};
+
+}  // namespace meld::record

@@ -1,0 +1,409 @@
+"""What commands write, and where: files that are no files, files that are somebody's, two runs at once, streams that take nothing,
+disks that are full. Nothing is lost or replaced by surprise, and what could not be written is told with the documented exit code.
+
+    outputs_test.py --meldc PATH --meldsim PATH [unittest options]
+"""
+import argparse
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import h5py
+
+TOOLS = argparse.Namespace()
+WORLD = 'lattice = "square"\n[[body]]\nshape = "box(4, 4, 1)"\n'
+COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
+FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+TALK = "print(A, int2str(N)) :- tick(A, N).\n"
+OUTPUTS = ("--facts-out", "--digest", "--record")
+RUN = ("run", "p.meld", "--world", "w.toml", "--quiet")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld outputs "))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.write("w.toml", WORLD)
+        self.write("p.meld", COUNT)
+        self.write("ever.meld", FOREVER)
+
+    def write(self, name, text):
+        (self.folder / name).write_bytes(text.encode())
+
+    def read(self, name):
+        return (self.folder / name).read_bytes()
+
+    def files(self):
+        return {str(p.relative_to(self.folder)) for p in self.folder.rglob("*")}
+
+    def run_tool(self, tool, *arguments, seconds=60, **options):
+        command = [getattr(TOOLS, tool), *map(str, arguments)]
+        options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+        return subprocess.run(command, cwd=self.folder, timeout=seconds, **options)
+
+    def fine(self, tool, *arguments, **options):
+        done = self.run_tool(tool, *arguments, **options)
+        self.assertEqual(done.returncode, 0, (arguments, done))
+        return done
+
+    def refused(self, tool, *arguments, code, says, **options):
+        """It ends with this code and one line that holds all the texts."""
+        done = self.run_tool(tool, *arguments, **options)
+        err = done.stderr.decode()
+        self.assertEqual(done.returncode, code, (arguments, done))
+        self.assertEqual(err.count("\n"), 1, err)
+        for text in [says] if isinstance(says, str) else says:
+            self.assertIn(text, err)
+        return err
+
+
+class Paths(Case):
+    def kind(self, name):
+        return stat.S_IFMT(os.lstat(self.folder / name).st_mode)
+
+    def test_fifo_is_written_to(self):
+        self.fine("meldsim", *RUN, "--facts-out", "f", "--digest", "d")
+        for option, whole in (("--facts-out", "f"), ("--digest", "d")):
+            os.mkfifo(self.folder / "fifo")
+            heard = []
+            reader = threading.Thread(target=lambda: heard.append(self.read("fifo")))
+            reader.start()
+            self.fine("meldsim", *RUN, option, "fifo")
+            reader.join(60)
+            self.assertEqual(heard, [self.read(whole)])
+            self.assertEqual(self.kind("fifo"), stat.S_IFIFO)
+            os.unlink(self.folder / "fifo")
+
+    def test_device_is_written_to(self):
+        try:
+            os.mknod(self.folder / "null", 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+            with open(self.folder / "null", "wb"):
+                pass
+        except PermissionError:
+            self.skipTest("no devices may be made or used here")
+        self.write("badly.meld", "type  p( node,int ).\n")
+        for command in ([*RUN, "--facts-out", "null"], [*RUN, "--digest", "null"]):
+            self.fine("meldsim", *command)
+            self.assertEqual(self.kind("null"), stat.S_IFCHR)
+        self.fine("meldc", "compile", "p.meld", "-o", "null")
+        self.assertEqual(self.kind("null"), stat.S_IFCHR)
+        # A recording is read while it is written.
+        self.refused("meldsim", *RUN, "--record", "null", code=2, says=["null", "no regular file"])
+        self.assertEqual(self.kind("null"), stat.S_IFCHR)
+
+    def test_links_are_followed(self):
+        (self.folder / "there").mkdir()
+        for option, target in zip(OUTPUTS, ("f", "d", "r.vtkhdf")):
+            for existing in (False, True):
+                link = self.folder / f"link to {target} {existing}"
+                if existing:
+                    self.write(f"there/{target}", "old")
+                else:
+                    (self.folder / "there" / target).unlink(missing_ok=True)
+                link.symlink_to(f"there/{target}")
+                self.fine("meldsim", *RUN, option, link.name)
+                self.assertTrue(link.is_symlink())
+                self.assertNotIn(self.read(f"there/{target}"), (b"", b"old"))
+        self.write("there/x.meld", "type  p( node,int ).\n")
+        (self.folder / "x.meld").symlink_to("there/x.meld")
+        self.fine("meldc", "fmt", "x.meld")
+        self.assertTrue((self.folder / "x.meld").is_symlink())
+        self.assertEqual(self.read("there/x.meld"), b"type p(node, int).\n")
+
+    def test_modes_and_owners_stay(self):
+        outputs = [("meldsim", (*RUN, "--facts-out", "f"), "f"), ("meldsim", (*RUN, "--digest", "d"), "d"),
+                   ("meldsim", (*RUN, "--record", "r"), "r"), ("meldc", ("compile", "p.meld", "-o", "m.so"), "m.so"),
+                   ("meldc", ("fmt", "x.meld"), "x.meld")]
+        for mode in (0o600, 0o640, 0o666):
+            for tool, arguments, name in outputs:
+                self.write(name, "type  p( node,int ).\n")
+                os.chmod(self.folder / name, mode)
+                if os.geteuid() == 0:
+                    os.chown(self.folder / name, 1234, 4321)
+                before = os.stat(self.folder / name)
+                self.fine(tool, *arguments)
+                after = os.stat(self.folder / name)
+                self.assertNotEqual(before.st_ino, after.st_ino, "replaced, not written over")
+                self.assertEqual([oct(before.st_mode), before.st_uid, before.st_gid],
+                                 [oct(after.st_mode), after.st_uid, after.st_gid], name)
+
+    def test_new_files_have_the_users_mask(self):
+        for mask in (0o022, 0o077):
+            self.fine("meldsim", *RUN, "--facts-out", f"f{mask}", "--digest", f"d{mask}", "--record", f"r{mask}", umask=mask)
+            for name in (f"f{mask}", f"d{mask}", f"r{mask}", f"r{mask}.xdmf"):
+                self.assertEqual(oct(stat.S_IMODE(os.stat(self.folder / name).st_mode)), oct(0o666 & ~mask), name)
+
+    def test_no_other_file_is_touched(self):
+        names = ("notes", "notes.tmp", "notes.xdmf.tmp", "p.meld.tmp", "m.so.tmp")
+        for name in names[1:]:
+            self.write(name, "a user's")
+        self.fine("meldsim", *RUN, "--facts-out", "notes")
+        self.fine("meldsim", *RUN, "--digest", "notes")
+        self.fine("meldsim", *RUN, "--record", "notes")
+        self.fine("meldc", "compile", "p.meld", "-o", "m.so")
+        self.write("p.meld", COUNT.replace(",", " ,"))
+        self.fine("meldc", "fmt", "p.meld")
+        for name in names[1:]:
+            self.assertEqual(self.read(name), b"a user's")
+        self.assertEqual(self.files(), {"w.toml", "p.meld", "ever.meld", "notes.xdmf", "m.so", *names})
+
+    def test_what_is_read_is_not_written(self):
+        (self.folder / "hard").hardlink_to(self.folder / "p.meld")
+        (self.folder / "soft").symlink_to("w.toml")
+        for arguments, says in (
+                (("--facts-out", "p.meld"), ["the program and --facts-out"]),
+                (("--facts-out", "hard"), ["the program and --facts-out"]),
+                (("--digest", "./soft"), ["the world and --digest"]),
+                (("--facts-out", "x", "--digest", "./x"), ["--facts-out and --digest"]),
+                (("--facts-out", "x.xdmf", "--record", "x"), ["--facts-out and the sidecar of --record"]),
+                (("--digest", "y", "--record", "y"), ["--digest and --record"])):
+            for n in ("1", "2"):
+                self.refused("meldsim", *RUN, *arguments, "-n", n, code=2, says=[*says, "same file"])
+        self.refused("meldc", "compile", "p.meld", "-o", "hard", code=2, says=["the program and -o"])
+        self.assertEqual(self.read("p.meld").decode() + self.read("w.toml").decode(), COUNT + WORLD)
+
+    def test_two_results_on_one_stream(self):
+        for arguments, says in ((("--json", "--facts-out", "-"), "--facts-out and --json"),
+                                (("--json", "--digest", "-"), "--digest and --json"),
+                                (("--digest", "-", "--facts-out", "/dev/stdout"), "--facts-out and --digest")):
+            self.refused("meldsim", "run", "p.meld", "--world", "w.toml", *arguments, code=2, says=[says, "standard output"])
+        # The summary gives way.
+        out = self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--facts-out", "-")
+        self.fine("meldsim", *RUN, "--facts-out", "f")
+        self.assertEqual(out.stdout, self.read("f"))
+        self.assertIn(b"catoms", out.stderr)
+
+    def test_permission_is_not_absence(self):
+        secret = self.folder / "secret"
+        secret.mkdir(mode=0o700)
+        self.write("secret/p.meld", COUNT)
+        self.write("locked.meld", COUNT)
+        os.chmod(self.folder / "locked.meld", 0)
+        os.chmod(self.folder, 0o755)
+        if os.geteuid() != 0:
+            os.chmod(secret, 0)
+            self.addCleanup(os.chmod, secret, 0o700)
+            options = {}
+        else:
+            options = {"user": 65534, "group": 65534, "extra_groups": []}
+            if not os.access(TOOLS.meldc, os.X_OK) or subprocess.run(
+                    [TOOLS.meldc, "--version"], capture_output=True, cwd="/", **options).returncode != 0:
+                self.skipTest("others cannot run the programs here")
+        for command in (("check", "locked.meld"), ("check", "secret/p.meld")):
+            self.refused("meldc", *command, code=2, says=["Permission denied"], **options)
+        self.refused("meldsim", "world", "secret/w.toml", code=2, says=["Permission denied"], **options)
+        self.refused("meldc", "fmt", "locked.meld", code=2, says=["Permission denied"], **options)
+
+
+class Locks(Case):
+    def start(self, *arguments):
+        process = subprocess.Popen([TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", *arguments], cwd=self.folder,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(lambda: (process.kill(), process.wait()))
+        return process
+
+    def wait_for(self, condition):
+        end = time.monotonic() + 60
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+
+    def locked_by(self, name):
+        lock = self.folder / f".{name}.claymeld-lock"
+        return int(lock.read_text() or 0) if lock.exists() else 0
+
+    def test_second_run_is_refused_and_names_the_first(self):
+        for option, name in zip(OUTPUTS, ("f", "d", "r")):
+            first = self.start(option, name)
+            self.wait_for(lambda: self.locked_by(name) == first.pid)
+            self.refused("meldsim", *RUN, option, f"./{name}", code=2, says=[f"process {first.pid}", "still runs", name])
+            first.send_signal(signal.SIGINT)
+            self.assertEqual(first.wait(60), 130)
+            self.fine("meldsim", *RUN, option, name)
+            self.assertEqual(self.locked_by(name), 0)
+
+    def test_lock_of_a_killed_run_is_taken_over(self):
+        first = self.start("--facts-out", "f")
+        self.wait_for(lambda: self.locked_by("f") == first.pid)
+        first.kill()
+        first.wait()
+        self.assertIn(".f.claymeld-lock", self.files())
+        self.fine("meldsim", *RUN, "--facts-out", "f")
+        self.assertEqual(self.files(), {"w.toml", "p.meld", "ever.meld", "f"})
+
+    def test_digest_of_a_killed_run_stays_and_an_earlier_one_too(self):
+        first = self.start("--digest", "d")
+        self.wait_for(lambda: "d" in self.files() and self.read("d").count(b"\n") > 3)
+        first.kill()
+        first.wait()
+        before = self.read("d")
+        self.assertTrue(before.startswith(b"tick 1 "))
+        second = self.start("--digest", "d")
+        self.wait_for(lambda: any(".part-" in name for name in self.files()))
+        second.kill()
+        second.wait()
+        self.assertEqual(self.read("d"), before)
+
+
+class Streams(Case):
+    def closing(self, *descriptors):
+        return lambda: [os.close(d) for d in descriptors]
+
+    def test_full_standard_output(self):
+        self.write("talk.meld", TALK)
+        with open("/dev/full", "wb") as full:
+            for n in ("1", "2"):
+                for arguments in ((), ("--json",), ("--quiet", "--digest", "-"), ("--quiet", "--facts-out", "-")):
+                    self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "-n", n, *arguments, code=4,
+                                 says=["standard output", "No space left"], stdout=full)
+            self.refused("meldsim", "run", "talk.meld", "--world", "w.toml", "--quiet", "--ticks", "9", code=4,
+                         says=["standard output", "No space left"], stdout=full)
+            for command in (("meldsim", "world", "w.toml"), ("meldsim", "--help"), ("meldsim", "run", "--help"), ("meldc", "help"),
+                            ("meldc", "--version"), ("meldc", "compile", "p.meld"), ("meldc", "compile", "p.meld", "--emit=cpp"),
+                            ("meldc", "explain", "E0501"), ("meldc", "check", "--json", "p.meld"), ("meldc", "fmt", "--stdout", "p.meld"),
+                            ("meldc", "completion", "bash")):
+                self.refused(*command, code=4, says=[f"{command[0]}: cannot write standard output: No space left"], stdout=full)
+
+    def test_full_devices(self):
+        for option in ("--facts-out", "--digest"):
+            self.refused("meldsim", *RUN, option, "/dev/full", code=4, says=["/dev/full", "No space left"])
+
+    def test_full_standard_error(self):
+        self.write("wrong.meld", "p(A) :- q(A).\n")
+        with open("/dev/full", "wb") as full:
+            for n in ("1", "2"):
+                self.assertEqual(self.run_tool("meldsim", *RUN, "-n", n, stderr=full).returncode, 0)
+                self.assertEqual(self.run_tool("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, stderr=full).returncode, 1)
+            self.assertEqual(self.run_tool("meldsim", "run", "p.meld", "--world", "none", stderr=full).returncode, 2)
+            self.assertEqual(self.run_tool("meldc", "check", "wrong.meld", stderr=full).returncode, 1)
+
+    def test_closed_descriptors(self):
+        """A file that is opened must not take the place of a closed stream and get what is meant for it."""
+        self.fine("meldsim", *RUN, "--facts-out", "f")
+        for closed in ((0,), (1,), (2,), (0, 1, 2)):
+            for n in ("1", "2"):
+                self.fine("meldsim", *RUN, "-n", n, "--facts-out", "x", "--record", "r", stdin=None, stdout=None, stderr=None,
+                          preexec_fn=self.closing(*closed))
+                self.assertEqual(self.read("x"), self.read("f"))
+                with h5py.File(self.folder / "r") as recording:
+                    self.assertGreater(recording["VTKHDF/Steps"].attrs["NSteps"], 0)
+        for command in (("run", "p.meld", "--world", "w.toml"), ("world", "w.toml")):
+            self.refused("meldsim", *command, code=2, says=["standard output", "closed"], stdout=None, preexec_fn=self.closing(1))
+        self.refused("meldc", "compile", "p.meld", code=2, says=["standard output", "closed"], stdout=None, preexec_fn=self.closing(1))
+
+    def test_reader_that_leaves(self):
+        self.write("talk.meld", TALK)
+        for n in ("1", "2"):
+            for program, arguments in (("talk.meld", ()), ("ever.meld", ("--digest", "-"))):
+                command = [TOOLS.meldsim, "run", program, "--world", "w.toml", "--quiet", "-n", n, *arguments]
+                process = subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL,
+                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                self.assertTrue(process.stdout.readline())
+                process.stdout.close()
+                err = process.stderr.read().decode()
+                process.stderr.close()
+                self.assertEqual((process.wait(60), err.count("\n")), (4, 1), err)
+                self.assertIn("cannot write standard output: Broken pipe", err)
+
+
+class Disks(Case):
+    """A limit on the size of files stands for the disk, with an error at the same places; a small disk where one may be mounted."""
+
+    @staticmethod
+    def limit(size_bytes):
+        return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, size_bytes))
+
+    def small_disk(self, size):
+        place = self.folder / "disk"
+        place.mkdir()
+        mount = shutil.which("mount")
+        command = [mount, "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place]
+        if mount is None or subprocess.run(command, capture_output=True).returncode != 0:
+            self.skipTest("no disk may be mounted here")
+        self.addCleanup(subprocess.run, ["umount", "-l", place], check=True)
+        return place
+
+    def test_file_that_becomes_too_large(self):
+        self.write("w.toml", WORLD.replace("4, 4", "60, 60"))
+        # Both are in the cache then.
+        self.fine("meldsim", *RUN)
+        self.fine("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "1")
+        for name in ("f", "d", "r"):
+            self.write(name, "old")
+        self.refused("meldsim", *RUN, "--facts-out", "f", code=4, says=["cannot write f: File too large"],
+                     preexec_fn=self.limit(4096))
+        self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--digest", "d", code=4,
+                     says=["cannot write d: File too large"], preexec_fn=self.limit(4096))
+        self.refused("meldsim", *RUN, "--record", "r", code=4, says=["cannot write r: "], preexec_fn=self.limit(4096))
+        for name in ("f", "d", "r"):
+            self.assertEqual(self.read(name), b"old")
+        self.refused("meldc", "compile", "p.meld", "-o", "m.so", code=4, says=["cannot write m.so: File too large"],
+                     preexec_fn=self.limit(4096))
+        self.assertNotIn("m.so", self.files())
+
+    def test_cache_that_is_full(self):
+        for size_bytes in (0, 1000, 4096, 20_000):
+            cache = self.folder / f"cache {size_bytes}"
+            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", env={**os.environ, "CLAYMELD_CACHE": str(cache)},
+                                 preexec_fn=self.limit(size_bytes))
+            if done.returncode != 0:
+                self.assertEqual(done.returncode, 4, (size_bytes, done))
+                self.assertIn(b"File too large", done.stderr)
+
+    def test_cache_on_a_disk_that_is_nearly_full(self):
+        place = self.small_disk("1m")
+        cache = place / "cache"
+        codes = set()
+        for free in range(0, 900_000, 49_152):
+            shutil.rmtree(cache, ignore_errors=True)
+            (place / "rest").unlink(missing_ok=True)
+            space = os.statvfs(place)
+            (place / "rest").write_bytes(b"x" * max(0, space.f_bavail * space.f_bsize - free))
+            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", env={**os.environ, "CLAYMELD_CACHE": str(cache)})
+            codes.add(done.returncode)
+            self.assertIn(done.returncode, (0, 4), done)
+            if done.returncode != 0:
+                self.assertIn(b"No space left", done.stderr, done)
+        self.assertEqual(codes, {0, 4})
+
+    def test_full_disk_keeps_what_was_there(self):
+        place = self.small_disk("2m")
+        self.write("w.toml", WORLD.replace("4, 4", "60, 60") + "[record]\nevery = 1\n")
+        for name in ("f", "d", "r"):
+            (place / name).write_bytes(b"old")
+        (place / "rest").write_bytes(b"x" * 1_300_000)
+        err = self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--record", place / "r", code=4, says=["space"])
+        self.assertEqual((place / "r").read_bytes(), b"old")
+        # What there is of the new one is said, and can be read.
+        begun = [path for path in place.iterdir() if path.name.startswith("r.part-")]
+        for path in begun:
+            self.assertIn(str(path), err)
+            with h5py.File(path) as recording:
+                steps = recording["VTKHDF/Steps"]
+                self.assertEqual(len(steps["Values"]), steps.attrs["NSteps"])
+            path.unlink()
+        space = os.statvfs(place)
+        with open(place / "rest", "ab") as rest:
+            rest.write(b"x" * (space.f_bavail * space.f_bsize - 8192))
+        self.refused("meldsim", *RUN, "--facts-out", place / "f", code=4, says=["No space left"])
+        self.assertEqual((place / "f").read_bytes(), b"old")
+        self.refused("meldc", "compile", "p.meld", "-o", place / "m.so", code=4, says=["No space left"])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldc", required=True)
+    parser.add_argument("--meldsim", required=True)
+    TOOLS, rest = parser.parse_known_args()
+    for tool in ("meldc", "meldsim"):
+        setattr(TOOLS, tool, os.path.abspath(getattr(TOOLS, tool)))
+    unittest.main(argv=[sys.argv[0], *rest])

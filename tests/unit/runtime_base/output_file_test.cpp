@@ -1,0 +1,162 @@
+// The rest, with devices, FIFOs, owners and full disks, is in tests/cli/outputs_test.py.
+#include "runtime/base/output_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "runtime/base/output_paths.h"
+
+namespace meld {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class OutputFileTest : public testing::Test {
+  protected:
+    OutputFileTest() { fs::create_directories(folder_); }
+    ~OutputFileTest() override { fs::remove_all(folder_); }
+    std::string path(const std::string& name) const { return folder_ / name; }
+    void put(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
+    std::string text(const std::string& name) const {
+        std::ifstream file(path(name));
+        return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    }
+    std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
+
+  private:
+    const fs::path folder_ = fs::temp_directory_path() / ("output_file_test_" + std::to_string(getpid()));
+};
+
+TEST_F(OutputFileTest, AppearsWhenItIsWhole) {
+    {
+        auto file = OutputFile::open(path("a"), Appears::Whole);
+        ASSERT_TRUE(file) << file.error().message();
+        file->write("new");
+        EXPECT_TRUE(file->flush());
+        EXPECT_FALSE(fs::exists(path("a")));
+        EXPECT_TRUE(file->commit());
+    }
+    EXPECT_EQ(text("a"), "new");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, LeavesEverythingAsItWasIfItIsNotCommitted) {
+    put("a", "old");
+    for (const char* name : {"a", "b"}) {
+        auto file = OutputFile::open(path(name), Appears::Whole);
+        ASSERT_TRUE(file);
+        file->write(std::string(100'000, 'x'));
+    }
+    EXPECT_EQ(text("a"), "old");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, GrowsAtItsPathWhereNothingIsLost) {
+    {
+        auto file = OutputFile::open(path("a"), Appears::AtOnce);
+        ASSERT_TRUE(file);
+        file->write("one\n");
+        EXPECT_TRUE(file->flush());
+        EXPECT_EQ(text("a"), "one\n");
+        file->write("two\n");
+    }
+    EXPECT_EQ(text("a"), "one\ntwo\n") << "what has been written stays";
+    {
+        ASSERT_TRUE(OutputFile::open(path("b"), Appears::AtOnce));
+    }
+    EXPECT_FALSE(fs::exists(path("b"))) << "nothing has been written";
+}
+
+TEST_F(OutputFileTest, GrowsBesideWhatIsThere) {
+    put("a.log", "old");
+    auto file = OutputFile::open(path("a.log"), Appears::AtOnce);
+    ASSERT_TRUE(file);
+    file->write("new");
+    ASSERT_TRUE(file->flush());
+    EXPECT_EQ(text("a.log"), "old");
+    const auto place = file->place();
+    ASSERT_TRUE(place);
+    EXPECT_EQ(fs::path(*place).extension(), ".log");
+    EXPECT_TRUE(file->commit());
+    EXPECT_EQ(text("a.log"), "new");
+    EXPECT_FALSE(fs::exists(*place));
+}
+
+TEST_F(OutputFileTest, ReplacesItsEnd) {
+    auto file = OutputFile::open(path("a"), Appears::AtOnce);
+    ASSERT_TRUE(file);
+    file->write("<a></a>");
+    file->replace_from(3, "text</a>");
+    file->replace_from(3, "b</a>");
+    ASSERT_TRUE(file->commit());
+    EXPECT_EQ(text("a"), "<a>b</a>");
+}
+
+TEST_F(OutputFileTest, HasOneWriterAtATime) {
+    auto first = OutputFile::open(path("a"), Appears::Whole);
+    ASSERT_TRUE(first);
+    // Locks are of open files, so that a process keeps out even itself.
+    const auto second = OutputFile::open(path("./a"), Appears::AtOnce);
+    ASSERT_FALSE(second);
+    EXPECT_THAT(second.error().problem, HasSubstr("process " + std::to_string(getpid())));
+    ASSERT_TRUE(first->commit());
+    {
+        const OutputFile gone = std::move(*first);
+    }
+    EXPECT_TRUE(OutputFile::open(path("a"), Appears::Whole));
+}
+
+TEST_F(OutputFileTest, FollowsLinksToWhatIsNotThereYet) {
+    fs::create_directory(path("there"));
+    fs::create_symlink("there/b", path("a"));
+    ASSERT_TRUE(write_file(path("a"), "text"));
+    EXPECT_TRUE(fs::is_symlink(path("a")));
+    EXPECT_EQ(text("there/b"), "text");
+    fs::create_symlink("d", path("c"));
+    fs::create_symlink("c", path("d"));
+    EXPECT_THAT(write_file(path("c"), "").error().problem, HasSubstr("symbolic links"));
+}
+
+TEST_F(OutputFileTest, TellsWhatIsWrong) {
+    EXPECT_THAT(write_file(path("no/a"), "").error().message(), HasSubstr("No such file or directory"));
+    EXPECT_THAT(write_file(path("."), "").error().problem, HasSubstr("Is a directory"));
+    const auto full = write_file("/dev/full", "text");
+    ASSERT_FALSE(full);
+    EXPECT_EQ(full.error().problem, "cannot write /dev/full: No space left on device");
+    EXPECT_EQ(full.error().code, ExitCode::LimitHit);
+    EXPECT_TRUE(write_file("/dev/null", "text"));
+}
+
+TEST_F(OutputFileTest, LongNamesLeaveRoomForThoseBeside) {
+    const std::string name = std::string(240, 'n') + ".extension";
+    put(name, "old");
+    ASSERT_TRUE(write_file(path(name), "new"));
+    EXPECT_EQ(text(name), "new");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(OutputFileTest, PathsThatAreOneFileAreFound) {
+    put("a", "");
+    fs::create_hard_link(path("a"), path("b"));
+    const auto clash = [&](const std::string& first, const std::string& second, NamedPath::Use use = NamedPath::Written) {
+        const std::vector<NamedPath> paths = {{"--one", first, use}, {"--two", second, use}};
+        const auto distinct = check_distinct(paths);
+        return distinct ? "" : distinct.error().problem;
+    };
+    EXPECT_EQ(clash(path("a"), path("b")), "--one and --two are the same file, " + path("b"));
+    EXPECT_NE(clash(path("x"), path("./x")), "");
+    EXPECT_EQ(clash(path("a"), path("x")), "");
+    EXPECT_EQ(clash("", ""), "");
+    EXPECT_EQ(clash("/dev/null", "/dev/null"), "");
+    EXPECT_EQ(clash("-", "/dev/stdout"), "--one and --two both write to standard output");
+    EXPECT_EQ(clash(path("a"), path("a"), NamedPath::Read), "");
+}
+
+}  // namespace
+}  // namespace meld
