@@ -138,13 +138,13 @@ Result<void> link_and_publish(const Backend& backend, const std::vector<std::str
 }  // namespace
 
 Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options) {
+    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
     const std::string target = host_target();
     const std::string module_path = fmt::format("{}/{}.so", options.cache_dir, content_hash(cpp_text, name, target, options));
     if (is_intact(module_path, options)) {
         touch(module_path);
         return module_path;
     }
-    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
     const Result<const Backend*> backend = load_backend();
     if (!backend) return tl::unexpected(backend.error());
     Result<std::vector<std::string>> objects = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,

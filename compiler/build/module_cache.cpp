@@ -3,16 +3,18 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <pwd.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <random>
 #include <system_error>
 #include <vector>
 
@@ -30,6 +32,37 @@ constexpr std::chrono::hours kTemporaryLifetime{1};
 std::string environment(const char* name) {
     const char* value = std::getenv(name);
     return value == nullptr ? std::string() : std::string(value);
+}
+
+constexpr const char* kOtherFolder = "CLAYMELD_CACHE=FOLDER, or --cache FOLDER of meldc compile";
+
+// As the system knows it; empty if it does not.
+std::string home_of_user() {
+    passwd entry{};
+    passwd* found = nullptr;
+    std::vector<char> texts(1 << 16);
+    ::getpwuid_r(::geteuid(), &entry, texts.data(), texts.size(), &found);
+    return found == nullptr || found->pw_dir == nullptr ? std::string() : std::string(found->pw_dir);
+}
+
+// The nearest folder above this one in which everybody may rename what belongs to others; empty if there is none. The sticky bit,
+// as /tmp has it, forbids that.
+std::string open_ancestor(const fs::path& folder) {
+    std::error_code error;
+    for (fs::path at = fs::canonical(folder, error); !error && at != at.parent_path(); at = at.parent_path()) {
+        struct stat status{};
+        const fs::path above = at.parent_path();
+        if (::stat(above.c_str(), &status) == 0 && (status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0)
+            return above.string();
+    }
+    return "";
+}
+
+// For the names of temporary files.
+std::uint64_t unpredictable() {
+    std::uint64_t bits = 0;
+    if (::getrandom(&bits, sizeof bits, 0) != sizeof bits) bits = std::random_device{}();
+    return bits;
 }
 
 struct CachedFile {
@@ -63,19 +96,37 @@ std::vector<CachedFile> list_modules(const std::string& folder) {
 
 std::string default_cache_dir() {
     if (const std::string folder = environment("CLAYMELD_CACHE"); !folder.empty()) return folder;
-    if (const std::string folder = environment("XDG_CACHE_HOME"); !folder.empty()) return folder + "/claymeld";
-    if (const std::string home = environment("HOME"); !home.empty()) return home + "/.cache/claymeld";
-    return fmt::format("/tmp/claymeld-{}", ::getuid());
+    // What is not absolute means another folder wherever the user stands.
+    if (const std::string folder = environment("XDG_CACHE_HOME"); folder.starts_with('/')) return folder + "/claymeld";
+    std::string home = environment("HOME");
+    if (!home.starts_with('/')) home = home_of_user();
+    return home.starts_with('/') ? home + "/.cache/claymeld" : "";
 }
 
 Result<void> make_cache_dir(const std::string& folder) {
+    const auto refuse = [&](const std::string& why, const std::string& cure) {
+        return fail(fmt::format("the module cache {} cannot be used: {}", folder, why), cure);
+    };
+    if (folder.empty())
+        return fail("there is no folder for compiled modules: neither HOME nor XDG_CACHE_HOME is set, and the user has no home",
+                    fmt::format("Name a folder of your own: {}", kOtherFolder));
     std::error_code error;
-    if (fs::is_directory(folder, error)) return {};
-    fs::create_directories(folder, error);
-    if (error)
-        return fail(fmt::format("cannot make the module cache {} ({})", folder, error.message()),
-                    "Set CLAYMELD_CACHE to a folder that can be written");
-    fs::permissions(folder, fs::perms::owner_all, error);
+    const fs::path path = fs::absolute(folder, error).lexically_normal();
+    fs::create_directories(path.has_filename() ? path.parent_path() : path.parent_path().parent_path(), error);
+    if (error || (::mkdir(path.c_str(), S_IRWXU) != 0 && errno != EEXIST))
+        return fail(fmt::format("cannot make the module cache {} ({})", folder, error ? error.message() : std::strerror(errno)),
+                    fmt::format("Name a folder that can be written: {}", kOtherFolder));
+    struct stat status{};
+    if (::stat(path.c_str(), &status) != 0) return refuse(std::strerror(errno), kOtherFolder);
+    if (!S_ISDIR(status.st_mode)) return refuse("it is no folder", kOtherFolder);
+    if (status.st_uid != ::geteuid())
+        return refuse(fmt::format("it belongs to another user (number {}), whose modules would run as you", status.st_uid),
+                      fmt::format("Name a folder of your own: {}", kOtherFolder));
+    if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+        return refuse("others may enter it, and a module in it is a program that runs as you", fmt::format("chmod 700 {}", folder));
+    if (const std::string open = open_ancestor(path); !open.empty())
+        return refuse(fmt::format("everybody may put another folder in its place, since {} is open to all", open),
+                      fmt::format("Name a folder of your own: {}", kOtherFolder));
     return {};
 }
 
@@ -97,8 +148,7 @@ void evict(const std::string& folder, const std::string& keep, const CacheLimits
 void touch(const std::string& path) { ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0); }
 
 TemporaryFile::TemporaryFile(const std::string& folder, const std::string& suffix) {
-    static std::atomic<unsigned> counter{0};
-    path_ = fmt::format("{}/{}{}-{}{}", folder, kTemporaryPrefix, ::getpid(), counter++, suffix);
+    path_ = fmt::format("{}/{}{:016x}{}", folder, kTemporaryPrefix, unpredictable(), suffix);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -122,7 +172,7 @@ Result<void> TemporaryFile::check_space(std::size_t size_bytes) const {
 }
 
 Result<void> TemporaryFile::write(const std::string& bytes) const {
-    const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    const int file = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
     if (file < 0) return failed(errno);
     for (std::size_t done = 0; done < bytes.size();) {
         const ::ssize_t count = ::write(file, bytes.data() + done, bytes.size() - done);

@@ -14,10 +14,13 @@ struct CacheLimits {
     std::uintmax_t size_bytes = std::uintmax_t{512} << 20;
 };
 
-// $CLAYMELD_CACHE, $XDG_CACHE_HOME/claymeld, ~/.cache/claymeld or /tmp/claymeld-UID: the first whose variable is set.
+// $CLAYMELD_CACHE, $XDG_CACHE_HOME/claymeld or $HOME/.cache/claymeld: the first whose variable is set; without any, .cache/claymeld
+// in the home that the system knows for this user. Empty if there is none: a folder that others may write to would not do.
 std::string default_cache_dir();
 
-// Makes the folder with its parents, for this user alone.
+// Makes the folder with its parents, for this user alone. A module is a program, and to load one is to run it, so nobody else may
+// be able to put one here. Errors: there is no folder (its name is empty), it cannot be made, it belongs to another user, others
+// may enter it, or somebody may put another folder in its place.
 Result<void> make_cache_dir(const std::string& folder);
 
 // Removes the modules used longest ago until the limits hold, never `keep`, and temporary files left by killed processes.
@@ -27,7 +30,7 @@ void evict(const std::string& folder, const std::string& keep, const CacheLimits
 // Marks a module as used just now.
 void touch(const std::string& path);
 
-// A file in the cache that is removed again unless it is published. Its name is unique among processes and threads.
+// A file in the cache that is removed again unless it is published. Nobody can know its name before it is there.
 class TemporaryFile {
   public:
     TemporaryFile(const std::string& folder, const std::string& suffix);

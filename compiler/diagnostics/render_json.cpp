@@ -55,7 +55,7 @@ std::string render_json(const source::FileSet& files, const std::vector<Diagnost
     Json array = Json::array();
     for (const Diagnostic& diagnostic : diagnostics) array.push_back(to_json(files, diagnostic));
     // A path or a quoted piece of text may hold bytes that are no UTF-8; JSON cannot, so they become U+FFFD.
-    return array.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return array.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace meld::diagnostics

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "compiler/diagnostics/diagnostics.h"
+#include "runtime/base/visible.h"
 
 namespace meld::diagnostics {
 
@@ -31,9 +32,8 @@ std::string_view severity_colour(Severity severity) {
     return severity == Severity::Error ? "1;31" : severity == Severity::Warning ? "1;33" : "1;36";
 }
 
-bool is_continuation(char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 0x80; }
-
-// A source line as it is shown: one string per column, so that tabs and multi-byte characters can be cut and underlined.
+// A source line as it is shown: one string per column, so that tabs and multi-byte characters can be cut and underlined. What a
+// terminal would obey is a question mark.
 struct ShownLine {
     std::vector<std::string> columns;
     // The first shown column of each byte, and one more for the end of the line.
@@ -42,21 +42,17 @@ struct ShownLine {
 
 ShownLine show_line(std::string_view line) {
     ShownLine shown;
-    for (const char byte : line) {
-        if (is_continuation(byte) && !shown.columns.empty()) {
-            shown.columns.back() += byte;
-            shown.column_of_byte.push_back(shown.columns.size() - 1);
-            continue;
-        }
-        shown.column_of_byte.push_back(shown.columns.size());
-        if (byte == '\t') {
+    while (!line.empty()) {
+        const std::size_t size = visible_character(line);
+        const std::size_t taken = std::max<std::size_t>(1, size);
+        shown.column_of_byte.insert(shown.column_of_byte.end(), taken, shown.columns.size());
+        if (line.front() == '\t') {
             do shown.columns.emplace_back(" ");
             while (shown.columns.size() % kTabColumns != 0);
-        } else if (static_cast<unsigned char>(byte) < 0x20 || byte == 0x7f) {
-            shown.columns.emplace_back("?");
         } else {
-            shown.columns.emplace_back(1, byte);
+            shown.columns.emplace_back(size == 0 ? "?" : line.substr(0, size));
         }
+        line.remove_prefix(taken);
     }
     shown.column_of_byte.push_back(shown.columns.size());
     return shown;
@@ -116,15 +112,15 @@ class Page {
         const KindInfo& kind = info(diagnostic.kind);
         const std::string_view colour = severity_colour(kind.severity);
         out_ += style_.paint(colour, fmt::format("{}[{}]", severity_name(kind.severity), kind.code));
-        out_ += style_.strong(": " + diagnostic.message) + "\n";
+        out_ += style_.strong(": " + visible(diagnostic.message)) + "\n";
         std::vector<MarkedLine> lines;
         mark_span(lines, files_, diagnostic.span, '^', "");
         for (const Label& label : diagnostic.labels) mark_span(lines, files_, label.span, '-', label.text);
         gutter_width_ = 1;
         for (const MarkedLine& line : lines) gutter_width_ = std::max(gutter_width_, std::to_string(line.number).size());
         const source::Place place = files_.begin(diagnostic.span);
-        out_ += fmt::format("{}{} {}:{}:{}\n", std::string(gutter_width_, ' '), style_.gutter("-->"), files_.file(diagnostic.span).path(),
-                            place.line, place.column);
+        out_ += fmt::format("{}{} {}:{}:{}\n", std::string(gutter_width_, ' '), style_.gutter("-->"),
+                            visible(files_.file(diagnostic.span).path()), place.line, place.column);
         source_lines(diagnostic.span.file, lines, colour);
         help(diagnostic.help);
     }
@@ -141,8 +137,8 @@ class Page {
         std::uint32_t last_number = 0;
         for (const MarkedLine& line : lines) {
             if (line.file != file) {
-                out_ += fmt::format("{}{} {}:{}\n", std::string(gutter_width_, ' '), style_.gutter(":::"), files_.file(line.file).path(),
-                                    line.number);
+                out_ += fmt::format("{}{} {}:{}\n", std::string(gutter_width_, ' '), style_.gutter(":::"),
+                                    visible(files_.file(line.file).path()), line.number);
                 file = line.file;
             } else if (last_number != 0 && line.number > last_number + 1) {
                 out_ += style_.gutter("...") + "\n";
@@ -165,7 +161,7 @@ class Page {
             const std::size_t begin = std::clamp(column(mark.begin_byte), first, last);
             const std::size_t end = std::clamp(column(mark.end_byte), begin, last);
             const std::string strokes(std::max<std::size_t>(1, end - begin), mark.stroke);
-            const std::string label = mark.text.empty() ? strokes : strokes + " " + mark.text;
+            const std::string label = mark.text.empty() ? strokes : strokes + " " + visible(mark.text);
             out_ += style_.gutter(std::string(gutter_width_ + 1, ' ') + "|") + " " + std::string(begin - first + (first > 0 ? 3 : 0), ' ') +
                     style_.paint(mark.stroke == '^' ? colour : "1;34", label) + "\n";
         }
@@ -178,7 +174,7 @@ class Page {
         while (begin <= text.size()) {
             const std::size_t end = std::min(text.find('\n', begin), text.size());
             const std::string lead = begin == 0 ? style_.gutter("=") + " " + style_.strong("help:") : std::string("       ");
-            out_ += std::string(gutter_width_ + 1, ' ') + lead + " " + text.substr(begin, end - begin) + "\n";
+            out_ += std::string(gutter_width_ + 1, ' ') + lead + " " + visible(text.substr(begin, end - begin)) + "\n";
             begin = end + 1;
         }
     }

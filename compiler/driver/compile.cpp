@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
-#include <fstream>
 #include <functional>
 #include <mutex>
-#include <sstream>
 #include <utility>
 
 #include "compiler/build/build.h"
@@ -18,6 +16,7 @@
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/input_file.h"
 #include "runtime/base/parallel_for.h"
 #include "runtime/base/progress.h"
 
@@ -25,15 +24,13 @@ namespace meld::driver {
 
 namespace {
 
+constexpr std::uint64_t kMaxLinked_bytes = std::uint64_t{64} << 20;
+
 Result<std::string> read_linked(const std::string& path) {
     static constexpr std::string_view endings[] = {".c", ".cc", ".cpp", ".cxx"};
     if (std::none_of(std::begin(endings), std::end(endings), [&](std::string_view ending) { return path.ends_with(ending); }))
         return fail(fmt::format("cannot link {}: it is not a C or C++ file", path), "Link files that end in .c or .cpp");
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    if (!in) return fail(fmt::format("cannot read {}", path), "Give the path of the C file as seen from here");
-    return text.str();
+    return read_input(path, kMaxLinked_bytes);
 }
 
 // -O2 takes half as long again to compile, and what it makes runs some 7 % faster: worth it as long as nobody waits for it.
@@ -112,7 +109,7 @@ std::optional<Stage> stage_named(const std::string& name) {
 
 Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out) {
     const std::uint32_t prelude_files = add_prelude(out.files);
-    const Result<std::uint32_t> file = out.files.read(path);
+    const Result<std::uint32_t> file = out.files.read(path, InputKind::FileOrPipe);
     if (!file) return tl::unexpected<Error>(file.error());
     if (options.last == Stage::Tokens) {
         out.result = syntax::print_tokens(out.files, *file, out.report);

@@ -9,19 +9,20 @@
 
 #include "compiler/format/format.h"
 #include "runtime/base/output_file.h"
+#include "runtime/base/visible.h"
 
 namespace meld::driver {
 
 namespace {
 
 Result<std::uint32_t> read(source::FileSet& files, const std::string& path) {
-    if (path != "-") return files.read(path);
+    if (path != "-") return files.read(path, InputKind::FileOrPipe);
     std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
     return files.add("<standard input>", std::move(text));
 }
 
 int fail_with(const Error& error) {
-    std::cerr << "meldc: " << error.message() << "\n";
+    std::cerr << "meldc: " << visible(error.message()) << "\n";
     return static_cast<int>(error.code);
 }
 
@@ -40,7 +41,7 @@ int format_one(const std::string& path, const FormatOptions& options) {
     const std::string& text = **formatted;
     const bool changes = text != files.file(*file).text();
     if (options.check) {
-        if (changes) std::cout << path << "\n";
+        if (changes) std::cout << visible(path) << "\n";
         return changes ? static_cast<int>(ExitCode::ProgramWrong) : 0;
     }
     if (options.to_stdout || path == "-") {
@@ -49,7 +50,7 @@ int format_one(const std::string& path, const FormatOptions& options) {
     }
     if (!changes) return 0;
     if (const auto written = write_file(path, text); !written) return fail_with(written.error());
-    std::cerr << path << ": formatted\n";
+    std::cerr << visible(path) << ": formatted\n";
     return 0;
 }
 

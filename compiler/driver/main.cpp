@@ -19,6 +19,7 @@
 #include "runtime/base/output_file.h"
 #include "runtime/base/output_paths.h"
 #include "runtime/base/standard_streams.h"
+#include "runtime/base/visible.h"
 #include "runtime/cli/command_line.h"
 
 namespace {
@@ -40,7 +41,7 @@ struct Options {
 };
 
 int fail_with(const Error& error) {
-    std::cerr << "meldc: " << error.message() << "\n";
+    std::cerr << "meldc: " << visible(error.message()) << "\n";
     return static_cast<int>(error.code);
 }
 
@@ -68,7 +69,7 @@ int run_check(Options& options) {
     if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
     show(c, options);
     if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
-    if (!options.json) std::cerr << options.file << ": no errors\n";
+    if (!options.json) std::cerr << visible(options.file) << ": no errors\n";
     return 0;
 }
 
@@ -112,7 +113,8 @@ int run_compile(Options& options) {
     show(c, options);
     if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
     if (options.compile.last != Stage::Module) {
-        std::cout << c.result;
+        // C++ escapes what its texts hold by itself.
+        std::cout << (options.compile.last == Stage::Cpp ? c.result : visible(c.result));
         return 0;
     }
     if (options.output.empty()) {

@@ -1,14 +1,8 @@
 // Files are kept whole in memory; the starts of their lines are found once, so that a place is a binary search.
 #include "compiler/source/source.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <system_error>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -18,7 +12,7 @@ namespace meld::source {
 namespace {
 
 // A program of this size is a mistake (somebody compiled a recording), and offsets must fit in 32 bits.
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20;
 
 }  // namespace
 
@@ -49,27 +43,10 @@ std::uint32_t FileSet::add(std::string path, std::string text) {
     return static_cast<std::uint32_t>(files_.size() - 1);
 }
 
-Result<std::uint32_t> FileSet::read(const std::string& path) {
-    namespace fs = std::filesystem;
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (status.type() == fs::file_type::not_found) return fail(fmt::format("there is no file {}", path));
-    if (!fs::exists(status)) return fail(fmt::format("{} cannot be read ({})", path, error.message()));
-    if (fs::is_directory(status)) return fail(fmt::format("{} is a folder, not a file", path));
-    // Only a regular file knows its size before it is read; a pipe is read up to the limit.
-    if (fs::is_regular_file(status) && fs::file_size(path, error) > kMaxFileBytes) {
-        return fail(fmt::format("{} is larger than 64 MiB", path), "a program is text; give data to the world instead");
-    }
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) return fail(fmt::format("{} cannot be read ({})", path, std::generic_category().message(errno)));
-    std::string text;
-    char buffer[65536];
-    while (stream.read(buffer, sizeof buffer) || stream.gcount() > 0) {
-        text.append(buffer, static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > kMaxFileBytes) return fail(fmt::format("{} is larger than 64 MiB", path));
-    }
-    if (stream.bad()) return fail(fmt::format("{} cannot be read to its end", path));
-    return add(path, std::move(text));
+Result<std::uint32_t> FileSet::read(const std::string& path, InputKind kind) {
+    Result<std::string> text = read_input(path, kMaxFileBytes, kind);
+    if (!text) return tl::unexpected(text.error());
+    return add(path, std::move(*text));
 }
 
 std::string_view FileSet::text(Span span) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/input_file.h"
 
 namespace meld::source {
 
@@ -48,8 +49,8 @@ class FileSet {
   public:
     // Adds text under a name that need not exist on disk; returns its index.
     std::uint32_t add(std::string path, std::string text);
-    // Reads a file from disk. Errors: missing, unreadable, a directory, larger than 64 MiB.
-    Result<std::uint32_t> read(const std::string& path);
+    // Reads a file of at most 64 MiB; the errors are those of read_input.
+    Result<std::uint32_t> read(const std::string& path, InputKind kind = InputKind::File);
     const File& file(std::uint32_t index) const { return *files_[index]; }
     const File& file(Span span) const { return *files_[span.file]; }
     std::string_view text(Span span) const;

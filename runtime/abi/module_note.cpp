@@ -6,11 +6,11 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <optional>
+
+#include "runtime/base/input_file.h"
 
 namespace meld {
 namespace {
@@ -22,6 +22,9 @@ constexpr std::uint16_t kHostMachine = EM_AARCH64;
 #else
 #error "Claymeld modules run on x86-64 and 64-bit ARM"
 #endif
+
+// The longest examples have modules of some 100 kB.
+constexpr std::uint64_t kMaxModule_bytes = std::uint64_t{256} << 20;
 
 using Bytes = std::span<const std::byte>;
 
@@ -128,16 +131,7 @@ Result<void> seal_module(std::span<std::byte> file) {
     return {};
 }
 
-Result<std::string> read_module_file(const std::string& path) {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
-    if (!file) return fail(fmt::format("cannot read {} ({})", path, std::strerror(errno)));
-    std::string text;
-    char block[1 << 16];
-    std::size_t count = 0;
-    while ((count = std::fread(block, 1, sizeof block, file.get())) > 0) text.append(block, count);
-    if (std::ferror(file.get())) return fail(fmt::format("cannot read {} ({})", path, std::strerror(errno)));
-    return text;
-}
+Result<std::string> read_module_file(const std::string& path) { return read_input(path, kMaxModule_bytes); }
 
 #if defined(__x86_64__)
 bool host_runs(std::string_view target) {

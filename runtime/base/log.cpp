@@ -6,6 +6,7 @@
 #include <string>
 
 #include "runtime/base/progress.h"
+#include "runtime/base/visible.h"
 
 namespace meld::log {
 
@@ -48,7 +49,7 @@ void set_output(std::function<void(std::string_view)> output) {
 void write(Level line_level, std::string_view text) {
     if (line_level < level() || line_level == Level::Off) return;
     std::string line(prefix_of(line_level));
-    line.append(text).push_back('\n');
+    line.append(visible(text)).push_back('\n');
     const std::lock_guard lock(output_mutex);
     clear_progress();
     chosen_output ? chosen_output(line) : write_to_stderr(line);

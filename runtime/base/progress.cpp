@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/visible.h"
 
 namespace meld {
 
@@ -76,7 +77,7 @@ void Progress::update(const std::function<std::string()>& text) {
     const double now = output_.seconds_now();
     if (now < next_seconds_) return;
     next_seconds_ = now + (output_.terminal ? kTerminalSeconds : kPlainSeconds);
-    const std::string line = text();
+    const std::string line = visible(text());
     const std::lock_guard lock(live_mutex);
     show(line);
 }

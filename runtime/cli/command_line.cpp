@@ -11,6 +11,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/version.h"
+#include "runtime/base/visible.h"
 #include "runtime/cli/tables.h"
 #include "runtime/cli/usage_error.h"
 

@@ -13,6 +13,11 @@ namespace {
 Result<void> add_extension(const std::string& file, sim::Registry& registry) {
     // dlopen looks along its search path for a name without a slash.
     const std::string path = std::filesystem::absolute(file).string();
+    // It would also wait for a pipe that nobody writes to.
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::exists(status)) return fail(fmt::format("there is no file {}", file));
+    if (!std::filesystem::is_regular_file(status)) return fail(fmt::format("the extension {} is not a file", file));
     void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
         const char* reason = ::dlerror();

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/units.h"
+#include "runtime/base/visible.h"
 
 namespace meld::driver {
 
@@ -82,7 +83,7 @@ std::string summary_table(const sim::Summary& s, const std::string& world, int p
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
-    for (const std::string& outcome : s.outcomes) text += outcome + "\n";
+    for (const std::string& outcome : s.outcomes) text += visible(outcome) + "\n";
     return text;
 }
 
@@ -115,7 +116,8 @@ std::string summary_json(const sim::Summary& s, const std::string& world, int pr
                                          {"processes", processes},
                                          {"threads", threads},
                                          {"outcomes", s.outcomes}};
-    return json.dump(2) + "\n";
+    // What is no visible text is escaped, and so is all that is not ASCII.
+    return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace meld::driver

@@ -7,13 +7,12 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
+#include "runtime/base/visible.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
 #include "runtime/comm/outcome.h"
@@ -49,7 +48,7 @@ void handle_interrupts() {
 
 int tell(const Error& error) {
     clear_progress();
-    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", error.message())));
+    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(error.message()))));
     return static_cast<int>(error.code);
 }
 
@@ -79,12 +78,6 @@ Result<world::World> choose_world(const RunOptions& options) {
     return world;
 }
 
-std::string text_of(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
 
 // All processes must run the same module on the same world.
 bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
@@ -140,7 +133,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const bool speaks = comm.process() == 0;
     if (!options.record.empty()) {
         const record::RecordingInfo about{.program = info.program_text,
-                                          .world = text_of(world->path),
+                                          .world = world->text,
                                           .seed = world->seed,
                                           .arguments = options.arguments,
                                           .lattice = std::string(world::Lattice(world->lattice).name()),

@@ -5,6 +5,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
+#include "runtime/base/visible.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
@@ -25,7 +26,7 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
     // Counting is exact and quick up to some hundred million.
     const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
                                                         : fmt::format("about {} catoms", format_count(size.cells_estimate));
-    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", world.path, lattice.name(), count, size.first.x,
+    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count, size.first.x,
                        size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
@@ -64,7 +65,7 @@ Result<void> check_world(const std::string& path, const std::vector<std::string>
 int world_command(const std::string& path, const std::vector<std::string>& extensions) {
     const Result<void> done = check_world(path, extensions);
     if (done) return 0;
-    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", done.error().message())));
+    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(done.error().message()))));
     return static_cast<int>(done.error().code);
 }
 

@@ -8,6 +8,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "runtime/base/visible.h"
+
 namespace meld::tuple {
 
 namespace {
@@ -17,21 +19,6 @@ std::string print_float(double real) {
     std::string text(buffer, std::to_chars(buffer, buffer + sizeof buffer, real).ptr);
     if (text.find_first_of(".eni") == std::string::npos) text += ".0";
     return text;
-}
-
-// The length of the UTF-8 character that the text begins with; 0 where it is none, or one that nobody can see.
-std::size_t character(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-    const auto follows = [&](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
-    if (byte(0) < 0x20 || byte(0) == 0x7f) return 0;
-    if (byte(0) < 0x80) return 1;
-    if (byte(0) >= 0xc2 && byte(0) < 0xe0) return follows(1) && (byte(0) > 0xc2 || byte(1) >= 0xa0) ? 2 : 0;
-    if (byte(0) >= 0xe0 && byte(0) < 0xf0) {
-        const bool surrogate = byte(0) == 0xed && byte(1) >= 0xa0, overlong = byte(0) == 0xe0 && byte(1) < 0xa0;
-        return follows(1) && follows(2) && !surrogate && !overlong ? 3 : 0;
-    }
-    const bool overlong = byte(0) == 0xf0 && byte(1) < 0x90, beyond = byte(0) > 0xf4 || (byte(0) == 0xf4 && byte(1) >= 0x90);
-    return byte(0) >= 0xf0 && follows(1) && follows(2) && follows(3) && !overlong && !beyond ? 4 : 0;
 }
 
 // What stands around the items.
@@ -56,7 +43,7 @@ std::string print_text(std::string_view rest) {
     std::string text = "\"";
     while (!rest.empty()) {
         const char c = rest.front();
-        const std::size_t size = character(rest);
+        const std::size_t size = visible_character(rest);
         if (c == '"' || c == '\\')
             text += std::string("\\") + c;
         else if (c == '\n')

@@ -11,7 +11,7 @@ namespace meld::tuple {
 
 // 12  0.5  true  @7  "text"  [1, 2]  {1, 2}  :(1, 2.0)  (1, 2)  vec3(1.0, 2.0, 3.0). A set, which the language has no literal
 // for, stands in braces, an array in brackets as a list does. Floats have the shortest form that reads back the same, with
-// a point; bytes of a string that are no text stand as \x and two digits.
+// a point; bytes of a string that are no visible text (runtime/base/visible.h) stand as \x and two digits.
 std::string print_value(Type type, Value v);
 // The same of a string with these bytes.
 std::string print_text(std::string_view bytes);

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "runtime/base/input_file.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/units.h"
 
@@ -79,6 +81,14 @@ std::string type_mismatch(const toml::node& node, std::string_view wanted) {
 
 std::string TomlReader::place(const toml::source_region& source) const {
     return fmt::format("{}:{}:{}", path_, source.begin.line, source.begin.column);
+}
+
+std::string TomlReader::beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
+
+Result<std::string> TomlReader::read_file(const std::string& path, std::uint64_t most_bytes) {
+    Result<std::string> text = read_input(path, most_bytes);
+    if (text) source_hash_ = hash_combine(source_hash_, hash_text(*text));
+    return text;
 }
 
 void TomlReader::wrong(Error error) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/hash.h"
 #include "runtime/world/expression.h"
 
 namespace meld::world {
@@ -23,7 +24,7 @@ Result<void> check_key_depth(std::string_view text, const std::string& path);
 
 class TomlReader {
   public:
-    TomlReader(std::string_view text, const std::string& path) : text_(text), path_(path) {}
+    TomlReader(std::string_view text, const std::string& path) : text_(text), path_(path), source_hash_(hash_text(text)) {}
 
     const std::optional<Error>& error() const { return error_; }
     std::string place(const toml::source_region& source) const;  // "world.toml:12:5".
@@ -33,11 +34,18 @@ class TomlReader {
     void wrong_in(const toml::node& string, const ExpressionError& error);
     void wrong(Error error);
     const std::string& path() const { return path_; }
+    // The path of a file that the world names: from the folder of the world, if it is not absolute.
+    std::string beside(const std::string& name) const;
+    // Reads such a file; the errors are those of read_input.
+    Result<std::string> read_file(const std::string& path, std::uint64_t most_bytes);
+    // Of the text and of all files read so far.
+    std::uint64_t source_hash() const { return source_hash_; }
 
   private:
     std::string_view line(std::size_t number) const;
     std::string_view text_;
     const std::string& path_;
+    std::uint64_t source_hash_;
     std::optional<Error> error_;
 };
 

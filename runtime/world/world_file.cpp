@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
+#include "runtime/base/input_file.h"
 #include "runtime/base/nearest.h"
 #include "runtime/world/cells_file.h"
 #include "runtime/world/given_facts.h"
@@ -23,16 +21,9 @@ namespace {
 // How many bricks are looked into for the first catom, before a body is taken to have one.
 constexpr int kBricksSearched = 10'000;
 
-Result<std::string> read_text(const std::string& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) return fail(fmt::format("{} is a directory, not a file", path));
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return fail(fmt::format("{} cannot be read: {}", path, std::generic_category().message(errno)));
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (file.bad()) return fail(fmt::format("{} cannot be read to its end", path));
-    return std::move(text).str();
-}
+// Worlds hold what people write; lists may have a line for each of 100 million catoms.
+constexpr std::uint64_t kMaxWorld_bytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxList_bytes = std::uint64_t{4} << 30;
 
 // The table under a key, which is empty if there is none.
 const toml::table& table_at(TomlReader& reader, const toml::table& top, std::string_view key) {
@@ -76,10 +67,9 @@ void read_cell_array(TomlReader& reader, const toml::array& array, CellList& lis
 
 // cells = "points.csv", relative to the world file.
 void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed) {
-    const std::filesystem::path name(**node.as_string());
-    const std::string path = (std::filesystem::path(reader.path()).parent_path() / name).string();
-    const Result<std::string> text = read_text(path);
-    if (!text) return reader.wrong(node.source(), text.error().problem);
+    const std::string path = reader.beside(**node.as_string());
+    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
+    if (!text) return reader.wrong(node.source(), text.error().problem, text.error().suggestion);
     if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
 }
 
@@ -95,9 +85,9 @@ void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedC
     }
     if (!node->is_string())
         return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
-    const std::string path = (std::filesystem::path(reader.path()).parent_path() / **node->as_string()).string();
-    const Result<std::string> text = read_text(path);
-    if (!text) return reader.wrong(node->source(), text.error().problem);
+    const std::string path = reader.beside(**node->as_string());
+    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
+    if (!text) return reader.wrong(node->source(), text.error().problem, text.error().suggestion);
     if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
 }
 
@@ -277,6 +267,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_events(reader, table, world.tick_seconds, world.events);
     read_names(reader, table_at(reader, table, "components"), "components", world.components);
     if (!reader.error()) check_whole(reader, top, world);
+    world.source_hash = reader.source_hash();
     return world;
 }
 
@@ -304,11 +295,12 @@ Result<World> parse_world(const std::string& text, const std::string& path) {
     }
     World world = read_sections(reader, table);
     if (reader.error()) return tl::unexpected(*reader.error());
+    world.text = text;
     return world;
 }
 
 Result<World> read_world(const std::string& path) {
-    const Result<std::string> text = read_text(path);
+    const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::FileOrPipe);
     if (!text) return tl::unexpected(text.error());
     return parse_world(*text, path);
 }

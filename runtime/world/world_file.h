@@ -81,6 +81,9 @@ struct World {
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
     std::uint64_t seed = 1;
     double tick_seconds = 1e-3;  // What a tick stands for in the delays of a program.
+    // The text of the file, and a hash of that and of the files it names, by which processes see that they have the same world.
+    std::string text;
+    std::uint64_t source_hash = 0;
 
     // Whether catoms are bodies that stand anywhere, and touch whom they meet; else they stand on cells.
     bool is_free() const { return motion.kind == "bodies"; }

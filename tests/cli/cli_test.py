@@ -353,7 +353,7 @@ class Endings(Case):
         self.write("bad.c", "int f( { return 1; }\n")
         self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 1; }\n")
         self.refused("meldc", "compile", "e.meld", "--link", "bad.c", code=1, says="bad.c does not compile")
-        self.refused("meldc", "compile", "e.meld", "--link", "none.c", code=2, says="cannot read none.c")
+        self.refused("meldc", "compile", "e.meld", "--link", "none.c", code=2, says="there is no file none.c")
         self.refused("meldc", "compile", "e.meld", "--link", "e.meld", code=2, says="it is not a C or C++ file")
         first, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")
         self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 2; }\n")

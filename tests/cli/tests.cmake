@@ -12,3 +12,10 @@ foreach(class Paths Locks Streams Disks)
   add_test(NAME cli_outputs_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/outputs_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
 endforeach()
+# What a user may trust.
+foreach(class Cache Inputs Terminal)
+  string(TOLOWER ${class} name)
+  add_test(NAME trust_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/trust_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(trust_${name} PROPERTIES TIMEOUT 120)
+endforeach()

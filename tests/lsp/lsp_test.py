@@ -414,6 +414,15 @@ class Hostile(Case):
         self.assertIn("not open", answer["error"]["message"])
         self.assertEqual(self.open(), [])
 
+    def test_includes_of_what_has_no_end(self):
+        os.mkfifo(self.folder / "pipe")
+        for version, path in enumerate(("pipe", "/dev/zero", "/dev/tty"), 2):
+            self.open("") if version == 2 else None
+            self.server.change(self.path, version, {"text": f'include "{path}".\ntype p(node).\n'})
+            symbols = self.server.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri(self.path)}})
+            self.assertEqual([s["name"] for s in symbols], ["p"])
+        self.assertEqual(self.server.end(), 0)
+
     def test_ranges_outside_of_the_text(self):
         self.open("type p(node).\n")
         far = {"start": {"line": 50, "character": 3}, "end": {"line": 60, "character": 0}}

@@ -14,6 +14,7 @@
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/base/visible.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -66,7 +67,7 @@ Result<void> Printer::after(Subdomain& subdomain) {
     for (const comm::Packet& packet : packets) unpack(packet.bytes, lines);
     std::sort(lines.begin(), lines.end());
     std::string text;
-    for (const auto& [id, line] : lines) text += line + "\n";
+    for (const auto& [id, line] : lines) text += visible(line) + "\n";
     if (!text.empty()) clear_progress();
     return comm::outcome_of_first(subdomain.comm, text.empty() ? Result<void>{} : print(to_, text));
 }

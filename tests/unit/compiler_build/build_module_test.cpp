@@ -6,6 +6,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <pwd.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -250,8 +251,82 @@ TEST(DefaultCacheDir, FollowsTheEnvironmentInOrder) {
     EXPECT_EQ(default_cache_dir(), "/var/cache/someone/claymeld");
     ::setenv("CLAYMELD_CACHE", "/scratch", 1);
     EXPECT_EQ(default_cache_dir(), "/scratch");
+    ::unsetenv("CLAYMELD_CACHE");
+    ::setenv("XDG_CACHE_HOME", "cache", 1);
+    EXPECT_EQ(default_cache_dir(), "/home/someone/.cache/claymeld") << "a relative path is another folder everywhere";
+}
+
+TEST(DefaultCacheDir, IsThatOfTheUserWithoutAnEnvironment) {
     for (const char* name : {"HOME", "XDG_CACHE_HOME", "CLAYMELD_CACHE"}) ::unsetenv(name);
-    EXPECT_EQ(default_cache_dir(), "/tmp/claymeld-" + std::to_string(::getuid()));
+    const passwd* user = ::getpwuid(::geteuid());
+    EXPECT_EQ(default_cache_dir(), user == nullptr ? "" : std::string(user->pw_dir) + "/.cache/claymeld");
+}
+
+TEST(MakeCacheDir, MakesAFolderForThisUserAlone) {
+    const ScratchFolder scratch;
+    ASSERT_TRUE(make_cache_dir(scratch.path() + "/some/where/"));
+    EXPECT_EQ(fs::status(scratch.path() + "/some/where").permissions(), fs::perms::owner_all);
+    EXPECT_TRUE(make_cache_dir(scratch.path() + "/some/where"));
+}
+
+TEST(MakeCacheDir, NeedsAFolder) {
+    EXPECT_THAT(make_cache_dir("").error().message(), testing::HasSubstr("CLAYMELD_CACHE"));
+    const ScratchFolder scratch;
+    make_file(fs::path(scratch.path()) / "file", 1, std::chrono::hours(0));
+    EXPECT_THAT(make_cache_dir(scratch.path() + "/file").error().problem, testing::HasSubstr("no folder"));
+}
+
+// What others could have put there would run as this user.
+TEST(MakeCacheDir, RefusesAFolderThatOthersMayEnter) {
+    for (const fs::perms others : {fs::perms::group_write, fs::perms::others_write, fs::perms::group_read, fs::perms::others_exec}) {
+        const ScratchFolder scratch;
+        fs::permissions(scratch.path(), fs::perms::owner_all | others);
+        EXPECT_EQ(make_cache_dir(scratch.path()).error().suggestion, "chmod 700 " + scratch.path());
+    }
+}
+
+TEST(MakeCacheDir, RefusesAFolderOfAnotherUser) {
+    const ScratchFolder scratch;
+    if (::chown(scratch.path().c_str(), 12345, 12345) != 0) GTEST_SKIP() << "only root gives folders away";
+    EXPECT_THAT(make_cache_dir(scratch.path()).error().problem, testing::HasSubstr("another user (number 12345)"));
+    ASSERT_EQ(::chown(scratch.path().c_str(), ::geteuid(), ::getegid()), 0);
+}
+
+TEST(MakeCacheDir, RefusesAFolderThatOthersMayReplace) {
+    const ScratchFolder scratch;
+    fs::permissions(scratch.path(), fs::perms::all);
+    EXPECT_THAT(make_cache_dir(scratch.path() + "/cache").error().problem, testing::HasSubstr(scratch.path() + " is open to all"));
+    fs::permissions(scratch.path(), fs::perms::all | fs::perms::sticky_bit);
+    EXPECT_TRUE(make_cache_dir(scratch.path() + "/cache"));
+}
+
+// A module that somebody else could have planted is not looked at.
+TEST(BuildModule, UsesNoModuleOfAFolderThatOthersMayEnter) {
+    const ScratchFolder cache;
+    ASSERT_TRUE(build_module(kSource, "planted", options_in(cache.path())));
+    fs::permissions(cache.path(), fs::perms::all);
+    EXPECT_FALSE(build_module(kSource, "planted", options_in(cache.path())));
+}
+
+TEST(BuildModule, ReplacesWhatIsNoFile) {
+    const ScratchFolder cache;
+    const std::string path = *build_module(kSource, "replaced", options_in(cache.path()));
+    for (const auto make :
+         {+[](const char* at) { return ::mkfifo(at, 0600); }, +[](const char* at) { return ::symlink("/dev/zero", at); }}) {
+        fs::remove(path);
+        ASSERT_EQ(make(path.c_str()), 0);
+        EXPECT_EQ(*build_module(kSource, "replaced", options_in(cache.path())), path);
+        EXPECT_EQ(first_word(path), 42);
+    }
+}
+
+TEST(TemporaryFile, WritesToNoFileThatIsThere) {
+    const ScratchFolder cache;
+    const TemporaryFile first(cache.path(), ".o");
+    EXPECT_NE(first.path(), TemporaryFile(cache.path(), ".o").path());
+    fs::create_symlink(cache.path() + "/elsewhere", first.path());
+    EXPECT_FALSE(first.write("text"));
+    EXPECT_FALSE(fs::exists(cache.path() + "/elsewhere"));
 }
 
 }  // namespace

@@ -1,0 +1,88 @@
+// The path is looked at before it is opened, since opening a device may do something; the open file is looked at again, since
+// another one may have taken its place. It is opened without waiting: a pipe has perhaps no writer.
+#include "runtime/base/input_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "runtime/base/units.h"
+
+namespace meld {
+
+namespace {
+
+// What is read at once from something that does not know its size.
+constexpr std::size_t kBlock_bytes = 1 << 16;
+
+tl::unexpected<Error> unreadable(const std::string& path, int error) {
+    if (error == ENOENT || error == ENOTDIR) return fail(fmt::format("there is no file {}", path));
+    return fail(fmt::format("{} cannot be read ({})", path, std::strerror(error)), error == EACCES ? "Check its permissions" : "");
+}
+
+tl::unexpected<Error> too_large(const std::string& path, std::uint64_t most_bytes) {
+    return fail(fmt::format("{} is larger than {}, the most that is read", path, format_bytes(most_bytes)));
+}
+
+// Why something of this mode is not read; empty if it is.
+const char* objection(mode_t mode, InputKind kind) {
+    if (S_ISREG(mode) || (S_ISFIFO(mode) && kind == InputKind::FileOrPipe)) return "";
+    if (S_ISDIR(mode)) return "folder";
+    if (S_ISFIFO(mode)) return "pipe";
+    return S_ISSOCK(mode) ? "socket" : "device";
+}
+
+Result<void> check_kind(const std::string& path, const struct stat& status, InputKind kind) {
+    const std::string what = objection(status.st_mode, kind);
+    if (what.empty()) return {};
+    return fail(fmt::format("{} is a {}, not a file", path, what), what == "folder" ? "" : "Write its content to a file first");
+}
+
+class Descriptor {
+  public:
+    explicit Descriptor(int number) : number_(number) {}
+    ~Descriptor() {
+        if (number_ >= 0) ::close(number_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    int number() const { return number_; }
+
+  private:
+    int number_;
+};
+
+}  // namespace
+
+Result<std::string> read_input(const std::string& path, std::uint64_t most_bytes, InputKind kind) {
+    struct stat status{};
+    if (path.find('\0') != std::string::npos) return unreadable(path.substr(0, path.find('\0')) + "\\0...", ENOENT);
+    if (::stat(path.c_str(), &status) != 0) return unreadable(path, errno);
+    if (const Result<void> fine = check_kind(path, status, kind); !fine) return tl::unexpected(fine.error());
+    const int waiting = S_ISFIFO(status.st_mode) ? 0 : O_NONBLOCK;
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | waiting));
+    if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return unreadable(path, errno);
+    if (const Result<void> fine = check_kind(path, status, kind); !fine) return tl::unexpected(fine.error());
+    const auto told_bytes = static_cast<std::uint64_t>(std::max<off_t>(0, status.st_size));
+    if (told_bytes > most_bytes) return too_large(path, most_bytes);
+    // One byte more than it says: the last read finds the end without another block.
+    std::string text(S_ISREG(status.st_mode) && told_bytes > 0 ? told_bytes + 1 : kBlock_bytes, '\0');
+    for (std::size_t size_bytes = 0;;) {
+        if (size_bytes == text.size()) text.resize(text.size() + std::max(text.size() / 2, kBlock_bytes));
+        const ssize_t count = ::read(file.number(), text.data() + size_bytes, text.size() - size_bytes);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return unreadable(path, errno);
+        size_bytes += static_cast<std::size_t>(count);
+        if (size_bytes > most_bytes) return too_large(path, most_bytes);
+        if (count > 0) continue;
+        text.resize(size_bytes);
+        return text;
+    }
+}
+
+}  // namespace meld

@@ -1,0 +1,164 @@
+"""What a user may trust: modules are their own, files that others wrote can neither hang a command nor speak to a terminal, and the
+processes of a run are of one mind.
+
+    trust_test.py --meldc PATH --meldsim PATH [unittest options]
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import unittest
+
+import cli_test
+from cli_test import COUNT, SQUARE, TOOLS
+
+# A terminal would change its title, turn red, go back to the start of the line, and read backwards.
+EVIL = "\x1b]0;owned\x07\x1b[31m\r\x7f\u009b2J\u202e"
+OBEYED = ("\x1b", "\x07", "\r", "\x7f", "\u009b", "\u202e")
+
+
+class Case(cli_test.Case):
+    def environment(self, **changes):
+        """The environment with these changes; None takes a variable away."""
+        changed = dict(os.environ, **{name: str(value) for name, value in changes.items() if value is not None})
+        return {name: value for name, value in changed.items() if name not in changes or changes[name] is not None}
+
+    def run_in(self, environment, *command, seconds=60):
+        done = subprocess.run([str(word) for word in command], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
+                              capture_output=True, timeout=seconds)
+        return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
+
+
+class Cache(Case):
+    def compile(self, code, says="", **changes):
+        got, out, err = self.run_in(self.environment(CLAYMELD_CACHE=None, **changes), TOOLS.meldc, "compile", "p.meld")
+        self.assertEqual(got, code, out + err)
+        self.assertIn(says, err)
+        return out.strip()
+
+    def test_it_is_never_a_folder_in_tmp(self):
+        module = self.compile(0, HOME=None, XDG_CACHE_HOME=None) if os.access(os.path.expanduser("~"), os.W_OK) else "/"
+        self.assertFalse(module.startswith("/tmp/claymeld-"), module)
+
+    def test_the_folder_is_for_its_user_alone(self):
+        module = self.compile(0, XDG_CACHE_HOME=self.folder / "c")
+        cache = os.path.dirname(module)
+        self.assertEqual(os.stat(cache).st_mode & 0o777, 0o700)
+        for mode in (0o777, 0o770, 0o755):
+            os.chmod(cache, mode)
+            self.compile(2, f"chmod 700 {cache}", XDG_CACHE_HOME=self.folder / "c")
+        os.chmod(cache, 0o700)
+        self.assertEqual(self.compile(0, XDG_CACHE_HOME=self.folder / "c"), module)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root gives folders away")
+    def test_a_folder_of_another_user_is_refused(self):
+        cache = os.path.dirname(self.compile(0, XDG_CACHE_HOME=self.folder / "c"))
+        os.chown(cache, 12345, 12345)
+        self.compile(2, "belongs to another user (number 12345)", XDG_CACHE_HOME=self.folder / "c")
+
+    def test_what_is_no_module_is_replaced_unread(self):
+        module = self.compile(0, XDG_CACHE_HOME=self.folder / "c")
+        for make in (os.mkfifo, lambda path: os.symlink("/dev/zero", path)):
+            os.unlink(module)
+            make(module)
+            self.assertEqual(self.compile(0, XDG_CACHE_HOME=self.folder / "c"), module)
+            self.assertTrue(os.path.isfile(module) and not os.path.islink(module))
+
+
+class Inputs(Case):
+    """Nothing that a file names may keep a command waiting or fill its memory."""
+
+    def setUp(self):
+        super().setUp()
+        os.mkfifo(self.folder / "pipe")
+        os.symlink("/dev/zero", self.folder / "zero.meld")
+        os.truncate(os.open(self.folder / "huge", os.O_CREAT | os.O_WRONLY), 1 << 42)
+
+    def test_programs(self):
+        for path, says in (("/dev/zero", "/dev/zero is a device, not a file"), ("zero.meld", "is a device"), ("huge", "larger than 64")):
+            self.refused("meldc", "check", path, code=2, says=says)
+            self.refused("meldsim", "run", path, code=2, says=says)
+            self.refused("meldc", "fmt", path, code=2, says=says)
+
+    def test_includes(self):
+        for path, says in (("pipe", "is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 64")):
+            for word in ("include", "import p from"):
+                self.write("i.meld", f'{word} "{path}".\n' + COUNT)
+                self.refused("meldc", "check", "i.meld", code=1, says=["E0113", says])
+
+    def test_linked_files(self):
+        self.write("e.meld", "extern int f(int).\ntype p(node, int).\np(A, f(1)).\n")
+        os.mkfifo(self.folder / "f.c")
+        self.refused("meldc", "compile", "e.meld", "--link", "f.c", code=2, says="f.c is a pipe, not a file")
+
+    def test_worlds_and_what_they_name(self):
+        free = '[motion]\nkind = "bodies"\n[[body]]\npositions = "{}"\n'
+        listed = 'lattice = "cubic"\n[[body]]\ncells = "{}"\n'
+        for path, says in (("pipe", "pipe is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 4 GiB")):
+            for text in (free, listed):
+                self.write("w.toml", text.format(path))
+                self.refused("meldsim", "world", "w.toml", code=2, says=says)
+                self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says=says)
+        for path, says in (("/dev/zero", "is a device"), ("huge", "larger than 256")):
+            self.refused("meldsim", "run", "p.meld", "--world", path, code=2, says=says)
+
+    def test_modules_and_extensions(self):
+        os.mkfifo(self.folder / "m.so")
+        self.refused("meldsim", "run", "./m.so", "--world", "w.toml", code=2, says="m.so is a pipe, not a file")
+        self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--extension", "m.so", code=2, says="m.so is not a file")
+
+    def test_a_pipe_that_the_user_names_is_read(self):
+        for command in ('"$1" check <(cat p.meld)', '"$2" run p.meld --quiet --world <(cat w.toml) --facts-out f'):
+            code, out, err = self.run_in(os.environ, "bash", "-c", command, "bash", TOOLS.meldc, TOOLS.meldsim)
+            self.assertEqual(code, 0, out + err)
+        self.assertEqual((self.folder / "f").read_text().count("p(@"), 4)
+
+
+class Terminal(Case):
+    """What a file or its name says is shown and not obeyed."""
+
+    def shows_nothing_obeyed(self, tool, *arguments, code, holds=""):
+        for text in self.call(tool, *arguments, code=code):
+            for obeyed in OBEYED:
+                self.assertNotIn(obeyed, text)
+            if holds and holds in text:
+                holds = ""
+        self.assertEqual(holds, "", "something is not said")
+
+    def test_messages_of_the_compiler(self):
+        self.write(f"a{EVIL}.meld", f'type p(node).\np(A) :- q(A). // {EVIL}\n"{EVIL}"\n')
+        self.shows_nothing_obeyed("meldc", "check", f"a{EVIL}.meld", code=1, holds="a\\x1b]0;owned\\x07")
+        self.shows_nothing_obeyed("meldc", "check", f"none{EVIL}", code=2, holds="none\\x1b]0;")
+        self.shows_nothing_obeyed("meldc", "check", "--json", f"a{EVIL}.meld", code=1)
+        self.write("i.meld", f'include "{EVIL}".\n' + COUNT)
+        self.shows_nothing_obeyed("meldc", "check", "i.meld", code=1)
+        self.shows_nothing_obeyed("meldc", f"{EVIL}", code=2)
+        self.shows_nothing_obeyed("meldc", "explain", f"{EVIL}", code=2)
+
+    def test_messages_of_a_run(self):
+        self.write("w.toml", SQUARE + f"[set]\n\"{json.dumps(EVIL)[1:-1]}\" = 1\n")
+        self.shows_nothing_obeyed("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
+        self.shows_nothing_obeyed("meldsim", "run", "p.meld", "--world", f"none{EVIL}", code=2)
+        self.write(f"w{EVIL}.toml", SQUARE)
+        self.shows_nothing_obeyed("meldsim", "world", f"w{EVIL}.toml", code=0, holds="w\\x1b]0;")
+
+    def test_what_catoms_print(self):
+        self.write("say.meld", f'print(@0, "{EVIL}").\nwrite-string(@1, "tab\\t, {EVIL} and Größe").\n')
+        for n in (1, 2):
+            self.shows_nothing_obeyed("meldsim", "run", "say.meld", "--world", "w.toml", "--quiet", "-n", n, code=0,
+                                      holds="tab\t, \\x1b]0;owned\\x07\\x1b[31m\\x0d\\x7f\\xc2\\x9b2J\\xe2\\x80\\xae and Größe\n")
+
+    def test_facts(self):
+        self.write("f.meld", f'type p(node, string).\np(@0, "{EVIL}").\n')
+        self.shows_nothing_obeyed("meldsim", "run", "f.meld", "--world", "w.toml", "--quiet", "--facts-out", "-", code=0,
+                                  holds="owned\\x07")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldc", required=True)
+    parser.add_argument("--meldsim", required=True)
+    _, rest = parser.parse_known_args(namespace=TOOLS)
+    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
+    unittest.main(argv=[sys.argv[0], *rest])
