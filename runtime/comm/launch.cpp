@@ -72,10 +72,19 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
     return pointers;
 }
 
+// What `nohup` and the like have switched off stays so.
+bool is_ignored(int signal) {
+    struct sigaction action = {};
+    sigaction(signal, nullptr, &action);
+    return action.sa_handler == SIG_IGN;
+}
+
 sigset_t awaited_signals() {
     sigset_t set;
     sigemptyset(&set);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&set, signal);
+    sigaddset(&set, SIGCHLD);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (!is_ignored(signal)) sigaddset(&set, signal);
     return set;
 }
 
@@ -91,32 +100,43 @@ sigset_t awaited_signals() {
         if (nothing >= 0) dup2(nothing, STDIN_FILENO);
     }
     relay.enter_child();
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD, SIGPIPE}) std::signal(signal, SIG_DFL);
+    for (const int signal : {SIGCHLD, SIGPIPE}) std::signal(signal, SIG_DFL);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (!is_ignored(signal)) std::signal(signal, SIG_DFL);
     sigprocmask(SIG_SETMASK, &mask, nullptr);
     execvpe(arguments[0], arguments, environment);
     _exit(kCannotStart);
 }
 
 // Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
-int wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
-    int interrupts = 0;
+LaunchOutcome wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
+    LaunchOutcome outcome;
+    bool forced = false;
     bool told_to_end = false;
     while (true) {
         int status = 0;
         const pid_t ended = waitpid(child, &status, WNOHANG);
-        if (ended == child && WIFEXITED(status)) return WEXITSTATUS(status);
-        if (ended == child && WIFSIGNALED(status)) return 128 + WTERMSIG(status);
-        if (ended < 0 && errno != EINTR) return kCannotStart;
+        if (ended == child && WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
+        if (ended == child && WIFSIGNALED(status)) outcome.exit_code = 128 + WTERMSIG(status);
+        if (ended < 0 && errno != EINTR) outcome.exit_code = kCannotStart;
+        if (ended == child || (ended < 0 && errno != EINTR)) {
+            // Whatever mpirun makes of processes that it had to end.
+            if (forced && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
+            return outcome;
+        }
 
         relay.pass(kLookMilliseconds);
         // Nobody hears what the processes say: they end as if the user had asked for it.
         if (relay.output_error() != 0 && !told_to_end) {
             told_to_end = true;
-            if (interrupts++ == 0) kill(child, kEndWellSignal);
+            if (outcome.interrupted_by == 0) kill(child, kEndWellSignal);
         }
         const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
         const int signal = sigtimedwait(&awaited, nullptr, &at_once);
-        if (signal > 0 && signal != SIGCHLD) kill(child, interrupts++ == 0 ? kEndWellSignal : SIGTERM);
+        if (signal <= 0 || signal == SIGCHLD) continue;
+        forced = told_to_end || outcome.interrupted_by != 0;
+        kill(child, forced ? SIGTERM : kEndWellSignal);
+        if (outcome.interrupted_by == 0) outcome.interrupted_by = signal;
     }
 }
 
@@ -144,12 +164,13 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command)
     const pid_t child = fork();
     if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);
     relay.leave_child();
-    const int exit_code = child < 0 ? kCannotStart : wait_for(child, awaited, relay);
+    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, awaited, relay);
     relay.finish();
+    outcome.output_error = relay.output_error();
 
     sigaction(SIGCHLD, &child_before, nullptr);
     sigprocmask(SIG_SETMASK, &before, nullptr);
-    return {.exit_code = exit_code, .output_error = relay.output_error()};
+    return outcome;
 }
 
 std::string describe_launch_failure(int exit_code) {

@@ -12,17 +12,20 @@ namespace meld::comm {
 inline constexpr int kEndWellSignal = SIGUSR1;
 
 struct LaunchOutcome {
-    // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; 127 when mpirun cannot be started.
+    // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; 127 when mpirun cannot be
+    // started.
     int exit_code = 0;
+    // The first signal by which the user asked for the end, or 0. The processes may have finished all the same, with code 0.
+    int interrupted_by = 0;
     // Why the processes' standard output could not be passed on, an errno, or 0.
     int output_error = 0;
 };
 
 // Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
 // through as they are (and when stderr is a terminal, the processes are told so, see runtime/base/progress.h); standard input goes to
-// process 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP is given to the processes as kEndWellSignal, the second ends
-// them at once. If this process dies, so do they; if its standard output takes nothing any more, they end as at a first signal.
-// Call it from a process that has no other threads and has not started MPI itself.
+// process 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP that is not ignored is given to the processes as
+// kEndWellSignal, the second ends them at once. If this process dies, so do they; if its standard output takes nothing any more, they
+// end as at a first signal. Call it from a process that has no other threads and has not started MPI itself.
 LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command);
 
 // Why a run of processes ended with this code, for codes that no command of ours documents: "a process was killed (signal 9), ...".

@@ -85,6 +85,7 @@ class Mpi final : public Communicator {
         by_counts_ = options.exchange == ExchangeKind::Counts ||
                      (options.exchange == ExchangeKind::Automatic && processes_ <= kMaxProcessesByCounts);
         ++live_communicators;
+        Backoff::set_peers(&peers_);
     }
 
     // Leaving by an exception while the others wait for this process would make them wait for ever: end all.
@@ -93,6 +94,7 @@ class Mpi final : public Communicator {
             std::fprintf(stderr, "process %d of %d failed; ending all processes\n", process_, processes_);
             Mpi::abort(static_cast<int>(ExitCode::OurBug));
         }
+        Backoff::set_peers(nullptr);
         MPI_Comm_free(&communicator_);
         if (--live_communicators == 0 && we_initialised) MPI_Finalize();
     }
@@ -105,10 +107,12 @@ class Mpi final : public Communicator {
 
     std::vector<Packet> exchange(std::vector<Packet> packets) override {
         check_packets(packets, process_, processes_);
+        peers_.begin_operation();
         return by_counts_ ? exchange_.by_counts(packets) : exchange_.by_consensus(packets);
     }
 
     std::vector<std::byte> allgather(std::span<const std::byte> bytes) override {
+        peers_.begin_operation();
         std::vector<std::byte> all(bytes.size() * static_cast<std::size_t>(processes_));
         for_each_chunk(bytes.size(), [&](std::size_t begin, int size) {
             if (size == static_cast<int>(bytes.size())) {
@@ -125,6 +129,7 @@ class Mpi final : public Communicator {
     }
 
     std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) override {
+        peers_.begin_operation();
         const std::uint64_t own_size = bytes.size();
         std::vector<std::uint64_t> sizes(static_cast<std::size_t>(processes_));
         allgather_now(&own_size, sizeof own_size, sizes.data());
@@ -135,6 +140,7 @@ class Mpi final : public Communicator {
     }
 
     void barrier() override {
+        peers_.begin_operation();
         MPI_Request request = MPI_REQUEST_NULL;
         MPI_Ibarrier(communicator_, &request);
         wait_patiently(request);
@@ -194,6 +200,7 @@ class Mpi final : public Communicator {
     }
 
     MPI_Comm communicator_;
+    Peers peers_{communicator_};
     MpiExchange exchange_;
     std::size_t chunk_bytes_;
     int process_ = 0;

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "runtime/comm/peers.h"
+
 namespace meld::comm {
 
 // Polls hard while an answer is near, then gives the core away. With more processes than cores hardly any answer is near:
@@ -15,14 +17,20 @@ class Backoff {
   public:
     void reset() { idle_polls_ = 0; }
     void wait() {
-        if (++idle_polls_ > hard_polls) std::this_thread::sleep_for(kNap);
+        if (++idle_polls_ <= hard_polls) return;
+        std::this_thread::sleep_for(kNap);
+        if (idle_polls_ % kPollsPerLook == 0 && peers != nullptr) peers->look();
     }
     // Set once, before the first exchange.
     static void expect_crowd() { hard_polls = 20; }
+    // Who is asked to look around in a long wait; nullptr: nobody.
+    static void set_peers(Peers* looked_at) { peers = looked_at; }
 
   private:
     static inline int hard_polls = 4000;  // About a millisecond.
+    static inline Peers* peers = nullptr;
     static constexpr auto kNap = std::chrono::microseconds(20);
+    static constexpr int kPollsPerLook = 1024;  // About a tenth of a second.
     int idle_polls_ = 0;
 };
 

@@ -1,8 +1,10 @@
 // Calls meldc, which alone knows Clang.
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 
@@ -34,9 +36,13 @@ Result<std::string> compile_program(const RunOptions& options) {
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     if (options.quiet) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
+    const pid_t parent = getpid();
     const pid_t child = fork();
     if (child < 0) return fail(std::string("cannot start meldc: ") + std::strerror(errno));
     if (child == 0) {
+        // It ends with this process, however that ends.
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+        if (getppid() != parent) _exit(127);
         dup2(ends[1], STDOUT_FILENO);
         close(ends[0]);
         close(ends[1]);
@@ -57,6 +63,9 @@ Result<std::string> compile_program(const RunOptions& options) {
     }
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::OurBug);
     if (code == 127) return fail("cannot start " + meldc, "Build it, or put it beside meldsim");
+    // A Ctrl-C reaches it too; what else ended it is a mistake of ours.
+    if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM))
+        return fail("interrupted", "", ExitCode::Interrupted);
     // meldc has said why.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();

@@ -22,7 +22,7 @@ int run_program(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 "
-        "interrupted.");
+        "interrupted, 143 terminated.");
 
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/interrupt.h"
 #include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
@@ -16,6 +17,8 @@
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/driver/agreement.h"
+#include "runtime/driver/claims.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/outputs.h"
@@ -32,18 +35,10 @@ namespace meld::driver {
 
 namespace {
 
-volatile std::sig_atomic_t interrupts = 0;
-
-// The first asks for the end at a tick boundary, the second ends at once.
-void on_interrupt(int) {
-    interrupts = interrupts + 1;
-    if (interrupts > 1) _exit(static_cast<int>(ExitCode::Interrupted));
-}
-
-void handle_interrupts() {
-    struct sigaction action{};
-    action.sa_handler = on_interrupt;
-    for (const int signal : {SIGINT, SIGTERM, comm::kEndWellSignal}) sigaction(signal, &action, nullptr);
+// The process that speaks for the run also says so when it is ended at once.
+void handle_interrupts(bool speaks) {
+    interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal});
+    if (speaks) interrupt::set_last_words("meldsim: interrupted before its end\n");
 }
 
 int tell(const Error& error) {
@@ -78,18 +73,6 @@ Result<world::World> choose_world(const RunOptions& options) {
     return world;
 }
 
-
-// All processes must run the same module on the same world.
-bool same_everywhere(comm::Communicator& comm, std::uint64_t hash) {
-    ByteWriter bytes;
-    bytes.write(hash);
-    const std::vector<std::byte> all = comm.allgather(bytes.view());
-    ByteReader in(all, "the hashes of all processes");
-    for (int p = 0; p < comm.processes(); ++p)
-        if (in.read<std::uint64_t>() != hash) return false;
-    return true;
-}
-
 int processes_on_this_machine(const comm::Communicator& comm) {
     const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
     return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
@@ -110,51 +93,70 @@ Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Output
     return error;
 }
 
-// Everything after the processes stand. Errors every process meets alike are told by process 0 alone.
-Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
-    const Result<Module> module = load_module(module_path, kAbiVersion);
+// What a process reads and finds out by itself before it talks to the others.
+struct Inputs {
+    Module module;
+    world::World world;
+    world::Target target;
+    sim::Registry registry = sim::Registry::standard();
+
+    const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }
+};
+
+Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
+    Result<Module> module = load_module(module_path, kAbiVersion);
     if (!module) return tl::unexpected<Error>(module.error());
     const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
     if (info.schema_hash != module->note().schema_hash)
         return fail(module_path + " says of itself what is not so", "Compile it again", ExitCode::ModuleRefused);
-    if (!same_everywhere(comm, info.schema_hash))
-        return fail("the processes have different modules", "Use a cache that all of them see", ExitCode::ModuleRefused);
-    const Result<world::World> world = choose_world(options);
+    Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
     if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
         return tl::unexpected<Error>(fits.error());
-    const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
+    Inputs inputs{std::move(*module), std::move(*world), std::move(*target)};
+    if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
+    return inputs;
+}
+
+// Everything after the processes stand. Errors every process meets alike are told by process 0 alone.
+Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
+    const Result<Inputs> inputs = read_inputs(options, comm, module_path);
+    if (const auto alike = agree(comm, inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); })); !alike)
+        return tl::unexpected<Error>(alike.error());
+    const ModuleInfo& info = inputs->info();
+    const world::World& world = inputs->world;
     Outputs outputs;
     const Result<void> opened = comm.process() == 0 ? open_outputs(options, outputs) : Result<void>{};
     if (const auto all = comm::outcome_of_first(comm, opened); !all) return tl::unexpected<Error>(all.error());
 
-    sim::Simulation simulation(info, *world, *target, comm, options.threads);
+    sim::Simulation simulation(info, world, inputs->target, comm, options.threads);
     const bool speaks = comm.process() == 0;
     if (!options.record.empty()) {
         const record::RecordingInfo about{.program = info.program_text,
-                                          .world = world->text,
-                                          .seed = world->seed,
+                                          .world = world.text,
+                                          .seed = world.seed,
                                           .arguments = options.arguments,
-                                          .lattice = std::string(world::Lattice(world->lattice).name()),
-                                          .radius = world->radius,
+                                          .lattice = std::string(world::Lattice(world.lattice).name()),
+                                          .radius = world.radius,
                                           .durability = options.sync ? Durability::Machine : Durability::Process};
-        simulation.add(std::make_unique<record::Recorder>(options.record, world->record.every, world->record.predicates, about));
+        simulation.add(std::make_unique<record::Recorder>(options.record, world.record.every, world.record.predicates, about));
     }
     // What catoms print and the table go to standard output, unless results are written there.
     std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
     simulation.add(std::make_unique<sim::Printer>(talk));
     simulation.add(std::make_unique<sim::Watcher>(talk));
     if (!options.digest.empty()) simulation.add(std::make_unique<record::DigestFile>(std::move(outputs.digest)));
-    sim::Registry registry = sim::Registry::standard();
-    if (auto done = add_extensions(options.extensions, registry); !done) return tl::unexpected<Error>(done.error());
-    if (auto done = simulation.start(registry); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = simulation.start(inputs->registry); !done) return tl::unexpected<Error>(done.error());
 
+    // From here on there is something to lose.
+    const interrupt::Answering patiently(interrupt::Answer::Patiently);
     std::optional<Progress> progress;
     if (speaks && !options.quiet) progress.emplace();
     const auto begin = std::chrono::steady_clock::now();
     const auto each = [&] {
-        if (interrupts > 0) simulation.subdomain().request_stop();
+        if (interrupt::received() != 0) simulation.subdomain().request_stop();
         if (!progress) return;
         progress->update([&] {
             return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
@@ -171,12 +173,11 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && !simulation.summary().undefined.empty())
         log::warning("the run ended before the facts settled, and {}", simulation.summary().undefined);
-    if (speaks && options.json)
     Result<void> printed;
     if (speaks && options.json)
-        printed = print(stdout, summary_json(simulation.summary(), world->path, comm.processes(), options.threads));
+        printed = print(stdout, summary_json(simulation.summary(), world.path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        printed = print(talk, summary_table(simulation.summary(), world->path, comm.processes(), options.threads));
+        printed = print(talk, summary_table(simulation.summary(), world.path, comm.processes(), options.threads));
     if (!printed) return tl::unexpected<Error>(printed.error());
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
@@ -206,8 +207,15 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
         return simulate(options, comm, *module);
     };
     const Result<int> done = attempt();
-    if (done) return *done;
-    return comm.process() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
+    const int code = done ? *done : comm.process() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
+    return code == static_cast<int>(ExitCode::Interrupted) ? interrupt::exit_code() : code;
+}
+
+// The processes say themselves that they were interrupted, unless they had not come so far.
+int after_interrupt(const comm::LaunchOutcome& outcome) {
+    const int interrupted = static_cast<int>(ExitCode::Interrupted), terminated = 128 + SIGTERM;
+    if (outcome.exit_code != interrupted && outcome.exit_code != terminated) tell({"interrupted before its end"});
+    return outcome.interrupted_by == SIGTERM ? terminated : interrupted;
 }
 
 }  // namespace
@@ -215,12 +223,13 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
 int run_command(RunOptions options) {
     if (const auto distinct = check_outputs(options, world_path(options)); !distinct) return tell(distinct.error());
     if (comm::under_mpi()) {
-        handle_interrupts();
+        // Before that, a signal is mpirun's to tell.
         const auto comm = comm::make_mpi();
+        handle_interrupts(comm->process() == 0);
         return run_processes(options, *comm);
     }
+    handle_interrupts(true);
     if (options.processes == 1) {
-        handle_interrupts();
         const auto comm = comm::make_single();
         return run_processes(options, *comm);
     }
@@ -234,6 +243,7 @@ int run_command(RunOptions options) {
     const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
     // Whatever else came of the run, its results have not reached their reader.
     if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
+    if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
     if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
         return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
     return outcome.exit_code;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
 #include "runtime/kernel/values.h"
@@ -79,6 +80,7 @@ struct Evaluator::Thread : Eval {
     u32 sequence = 0;
     u32 sequence_of = kNone32;
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
+    bool cut = false;             // It has left catoms out.
     Failure failure;
     // Undefined derivations of the catom that has asked for them or noted one last, and what those before it have left.
     u32 undefined_of = kNone32;
@@ -299,6 +301,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->dropped = 0;
         t->greatest_rank = 0;
         t->sequence_of = kNone32;
+        t->cut = false;
         t->release_owned();
         t->values.clear();
     }
@@ -309,6 +312,9 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
         Thread& t = *threads_[static_cast<std::size_t>(worker)];
+        // Who asked for the end of the run has waited for the end of this tick long enough.
+        t.cut = t.cut || interrupt::overdue();
+        if (t.cut) return;
         const std::size_t from = block * kBlock, to = std::min(awake_.size(), from + kBlock);
         t.trim_chunks();
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
@@ -374,6 +380,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
         statistics_.dropped += t->dropped;
+        statistics_.cut = statistics_.cut || t->cut;
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
         statistics_.messages += t->messages.size();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);

@@ -25,6 +25,7 @@ struct Statistics {
     u64 changes = 0;   // Exported records and rows committed: what a link would carry.
     u64 messages = 0;  // Linear facts sent.
     u64 dropped = 0;
+    bool cut = false;  // Catoms were left out, because somebody outside waits for the end of the run.
 };
 
 // Where a catom stands on the lattice, for `position`.

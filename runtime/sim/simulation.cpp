@@ -3,6 +3,7 @@
 #include <chrono>
 #include <ctime>
 
+#include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
 
@@ -90,6 +91,8 @@ Result<void> Simulation::run_tick() {
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
     // How far the others came in such a tick depends on the processes, so nobody may look at it.
     if (subdomain_.status().half_way()) return {};
+    // What is being written is written to its end.
+    const interrupt::Answering patiently(interrupt::Answer::Patiently);
     return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
 }
 
@@ -113,6 +116,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     const bool may_end = codes_.empty() || limits.ticks < 0;
     summary_.ending = Ending::Ticks;
     subdomain_.set_strict(limits.strict);
+    std::optional<interrupt::Answering> soon(interrupt::Answer::Soon);
     while (subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {
@@ -121,6 +125,11 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         }
         each();
         if (result = check_defined(); !result) break;
+        if (subdomain_.totals.tick.cut) {
+            summary_.ending = Ending::Interrupted;
+            result = fail("interrupted in tick " + std::to_string(subdomain_.tick()) + ", before it ended", "", ExitCode::Interrupted);
+            break;
+        }
         if (subdomain_.totals.stop) {
             summary_.ending = Ending::Interrupted;
             break;
@@ -134,6 +143,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             break;
         }
     }
+    soon.reset();
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run was not quiescent after " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(subdomain_),

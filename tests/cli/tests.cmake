@@ -13,9 +13,19 @@ foreach(class Paths Locks Streams Disks)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
 endforeach()
 # What a user may trust.
-foreach(class Cache Inputs Terminal)
+foreach(class Cache Inputs Terminal Agreement)
   string(TOLOWER ${class} name)
   add_test(NAME trust_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/trust_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(trust_${name} PROPERTIES TIMEOUT 120)
 endforeach()
+# Runs that are told to end; the campaign tells hundreds of them.
+foreach(class Interrupts Random Stopped)
+  string(TOLOWER ${class} name)
+  add_test(NAME signals_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(signals_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+endforeach()
+add_test(NAME signals_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 500 Random)
+set_tests_properties(signals_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)

@@ -155,6 +155,67 @@ class Terminal(Case):
                                   holds="owned\\x07")
 
 
+class Agreement(Case):
+    """A launcher may start each process with a command of its own."""
+
+    def run_together(self, *commands, code, says=""):
+        words = []
+        for arguments in commands:
+            words += [":"] * bool(words) + ["-n", "1", TOOLS.meldsim, "run", *arguments]
+        environment = self.environment(OMPI_ALLOW_RUN_AS_ROOT=1, OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1, OMPI_MCA_rmaps_base_oversubscribe=1)
+        got, out, err = self.run_in(environment, "mpirun", "--quiet", "--bind-to", "none", *words)
+        self.assertEqual(got, code, out + err)
+        self.assertEqual(err.count("meldsim:"), 1 if says else 0, err)
+        for text in [says] if isinstance(says, str) else says:
+            self.assertIn(text, err)
+
+    def setUp(self):
+        super().setUp()
+        self.write("k.meld", "type p(node, int).\nconst k = 1.\np(A, k) :- neighborCount(A, _).\n")
+        self.same = ["k.meld", "--world", "w.toml", "--quiet", "--facts-out", "f"]
+
+    def test_one_mind(self):
+        self.run_together(self.same, self.same, self.same, code=0)
+        self.run_together([*self.same, "--threads", "2"], self.same, code=0)
+        self.assertEqual((self.folder / "f").read_text(), "".join(f"p(@{i}, 1).\n" for i in range(4)))
+
+    def test_other_parameters(self):
+        self.run_together([*self.same, "--set", "k=5"], [*self.same, "--set", "k=7"], code=2,
+                          says="differ in the parameters (k=5 on process 0, k=7 on process 1)")
+        self.run_together(self.same, self.same, [*self.same, "--seed", "9"], code=2,
+                          says="the seed (1 on processes 0 and 1, 9 on process 2)")
+        self.assertNotIn("f", self.files())
+
+    def test_other_options(self):
+        self.run_together(self.same, [*self.same, "--ticks", "3"], code=2, says="--ticks (none on process 0, 3 on process 1)")
+        self.run_together(self.same, self.same[:-2], code=2, says="--facts-out (f on process 0, none on process 1)")
+        self.run_together(self.same, [*self.same, "--digest", "d"], code=2, says="--digest (none on process 0, d on process 1)")
+
+    def test_other_programs(self):
+        self.write("other.meld", (self.folder / "k.meld").read_text() + "// Another one.\n")
+        self.run_together(self.same, ["other.meld", *self.same[1:]], code=2, says="the program (k.meld on process 0, other.meld on")
+        self.call("meldc", "compile", "k.meld", "-o", "a.so")
+        self.call("meldc", "compile", "p.meld", "-o", "b.so")
+        self.run_together(["./a.so", *self.same[1:]], ["./b.so", *self.same[1:]], code=2,
+                          says="the program (./a.so on process 0, ./b.so on process 1)")
+
+    def test_other_worlds(self):
+        self.write("c.csv", "0,0\n1,0\n")
+        self.write("w.toml", 'lattice = "square"\n[[body]]\ncells = "c.csv"\n')
+        for name, cells in (("same", "0,0\n1,0\n"), ("other", "0,0\n1,0\n2,0\n")):
+            (self.folder / name).mkdir()
+            self.write(f"{name}/c.csv", cells)
+            self.write(f"{name}/w.toml", (self.folder / "w.toml").read_text())
+        there = [word.replace("w.toml", "same/w.toml") for word in self.same]
+        self.run_together(self.same, there, code=0)
+        there = [word.replace("w.toml", "other/w.toml") for word in self.same]
+        self.run_together(self.same, there, code=2, says="the world (w.toml on process 0, other/w.toml on process 1)")
+
+    def test_what_one_process_cannot_read_ends_all(self):
+        for more in (["--world", "none.toml"], ["--extension", "none.so"]):
+            self.run_together(["k.meld"], ["k.meld", *more], code=2, says=["on process 1: there is no file none."])
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--meldc", required=True)

@@ -12,6 +12,7 @@ void Totals::add(const Totals& other) {
     tick.changes += other.tick.changes;
     tick.messages += other.tick.messages;
     tick.dropped += other.tick.dropped;
+    tick.cut = tick.cut || other.tick.cut;
     catoms += other.catoms;
     bytes += other.bytes;
     actions += other.actions;

@@ -40,7 +40,7 @@ const Totals& Tick::end() {
     const StageClock clock(exchange_s_);
     exchange_.run();
     s.status_.totals = agree(totals_of_this_process(failure));
-    s.status_.end_tick(s.tick(), s.totals.failure.trap == Trap::None);
+    s.status_.end_tick(s.tick(), s.totals.failure.trap == Trap::None && !s.totals.tick.cut);
     return s.totals;
 }
 

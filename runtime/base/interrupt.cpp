@@ -1,0 +1,116 @@
+// Everything that the handlers touch is atomic without locks, and they call nothing but what POSIX lists as safe in handlers.
+#include "runtime/base/interrupt.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/error.h"
+
+namespace meld::interrupt {
+
+namespace {
+
+// Fires when patience ends. A timer of this process alone, by a signal that nobody else uses here.
+constexpr int kPatienceEnds = SIGALRM;
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+
+std::atomic<int> first{0};
+std::atomic<std::int64_t> first_ns{0};
+std::atomic<Answer> answer{Answer::AtOnce};
+std::atomic<const char*> last_words{nullptr};
+timer_t patience;
+std::atomic<bool> handling{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free &&
+              std::atomic<Answer>::is_always_lock_free && std::atomic<const char*>::is_always_lock_free);
+
+std::int64_t now_ns() {
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * kNanoseconds + now.tv_nsec;
+}
+
+int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_cast<int>(ExitCode::Interrupted); }
+
+[[noreturn]] void leave(int signal) {
+    const char* words = last_words.load();
+    // Where standard error takes nothing, nobody can be told.
+    if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
+    ::_exit(code_after(signal));
+}
+
+void arm() {
+    constexpr auto ns = static_cast<std::int64_t>(kPatience_s * static_cast<double>(kNanoseconds));
+    itimerspec after{};
+    after.it_value = {.tv_sec = ns / kNanoseconds, .tv_nsec = ns % kNanoseconds};
+    timer_settime(patience, 0, &after, nullptr);
+}
+
+void on_interrupt(int signal) {
+    const int before_errno = errno;
+    int none = 0;
+    const bool is_first = first.compare_exchange_strong(none, signal);
+    const Answer now = answer.load();
+    if (!is_first) leave(first.load());
+    if (now == Answer::AtOnce) leave(signal);
+    first_ns.store(now_ns());
+    if (now == Answer::Soon) arm();
+    errno = before_errno;
+}
+
+void on_end_of_patience(int) {
+    if (answer.load() == Answer::Soon) leave(first.load());
+}
+
+}  // namespace
+
+void handle(std::initializer_list<int> signals) {
+    MELD_CHECK(!handling.exchange(true), "interrupts are handled already");
+    sigevent event{};
+    event.sigev_notify = SIGEV_SIGNAL;
+    event.sigev_signo = kPatienceEnds;
+    MELD_CHECK(timer_create(CLOCK_MONOTONIC, &event, &patience) == 0, "no timer: {}", std::strerror(errno));
+    struct sigaction action{};
+    // Interrupted calls go on by themselves: whoever polls asks received().
+    action.sa_flags = SA_RESTART;
+    action.sa_handler = on_end_of_patience;
+    sigaction(kPatienceEnds, &action, nullptr);
+    action.sa_handler = on_interrupt;
+    for (const int signal : signals) {
+        struct sigaction before{};
+        sigaction(signal, nullptr, &before);
+        if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+    }
+}
+
+void set_last_words(const char* words) { last_words.store(words); }
+
+int received() { return first.load(std::memory_order_relaxed); }
+
+int exit_code() { return code_after(received()); }
+
+bool overdue() {
+    if (received() == 0 || answer.load(std::memory_order_relaxed) != Answer::Soon) return false;
+    const std::int64_t since = first_ns.load();
+    return since != 0 && now_ns() - since > static_cast<std::int64_t>(kStep_s * static_cast<double>(kNanoseconds));
+}
+
+Answering::Answering(Answer now) : before_(answer.exchange(now)) {
+    if (received() == 0) return;
+    // It came while another answer held.
+    if (now == Answer::AtOnce) leave(received());
+    if (now == Answer::Soon) arm();
+}
+
+Answering::~Answering() {
+    answer.store(before_);
+    if (received() != 0 && before_ == Answer::Soon) arm();
+}
+
+}  // namespace meld::interrupt

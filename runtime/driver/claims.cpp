@@ -1,0 +1,56 @@
+#include "runtime/driver/claims.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "runtime/base/hash.h"
+#include "runtime/base/input_file.h"
+#include "runtime/base/version.h"
+
+namespace meld::driver {
+
+namespace {
+
+// As much as is read of a program to compare it, and of an extension.
+constexpr std::uint64_t kMostCompared_bytes = std::uint64_t{1} << 30;
+
+// Of the content. Whatever cannot be read here once more, such as a pipe, is compared by its name; the module holds what came of it.
+std::uint64_t hash_of_file(const std::string& path) {
+    const Result<std::string> text = read_input(path, kMostCompared_bytes);
+    return hash_text(text ? *text : path);
+}
+
+Claim claim(std::string name, std::string value) {
+    const std::uint64_t hash = hash_text(value);
+    return {.name = std::move(name), .shown = std::move(value), .hash = hash};
+}
+
+Claim files(std::string name, const std::vector<std::string>& paths) {
+    Claim all{.name = std::move(name), .shown = fmt::format("{}", fmt::join(paths, ", "))};
+    for (const std::string& path : paths) all.hash = hash_combine(all.hash, hash_of_file(path));
+    return all;
+}
+
+}  // namespace
+
+std::vector<Claim> claims(const RunOptions& options, const Module& module, const world::World& world) {
+    std::vector<std::string> parameters;
+    for (const auto& [name, value] : world.set) parameters.push_back(name + "=" + value);
+    Claim compiled{.name = "the module", .shown = module.path(), .hash = module.note().checksum, .code = ExitCode::ModuleRefused};
+    return {claim("the version of Claymeld", std::string(kVersion)),
+            files("the program", {options.program}),
+            std::move(compiled),
+            {.name = "the world", .shown = world.path, .hash = world.source_hash},
+            claim("the parameters", fmt::format("{}", fmt::join(parameters, ", "))),
+            claim("the seed", std::to_string(world.seed)),
+            claim("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
+            claim("--facts-out", options.facts_out),
+            claim("--record", options.record),
+            claim("--digest", options.digest),
+            files("--extension", options.extensions)};
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,239 @@
+"""Runs that are told to end, at every time of their lives: they end soon, say so once, exit with 130 or 143, leave no process and no
+file behind, and what they wrote is whole.
+
+    signals_test.py --meldc PATH --meldsim PATH [--runs N] [unittest options]
+
+--runs: how many runs are ended at random moments.
+"""
+import argparse
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import h5py
+
+import cli_test
+from cli_test import TOOLS
+
+# Generous: other tests may have the machine. The promise is two seconds.
+SECONDS = 20
+# In every tick all catoms have another fact.
+FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+# A tick takes minutes.
+LONG_TICK = """type p(node, int).
+fun spin(int N, int S) : int = if N = 0 then S else spin(N - 1, (S * 31 + N) % 1000003) end.
+fun turn(int N, int S) : int = if N = 0 then S else turn(N - 1, spin(9000, S)) end.
+p(A, turn(10, I)) :- id(A, I).
+"""
+WORLD = 'lattice = "square"\n[[body]]\nshape = "box({0}, {0}, 1)"\n[record]\nevery = 1\npredicates = ["p"]\n'
+
+
+def stat(pid):
+    """State, parent, group and session of a process."""
+    try:
+        fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(") ", 1)[1].split()
+        return fields[0], *map(int, fields[1:4])
+    except (OSError, IndexError):
+        return None
+
+
+def processes_of(session):
+    found = {int(p.name): stat(p.name) for p in pathlib.Path("/proc").iterdir() if p.name.isdigit()}
+    return {pid for pid, status in found.items() if status and status[3] == session and status[0] != "Z"}
+
+
+class Case(cli_test.Case):
+    def setUp(self):
+        super().setUp()
+        self.write("forever.meld", FOREVER)
+        self.write("long.meld", LONG_TICK)
+        self.write("small.toml", WORLD.format(10))
+        self.write("large.toml", WORLD.format(600))
+        (self.folder / "shm").mkdir()
+
+    def forget_outputs(self):
+        for name in ("d", "f", "r", "r.xdmf"):
+            (self.folder / name).unlink(missing_ok=True)
+
+    def start(self, *arguments):
+        # What parts share lies where nobody else's does. A session of its own, so that its processes can be told.
+        environment = dict(os.environ, OMPI_MCA_btl_vader_backing_directory=str(self.folder / "shm"), CLAYMELD_CACHE=TOOLS.cache)
+        if "--new" in arguments:
+            environment["CLAYMELD_CACHE"] = str(self.folder / "cache")
+        run = subprocess.Popen([TOOLS.meldsim, "run", *(str(a) for a in arguments if a != "--new")], cwd=self.folder, env=environment,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+                               restore_signals=True, text=True)
+        self.addCleanup(self.end, run)
+        return run
+
+    def end(self, run):
+        for pid in processes_of(run.pid):
+            os.kill(pid, signal.SIGKILL)
+        run.communicate()
+
+    def ended(self, run, codes):
+        """Waits for the end after a signal; returns what was said."""
+        begin = time.monotonic()
+        out, err = run.communicate(timeout=SECONDS)
+        self.assertIn(run.returncode, codes, out + err)
+        while processes_of(run.pid) and time.monotonic() < begin + SECONDS:
+            time.sleep(0.05)
+        self.assertEqual(processes_of(run.pid), set(), "processes are left")
+        self.assertEqual(os.listdir(self.folder / "shm"), [], "shared memory is left")
+        for wrong in ("crashed", "internal error", "terminate called"):
+            self.assertNotIn(wrong, out + err)
+        return out, err
+
+    def wait_for(self, condition, run):
+        end = time.monotonic() + 60
+        while not condition() and run.poll() is None and time.monotonic() < end:
+            time.sleep(0.02)
+
+    def ticks_are_made(self, run, name="d"):
+        self.wait_for(lambda: (self.folder / name).exists() and (self.folder / name).stat().st_size > 0, run)
+
+    def check_outputs(self):
+        """What is there is whole, and nothing else is; returns the tick of the facts, or None."""
+        digest = (self.folder / "d").read_text() if (self.folder / "d").exists() else ""
+        self.assertTrue(digest == "" or digest.endswith("\n"))
+        last = int(digest.splitlines()[-1].split()[1]) if digest else 0
+        if (self.folder / "r").exists():
+            with h5py.File(self.folder / "r") as recording:
+                self.assertIn("VTKHDF", recording)
+        facts = None
+        if (self.folder / "f").exists():
+            lines = (self.folder / "f").read_text().splitlines()
+            self.assertEqual(lines, sorted((f"p(@{i}, {last})." for i in range(100)), key=lambda line: int(line[3:line.index(",")])))
+            facts = last
+        mine = {"forever.meld", "long.meld", "small.toml", "large.toml", "p.meld", "w.toml", "d", "f", "r", "r.xdmf", "shm"}
+        self.assertLessEqual({p.name for p in self.folder.iterdir() if p.name != "cache"}, mine, "files are left")
+        return facts
+
+
+class Interrupts(Case):
+    OUTPUTS = ("--world", "small.toml", "--digest", "d", "--facts-out", "f", "--record", "r")
+
+    def test_while_ticks_are_made(self):
+        for n in (1, 2):
+            for sent, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+                with self.subTest(n=n, sent=sent):
+                    self.forget_outputs()
+                    run = self.start("forever.meld", "-n", n, *self.OUTPUTS)
+                    self.ticks_are_made(run)
+                    run.send_signal(sent)
+                    out, err = self.ended(run, [code])
+                    self.assertEqual((out + err).count("interrupted"), 1, out + err)
+                    self.assertIsNotNone(self.check_outputs(), "facts are written")
+
+    def test_control_c_reaches_all_processes_of_a_terminal(self):
+        for n in (1, 2):
+            self.forget_outputs()
+            run = self.start("forever.meld", "-n", n, *self.OUTPUTS)
+            self.ticks_are_made(run)
+            os.killpg(run.pid, signal.SIGINT)
+            self.ended(run, [130])
+            self.assertIsNotNone(self.check_outputs())
+
+    def test_in_a_long_tick(self):
+        for n in (1, 2):
+            with self.subTest(n=n):
+                run = self.start("long.meld", "-n", n, "--world", "large.toml", "--facts-out", "f")
+                time.sleep(3)
+                run.send_signal(signal.SIGINT)
+                _, err = self.ended(run, [130])
+                self.assertIn("interrupted", err)
+                self.assertNotIn("f", self.files())
+
+    def test_the_second_ends_at_once(self):
+        for n in (1, 2):
+            run = self.start("long.meld", "-n", n, "--world", "large.toml")
+            time.sleep(2)
+            for _ in range(2):
+                run.send_signal(signal.SIGTERM)
+                time.sleep(0.2)
+            self.ended(run, [143])
+
+    def test_while_it_compiles(self):
+        rules = "".join(f"type q{i}(node, int, string).\nq{i}(A, N * {i} + 1, \"a\" ++ int2str(N)) :- neighborCount(A, N), N > {i % 7}.\n"
+                        for i in range(400))
+        for n in (1, 2):
+            with self.subTest(n=n):
+                self.write("slow.meld", rules + f"// {n}\n")
+                run = self.start("slow.meld", "-n", n, "--world", "small.toml", "--new", "-O", "3")
+                self.wait_for(lambda run=run: len(processes_of(run.pid)) > 1, run)
+                time.sleep(0.5)
+                self.assertIsNone(run.poll(), "it should be compiling still")
+                run.send_signal(signal.SIGTERM)
+                self.ended(run, [143])
+
+    def test_what_was_switched_off_stays_so(self):
+        """As nohup does, and a shell without job control for what it starts in the background."""
+        ignore = subprocess.Popen(["env", "--ignore-signal=INT", TOOLS.meldsim, "run", "forever.meld", *self.OUTPUTS, "--quiet"],
+                                  cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True)
+        self.addCleanup(self.end, ignore)
+        self.ticks_are_made(ignore)
+        for _ in range(2):
+            ignore.send_signal(signal.SIGINT)
+            time.sleep(0.2)
+        self.assertIsNone(ignore.poll())
+        ignore.send_signal(signal.SIGTERM)
+        self.ended(ignore, [143])
+
+
+class Random(Case):
+    def test_at_random_moments(self):
+        generator = random.Random(TOOLS.seed)
+        whole = 0
+        for turn in range(TOOLS.runs):
+            n, sent = generator.choice((1, 2)), generator.choice((signal.SIGINT, signal.SIGTERM))
+            delay, group = generator.uniform(0, 1.5), generator.random() < 0.3
+            with self.subTest(turn=turn, n=n, sent=sent, delay=delay, group=group):
+                self.forget_outputs()
+                run = self.start("forever.meld", "-n", n, *Interrupts.OUTPUTS, "--quiet")
+                time.sleep(delay)
+                (os.killpg if group else os.kill)(run.pid, sent)
+                # Before it has come to handle them, a signal ends it as the system does.
+                self.ended(run, [130 if sent == signal.SIGINT else 143, -sent])
+                whole += self.check_outputs() is not None
+        print(f"{TOOLS.runs} runs, {whole} of them had begun and wrote their facts", file=sys.stderr)
+        self.assertGreater(whole, 0)
+
+
+class Stopped(Case):
+    def test_a_stopped_process_is_told_of_and_goes_on(self):
+        for which in (0, 1):
+            with self.subTest(which=which):
+                self.forget_outputs()
+                run = self.start("forever.meld", "-n", 2, "--world", "small.toml", "--digest", "d", "--quiet")
+                self.ticks_are_made(run)
+                parts = [pid for pid in processes_of(run.pid)
+                         if pid != run.pid and os.readlink(f"/proc/{pid}/exe") == os.path.realpath(TOOLS.meldsim)]
+                self.assertEqual(len(parts), 2)
+                part = next(pid for pid in parts
+                            if f"OMPI_COMM_WORLD_RANK={which}\0" in pathlib.Path(f"/proc/{pid}/environ").read_text(errors="replace"))
+                os.kill(part, signal.SIGSTOP)
+                told = run.stderr.readline()
+                self.assertRegex(told, rf"process {which} has been stopped for .* `kill -CONT {part}` lets it go on")
+                before = (self.folder / "d").stat().st_size
+                os.kill(part, signal.SIGCONT)
+                self.assertRegex(run.stderr.readline(), rf"process {which} answers again, after ")
+                self.wait_for(lambda before=before: (self.folder / "d").stat().st_size > before, run)
+                run.send_signal(signal.SIGINT)
+                self.ended(run, [130])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldc", required=True)
+    parser.add_argument("--meldsim", required=True)
+    parser.add_argument("--runs", type=int, default=6)
+    parser.add_argument("--seed", type=int, default=1)
+    _, rest = parser.parse_known_args(namespace=TOOLS)
+    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
+    TOOLS.cache = os.environ.get("CLAYMELD_CACHE") or os.path.expanduser("~/.cache/claymeld")
+    unittest.main(argv=[sys.argv[0], *rest])
