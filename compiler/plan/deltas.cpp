@@ -122,9 +122,8 @@ class DeltaPlanner {
         return std::all_of(stratum_.rules.begin(), stratum_.rules.end(), [&](const RulePlan& r) {
             const Rule& rule = plan_.program.rules[r.rule];
             Steady steady(plan_.program);
-            return rule.body.size() <= kMaxClauses && rule.heads[0].delay.op == Op::Anonymous &&
-                    fails_in_any_order(plan_.program, r) && steady(rule.body) &&
-                   steady.all(rule.heads[0].atom.arguments);
+            return rule.body.size() <= kMaxClauses && rule.heads[0].delay.op == Op::Anonymous && fails_in_any_order(plan_.program, r) &&
+                   steady(rule.body) && steady.all(rule.heads[0].atom.arguments);
         });
     }
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "runtime/base/nearest.h"
+#include "runtime/base/visible.h"
 #include "runtime/cli/tables.h"
 
 namespace meld::cli {
@@ -29,7 +30,9 @@ int no_such_option(const CLI::App& command, const std::string& where, const std:
 // The option that an error of the parser is about, whose message starts with its name; nullptr: none.
 const CLI::Option* option_of(const CLI::App& command, const std::string& message) {
     const std::string name = message.substr(0, message.find_first_of(": "));
-    return command.get_option_no_throw(name);
+    const CLI::Option* option = command.get_option_no_throw(name);
+    // Some messages have the name without its dashes.
+    return option != nullptr ? option : command.get_option_no_throw("--" + name);
 }
 
 // As its help has it: "-n, --processes".
@@ -53,7 +56,7 @@ std::string about_value(const CLI::Option& option, const CLI::ParseError& error)
 }  // namespace
 
 int usage_error(const std::string& where, const Error& error) {
-    std::cerr << where << ": " << error.message() << "\n";
+    std::cerr << where << ": " << visible(error.message()) << "\n";
     return static_cast<int>(ExitCode::UsageOrWorld);
 }
 

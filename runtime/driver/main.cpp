@@ -14,6 +14,7 @@ namespace {
 
 int run_program(int argc, char** argv) {
     using namespace meld::driver;
+    namespace cli = meld::cli;
     RunOptions run;
     run.arguments.assign(argv, argv + argc);
     std::string world_path;

@@ -207,7 +207,10 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
         return simulate(options, comm, *module);
     };
     const Result<int> done = attempt();
+    // From here on all is said. Where one process has ended, mpirun ends the others, so they wait until the first has told why.
+    interrupt::set_last_words(nullptr);
     const int code = done ? *done : comm.process() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
+    if (!done) comm.barrier();
     return code == static_cast<int>(ExitCode::Interrupted) ? interrupt::exit_code() : code;
 }
 

@@ -19,15 +19,19 @@ namespace meld::driver {
 namespace {
 
 // A module of no program: it has neither predicates nor rules.
-constexpr ModuleInfo kNoProgram = {.abi_version = kAbiVersion};
+constexpr ModuleInfo kNoProgram = [] {
+    ModuleInfo none{};
+    none.abi_version = kAbiVersion;
+    return none;
+}();
 
 std::string size_text(const world::World& world, const world::WorldSize& size) {
     const world::Lattice lattice(world.lattice);
     // Counting is exact and quick up to some hundred million.
     const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
                                                         : fmt::format("about {} catoms", format_count(size.cells_estimate));
-    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count, size.first.x,
-                       size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
+    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count,
+                       size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
 // Whether a run could start: the catoms take their places, and the motion takes them over. What only a program can judge is

@@ -233,7 +233,7 @@ class Files(Case):
 
     def test_failed_run_leaves_no_facts(self):
         self.write("zero.meld", "type p(node, int).\np(A, 1 / N) :- id(A, N).\n")
-        self.call("meldsim", "run", "zero.meld", "--world", "w.toml", "--facts-out", "f", code=1)
+        self.call("meldsim", "run", "zero.meld", "--world", "w.toml", "--facts-out", "f", "--strict", code=1)
         self.assertNotIn("f", self.files())
         self.assertNotIn("f.tmp", self.files())
 

@@ -158,7 +158,7 @@ class Installed(unittest.TestCase):
         source = self.prefix / "share/claymeld/extensions"
         program, world = str(source / "flood.meld"), str(source / "flood.toml")
         for options, code, says in (([], 2, "there is no interface 'census'"),
-                                    (["--extension", "none.so"], 2, "cannot open the extension none.so"),
+                                    (["--extension", "none.so"], 2, "there is no file none.so"),
                                     (["--extension", str(self.prefix / "lib/claymeld/libmeld_backend.so")], 5, "is not an extension")):
             done = subprocess.run(["meldsim", "run", program, "--world", world, "--quiet", *options], env=self.environment,
                                   cwd=self.folder, capture_output=True, text=True, check=False)

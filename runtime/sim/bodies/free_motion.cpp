@@ -246,7 +246,7 @@ SimModule::Stages FreeMotion::stages() const {
 
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
-    if (lost_count_ > 0) text += fmt::format("; {} fell below the lowest height and were removed", lost_count_);
+    if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} times a catom has come to another process", crossed_);
     if (divided_ && divided_->divisions() > 0)
         text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(),

@@ -13,8 +13,8 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
-#include "runtime/comm/outcome.h"
 #include "runtime/base/visible.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

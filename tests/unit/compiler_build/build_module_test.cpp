@@ -197,7 +197,7 @@ TEST(BuildModule, ReportsADiskThatFillsUpAtAnyPoint) {
             const ::rlimit limit = {.rlim_cur = limit_bytes, .rlim_max = limit_bytes};
             ::setrlimit(RLIMIT_FSIZE, &limit);
             const Result<std::string> path = build_module(kSource, "full", options_in(cache.path()));
-            const bool fine = path ? note_of(*path).abi_version == 7 : path.error().code == ExitCode::UsageOrWorld;
+            const bool fine = path ? note_of(*path).abi_version == 7 : path.error().code == ExitCode::LimitHit;
             ::_exit(fine && files_in(cache.path()) == (path ? 1 : 0) ? 0 : 1);
         }
         int status = -1;
