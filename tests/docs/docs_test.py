@@ -5,7 +5,8 @@
 Each page has a scratch folder with a copy of examples/, in which its blocks run one after another:
 
     meld                    checked by meldc; `fail E0301`: must be refused with that code; `warn W0604`: must have that warning
-    toml                    a world, checked by meldsim; `part`: lines of one, given a body and a lattice; `fail`: must be refused
+    toml                    a world, checked by meldsim; `part`: lines of one, given a body and a lattice; `fail`: must be refused;
+                            `exit=4`: with this code
     console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends;
                             `measured`: shown as really printed, but the summary's times and sizes may differ
     sh                      run as a whole; must end well
@@ -154,7 +155,7 @@ class Page:
                 text += '\n[[body]]\nshape = "box(10, 10, 10)"\n'
         (self.scratch / "block.toml").write_text(text)
         code, output = self.call(["meldsim", "world", "block.toml"])
-        wanted = 2 if "fail" in block.flags else 0
+        wanted = int(block.value("exit") or (2 if "fail" in block.flags else 0))
         if code != wanted:
             self.wrong(block, f"meldsim world ends with {code}, not {wanted}", output)
 

@@ -345,7 +345,7 @@ class Names(Case):
         self.assertIn("taken", self.refused("D < limit", "A"))
         self.assertIn("not a name", self.refused("dist(A, 0)", "Dist"))
         self.assertIn("not a name", self.refused("dist(A, 0)", "two words"))
-        self.assertIn("no variable", self.refused("D < limit", "d"))
+        self.assertIn("not a variable", self.refused("D < limit", "d"))
         self.assertIn("nothing here", self.refused(":- source", "x"))
         self.assertIn("something else", self.refused("ball(A, N)", "not"))
 
