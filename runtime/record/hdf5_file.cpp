@@ -104,6 +104,8 @@ H5FD_class_t own_driver;
 std::map<const H5FD_t*, haddr_t> next_address;
 H5FD_t* last_opened = nullptr;
 H5FD_t* (*open_as_library)(const char*, unsigned, hid_t, haddr_t) = nullptr;
+herr_t (*truncate_as_library)(H5FD_t*, hid_t, hbool_t) = nullptr;
+herr_t (*close_as_library)(H5FD_t*) = nullptr;
 
 H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) {
     last_opened = open_as_library(name, flags, access, most);
@@ -122,6 +124,20 @@ haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
 
 herr_t keep_space(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, hsize_t) { return 0; }
 
+// The library cuts a file before it writes where it ends now, and readers refuse one that is shorter than it says of itself. So it is
+// cut when all has been written.
+herr_t lengthen_only(H5FD_t* file, hid_t list, hbool_t closing) {
+    const bool shorter = own_driver.get_eoa(file, H5FD_MEM_DEFAULT) < own_driver.get_eof(file, H5FD_MEM_DEFAULT);
+    return shorter ? 0 : truncate_as_library(file, list, closing);
+}
+
+herr_t cut_and_close(H5FD_t* file) {
+    const herr_t cut = truncate_as_library(file, H5P_DEFAULT, true);
+    next_address.erase(file);
+    const herr_t closed = close_as_library(file);
+    return cut < 0 ? cut : closed;
+}
+
 // Negative if the library does not let itself be asked.
 hid_t driver() {
     static const hid_t made = [] {
@@ -132,9 +148,13 @@ hid_t driver() {
         own_driver = *some_file->cls;
         H5FDclose(some_file);
         open_as_library = own_driver.open;
+        truncate_as_library = own_driver.truncate;
+        close_as_library = own_driver.close;
         own_driver.open = open_file;
         own_driver.alloc = give_space;
         own_driver.free = keep_space;
+        own_driver.truncate = lengthen_only;
+        own_driver.close = cut_and_close;
         return H5FDregister(&own_driver);
     }();
     return made;

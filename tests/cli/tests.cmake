@@ -27,5 +27,5 @@ foreach(class Interrupts Random Stopped)
   set_tests_properties(signals_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
 add_test(NAME signals_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 500 Random)
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 150 Random)
 set_tests_properties(signals_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)
