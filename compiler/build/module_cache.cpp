@@ -156,9 +156,8 @@ TemporaryFile::~TemporaryFile() {
 }
 
 tl::unexpected<Error> TemporaryFile::failed(int error_number) const {
-    Error error = cannot_write(path_, error_number);
-    error.suggestion = "Set CLAYMELD_CACHE to a folder with space that can be written";
-    return tl::unexpected(std::move(error));
+    const Error error = cannot_write(path_, error_number);
+    return fail(error.problem, "Set CLAYMELD_CACHE to a folder with space that can be written", error.code);
 }
 
 Result<void> TemporaryFile::check_space(std::size_t size_bytes) const {

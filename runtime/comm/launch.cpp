@@ -27,6 +27,7 @@ namespace {
 constexpr int kCannotStart = 127;
 // So long a signal or the end of the processes may wait.
 constexpr int kLookMilliseconds = 20;
+constexpr int kLooksUntilToldToEnd = 25;
 
 // What mpirun needs to hear, each only where the user has not said otherwise.
 std::map<std::string, std::string> settings_for(int processes) {
@@ -113,11 +114,15 @@ LaunchOutcome wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
     LaunchOutcome outcome;
     bool forced = false;
     bool told_to_end = false;
+    int looks_unheard = 0;
     while (true) {
         int status = 0;
         const pid_t ended = waitpid(child, &status, WNOHANG);
         if (ended == child && WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
-        if (ended == child && WIFSIGNALED(status)) outcome.exit_code = 128 + WTERMSIG(status);
+        if (ended == child && WIFSIGNALED(status)) {
+            outcome.launcher_signal = WTERMSIG(status);
+            outcome.exit_code = 128 + outcome.launcher_signal;
+        }
         if (ended < 0 && errno != EINTR) outcome.exit_code = kCannotStart;
         if (ended == child || (ended < 0 && errno != EINTR)) {
             // Whatever mpirun makes of processes that it had to end.
@@ -126,8 +131,9 @@ LaunchOutcome wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
         }
 
         relay.pass(kLookMilliseconds);
-        // Nobody hears what the processes say: they end as if the user had asked for it.
-        if (relay.output_error() != 0 && !told_to_end) {
+        // Nobody hears what the processes say: they end as if the user had asked for it, unless they are at their end anyway. A signal
+        // that reaches mpirun while it ends makes it crash.
+        if (relay.output_error() != 0 && !told_to_end && ++looks_unheard > kLooksUntilToldToEnd) {
             told_to_end = true;
             if (outcome.interrupted_by == 0) kill(child, kEndWellSignal);
         }

@@ -17,6 +17,9 @@ struct LaunchOutcome {
     int exit_code = 0;
     // The first signal by which the user asked for the end, or 0. The processes may have finished all the same, with code 0.
     int interrupted_by = 0;
+    // The signal that ended mpirun itself, or 0; one that ends a process makes it an exit code. Open MPI 4.1 crashes at its own end now
+    // and then, when the processes are through.
+    int launcher_signal = 0;
     // Why the processes' standard output could not be passed on, an errno, or 0.
     int output_error = 0;
 };

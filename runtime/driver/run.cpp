@@ -131,6 +131,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const Result<void> opened = comm.process() == 0 ? open_outputs(options, outputs) : Result<void>{};
     if (const auto all = comm::outcome_of_first(comm, opened); !all) return tl::unexpected<Error>(all.error());
 
+    std::optional<interrupt::Answering> patiently;
     sim::Simulation simulation(info, world, inputs->target, comm, options.threads);
     const bool speaks = comm.process() == 0;
     if (!options.record.empty()) {
@@ -151,7 +152,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (auto done = simulation.start(inputs->registry); !done) return tl::unexpected<Error>(done.error());
 
     // From here on there is something to lose.
-    const interrupt::Answering patiently(interrupt::Answer::Patiently);
+    patiently.emplace(interrupt::Answer::Patiently);
     std::optional<Progress> progress;
     if (speaks && !options.quiet) progress.emplace();
     const auto begin = std::chrono::steady_clock::now();
@@ -179,6 +180,8 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     else if (speaks && !options.quiet)
         printed = print(talk, summary_table(simulation.summary(), world.path, comm.processes(), options.threads));
     if (!printed) return tl::unexpected<Error>(printed.error());
+    // All is said: whatever ends the process now interrupts nothing.
+    interrupt::set_last_words(nullptr);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
 
@@ -247,6 +250,9 @@ int run_command(RunOptions options) {
     // Whatever else came of the run, its results have not reached their reader.
     if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
     if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
+    if (outcome.launcher_signal != 0)
+        return tell({fmt::format("mpirun itself was ended by signal {}, so how the run ended is not known", outcome.launcher_signal),
+                     "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
     if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
         return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
     return outcome.exit_code;
