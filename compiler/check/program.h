@@ -124,6 +124,7 @@ struct Term {
 struct Fact {
     std::int64_t catom = 0;
     std::vector<Term> arguments;  // After the catom; literals.
+    std::uint32_t line = 0;
 };
 
 struct Argument {

@@ -75,11 +75,11 @@ void emit_predicate_table(const plan::Plan& plan, Writer& w) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
         const bool stored = s.column.valid();
-        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}}},", quoted(p.name), kind_name(p.kind),
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}, {}}},", quoted(p.name), kind_name(p.kind),
                abi_storage(s.storage), p.auxiliary || !s.used, p.repeats, p.arguments.size() - 1,
                p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
                stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
-               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id));
+               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id), p.route);
     }
     w.close("};");
 }
@@ -219,6 +219,36 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
+// The routes that the text gives, which lead to a catom that it names: edge(@0, @3).
+void emit_link_table(const plan::Plan& plan, Writer& w) {
+    std::string rows;
+    std::size_t count = 0;
+    const auto link = [&](const Rule& r, PredicateId route, std::uint64_t from, const Term& to, std::uint32_t line) {
+        if (to.op != Op::Node) return;
+        rows += fmt::format("    {{{}, {}ull, {}ull, {}, {}}},\n", route.index(), from, static_cast<std::uint64_t>(to.integer), line,
+                            quoted(r.file));
+        ++count;
+    };
+    const auto visit = [&](const Rule& r, const Head& h, const std::vector<Clause>& body) {
+        if (h.kind != Head::Kind::Fact || h.delay.op != Op::Anonymous || !plan.program.predicates[h.atom.predicate].route) return;
+        for (const Clause& c : body)
+            if (c.kind == Clause::Kind::Atom && plan.program.predicates[c.atom.predicate].world == WorldSource::Facts)
+                for (const Fact& f : plan.program.predicates[c.atom.predicate].facts)
+                    link(r, h.atom.predicate, static_cast<std::uint64_t>(f.catom), f.arguments[0], f.line);
+        if (const auto from = named_catom(plan.program, r, body)) link(r, h.atom.predicate, *from, h.atom.arguments[1], r.line);
+    };
+    for (const Rule& r : plan.program.rules)
+        for (const Head& h : r.heads) {
+            if (r.body.size() <= 1) visit(r, h, r.body);
+            // Linear facts in a row are one comprehension (gather.cpp).
+            if (r.birth && h.kind == Head::Kind::Comprehension && h.heads.size() == 1) visit(r, h.heads[0], h.body);
+        }
+    w.line("static constexpr u32 kLinkCount = {};", count);
+    w.open("static constexpr LinkInfo kLinks[] = {");
+    w.raw(rows.empty() ? "{0, 0, 0, 0, \"\"}," : rows);
+    w.close("};");
+}
+
 }  // namespace
 
 std::uint64_t schema_hash(const plan::Plan& plan) {
@@ -244,12 +274,13 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     emit_column_table(plan, types, w);
     emit_parameter_table(plan, types, w);
     emit_rule_table(plan, w);
+    emit_link_table(plan, w);
     const auto& p = plan.program;
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {},", hex(schema_hash(plan)), quoted(p.name), quoted(p.source_text));
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, {}, evaluate,", types.count(), p.predicates.count(),
-           plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick);
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate,", types.count(),
+           p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick);
     w.close("};");
 }
 

@@ -63,7 +63,7 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     table.auxiliary = true;
     table.world = WorldSource::Facts;
     for (const Rule* r : rules)
-        table.facts.push_back({*catom_of(*r), {r->heads[0].atom.arguments.begin() + 1, r->heads[0].atom.arguments.end()}});
+        table.facts.push_back({*catom_of(*r), {r->heads[0].atom.arguments.begin() + 1, r->heads[0].atom.arguments.end()}, r->line});
     std::stable_sort(table.facts.begin(), table.facts.end(), [](const Fact& a, const Fact& b) {
         return static_cast<std::uint64_t>(a.catom) < static_cast<std::uint64_t>(b.catom);
     });

@@ -101,7 +101,8 @@ struct PredicateInfo {
     u32 rank_offset;      // In the record or row, or kNone32.
     u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
     u32 presence_mask;
-    bool read = true;  // By some rule.
+    bool read = true;    // By some rule.
+    bool route = false;  // Its first field is the catom it leads to.
 };
 
 struct ColumnInfo {
@@ -159,6 +160,13 @@ struct RuleInfo {
     u64 at;  // The catom that it is for, of facts of the text the greatest one; or kEverywhere.
 };
 inline constexpr u64 kEverywhere = ~u64{0};
+
+struct LinkInfo {  // A fact of a route that the program's text gives: edge(@0, @3).
+    u16 predicate;
+    u64 from, to;
+    u32 line;
+    const char* file;
+};
 
 // What one process owns, as a module sees it. The runtime owns all arrays.
 struct SubdomainView {
@@ -299,7 +307,9 @@ struct ModuleInfo {
     ParameterInfo const* parameters;
     u32 rule_count;
     const RuleInfo* rules;
-    bool reads_tick;  // Some rule reads `tick`: every catom is evaluated in every tick.
+    u32 link_count;
+    const LinkInfo* links;  // In the order of the rules that give them.
+    bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
 };

@@ -1,6 +1,7 @@
 #include "runtime/sim/core/given.h"
 
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -90,12 +91,14 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     // Kept once, so that the catoms share them.
     for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
+    const std::optional<std::size_t> route = as_route(fact, p, how);
     for (Catom c = 0; c < subdomain_.ensemble.index_count() && (how != Change::Check || (matched != nullptr && *matched == 0)); ++c) {
         if (!fits || !subdomain_.owned(c) ||
             !fact.where.contains(subdomain_.ensemble.id(c), cell_in_regions(c), subdomain_.ensemble.position(c)))
             continue;
         if (matched != nullptr) ++*matched;
         if (how == Change::Check) continue;
+        if (route) dead_links_.look_at_given(*route, c, *predicate, values[0].catom);
         if (how == Change::Give)
             subdomain_.give(p.base, c, values.data());
         else
@@ -126,7 +129,18 @@ Result<void> GivenFacts::start() {
             }
     warn_of_unmatched(facts, matched);
     if (still || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
-    return {};
+    // Catoms that move may come to touch.
+    if (subdomain_.world.motion.kind != "none") return {};
+    dead_links_.look_at_text();
+    return dead_links_.verdict();
+}
+
+std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const {
+    const std::vector<world::GivenFact>& all = subdomain_.world.facts;
+    if (how != Change::Give || !p.route || subdomain_.world.motion.kind != "none") return std::nullopt;
+    // Those of events are elsewhere.
+    const bool at_start = std::greater_equal<>{}(&fact, all.data()) && std::less<>{}(&fact, all.data() + all.size());
+    return at_start ? std::optional(static_cast<std::size_t>(&fact - all.data())) : std::nullopt;
 }
 
 // A region that matches no catom on any process is hardly meant.

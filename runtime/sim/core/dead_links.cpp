@@ -1,0 +1,71 @@
+#include "runtime/sim/core/dead_links.h"
+
+#include <fmt/format.h>
+
+#include "runtime/base/bytes.h"
+
+namespace meld::sim {
+
+void DeadLinks::look_at_text() {
+    const ModuleInfo& module = subdomain_.module;
+    for (u32 i = 0; i < module.link_count; ++i) {
+        const LinkInfo& link = module.links[i];
+        // A catom that is not there is for warn_of_missing_catoms().
+        const std::optional<Catom> from = subdomain_.ensemble.find(link.from);
+        if (!from || !subdomain_.owned(*from) || !dead(*from, link.to)) continue;
+        found({0, i}, *from, link.to, link.predicate, fmt::format("{}:{}", link.file, link.line));
+    }
+}
+
+void DeadLinks::look_at_given(std::size_t fact, Catom from, u32 predicate, u64 to) {
+    if (dead(from, to)) found({1 + fact, subdomain_.ensemble.id(from)}, from, to, predicate, subdomain_.world.facts[fact].place);
+}
+
+// A catom may point to itself: at the root of a tree, say.
+bool DeadLinks::dead(Catom from, u64 to) const {
+    const world::Ensemble& ensemble = subdomain_.ensemble;
+    if (ensemble.id(from) == to) return false;
+    const std::optional<Catom> other = ensemble.find(to);
+    if (!other) return true;
+    const Geometry& g = subdomain_.geometry();
+    for (i32 port = 0; port < g.ports; ++port)
+        if (catom_towards(g, g.catom_site[from], port) == static_cast<i32>(*other)) return false;
+    return true;
+}
+
+void DeadLinks::found(Order order, Catom from, u64 to, u32 predicate, const std::string& place) {
+    ++count_;
+    if (first_ && first_->order < order) return;
+    const PredicateInfo& p = subdomain_.module.predicates[predicate];
+    const u64 id = subdomain_.ensemble.id(from);
+    const std::string why = to < subdomain_.next_id() ? fmt::format("@{} and @{} do not touch", id, to)
+                                                      : fmt::format("the world has only @0 to @{}", subdomain_.next_id() - 1);
+    first_ = {order, fmt::format("{}: {}(@{}, @{}{}) is a route that leads nowhere, since {}", place, p.name, id, to,
+                                 p.arity > 1 ? ", ..." : "", why)};
+}
+
+Result<void> DeadLinks::verdict() const {
+    ByteWriter mine;
+    mine.write(count_);
+    mine.write(first_ ? first_->order.first : ~u64{0});
+    mine.write(first_ ? first_->order.second : ~u64{0});
+    mine.write_string(first_ ? first_->text : "");
+    u64 count = 0;
+    Order least{~u64{0}, ~u64{0}};
+    std::string text;
+    for (const auto& bytes : subdomain_.comm.allgather_any(mine.view())) {
+        ByteReader in(bytes, "routes that lead nowhere");
+        count += in.read<u64>();
+        const auto major = in.read<u64>(), minor = in.read<u64>();
+        std::string theirs = in.read_string();
+        if (Order{major, minor} >= least) continue;
+        least = {major, minor};
+        text = std::move(theirs);
+    }
+    if (count == 0) return {};
+    return fail(text + (count > 1 ? fmt::format(" (and {} more)", count - 1) : ""),
+                "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
+                "declare the predicate without `route`. Worlds that are any graph are not supported yet");
+}
+
+}  // namespace meld::sim
