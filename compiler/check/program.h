@@ -165,7 +165,7 @@ struct Predicate {
 
     bool linear() const { return kind == PredicateKind::Linear; }
     // Whether every derivation counts, so that recursion through it is right along a tree only.
-    bool needs_all() const { return folds(aggregate) || complete_link.valid(); }
+    bool needs_all() const { return combines(aggregate) || complete_link.valid(); }
     // name/arity, as messages say it.
     std::string signature() const { return name + "/" + std::to_string(arguments.size()); }
 };

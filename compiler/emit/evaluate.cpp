@@ -37,25 +37,25 @@ void run_all_rules(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
-// A fold that needs the catom, and the neighbours that an aggregate waits for.
+// A combination that needs the catom, and the neighbours that an aggregate waits for.
 void emit_reduction(const plan::Plan& plan, const Stratum& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
-    if (folds_at_catom(p)) {
+    if (combines_at_catom(p)) {
         const std::string value = field_name(p.aggregate_at);
         const Type& type = p.arguments[p.aggregate_at].type;
         const RuleId first = stratum.rules[0].rule;
         const Scope scope{plan, plan.program.rules[first], first.index()};
         w.raw("");
-        w.open(fmt::format("static void fold_{0}(Self& s, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{", name));
+        w.open(fmt::format("static void combine_{0}(Self& s, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{", name));
         if (p.aggregate == Aggregate::Custom) {
-            const std::string folded = call_with(scope, p.fold, {"out." + value, "rows[i]." + value});
+            const std::string next = call_with(scope, p.fold, {"out." + value, "rows[i]." + value});
             w.line("for (u32 i = 1; i < n && s.e->trap == Trap::None; ++i) out.{} = {};", value,
-                   type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope.site(), folded) : folded);
+                   type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope.site(), next) : next);
         } else {
             w.line("{};", aggregate_object(p.aggregate, type, type, term(scope, p.parameter), "made"));
-            w.line("out.{0} = fold_rows(*s.e, {1}, made, rows, n, [](const {2}_t::Row& row) {{ return row.{0}; }});", value, scope.site(),
-                   name);
+            w.line("out.{0} = combine_rows(*s.e, {1}, made, rows, n, [](const {2}_t::Row& row) {{ return row.{0}; }});", value,
+                   scope.site(), name);
         }
         w.close();
     }
@@ -82,10 +82,10 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     std::string text;
-    if (folds_at_catom(p))
-        text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ fold_{0}(s, rows, n, out); }}", name);
+    if (combines_at_catom(p))
+        text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ combine_{0}(s, rows, n, out); }}", name);
     else if (p.complete_link.valid())
-        text = fmt::format(", OwnFold<{}_t>{{}}", name);
+        text = fmt::format(", OwnCombine<{}_t>{{}}", name);
     return p.complete_link.valid() ? text + fmt::format(", needed_{}(s)", name) : text;
 }
 

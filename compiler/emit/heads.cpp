@@ -6,15 +6,15 @@
 
 namespace meld::emit {
 
-RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
+RuleEmitter::Accumulator RuleEmitter::start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
     const bool custom = aggregate == Aggregate::Custom;
     MELD_EXPECT(aggregate != Aggregate::None && custom == function.valid(), "rule {}", scope_.rule.name);
     MELD_EXPECT(info(aggregate).result != AggregateInfo::Result::ListOf || type.parts.size() == 1, "rule {}: a list without elements",
                 scope_.rule.name);
-    Folding f{aggregate, fresh("folded"), "", type, function, custom && initial.op != Op::Anonymous};
+    Accumulator f{aggregate, fresh("made"), "", type, function, custom && initial.op != Op::Anonymous};
     if (!custom) {
         const std::string limit = initial.op == Op::Anonymous ? "" : term(scope_, initial);
-        w_.line("{};", aggregate_object(aggregate, folded_type(f), type, limit, f.made));
+        w_.line("{};", aggregate_object(aggregate, accumulated_type(f), type, limit, f.made));
         f.seen = f.made + ".count";
         return f;
     }
@@ -24,12 +24,12 @@ RuleEmitter::Folding RuleEmitter::start_fold(Aggregate aggregate, const Type& ty
     return f;
 }
 
-Type RuleEmitter::folded_type(const Folding& f) const {
+Type RuleEmitter::accumulated_type(const Accumulator& f) const {
     if (f.aggregate == Aggregate::Custom) return plan_.program.functions[f.function].variables[VariableId(1)].type;
     return info(f.aggregate).result == AggregateInfo::Result::ListOf ? f.type.parts[0] : f.type;
 }
 
-void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
+void RuleEmitter::accumulate(const Accumulator& f, const std::string& value) {
     if (f.aggregate != Aggregate::Custom) {
         w_.line("{}.add(*s.e, {}, {});", f.made, scope_.rule_index, value.empty() ? "1" : value);
         return;
@@ -39,28 +39,28 @@ void RuleEmitter::fold_in(const Folding& f, const std::string& value) {
     w_.line("++{};", f.seen);
 }
 
-std::string RuleEmitter::folded(const Folding& f) const {
+std::string RuleEmitter::accumulated(const Accumulator& f) const {
     return f.aggregate == Aggregate::Custom ? f.made : fmt::format("{}.result(*s.e, {})", f.made, scope_.rule_index);
 }
 
 void RuleEmitter::step(const plan::AggregateOver& s) {
     const Scope before = scope_;
-    const Folding f = start_fold(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.initial);
+    const Accumulator f = start_accumulator(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.initial);
     w_.open("{");
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
     steps(s.steps);
     leaves_out_ = leaves_out;
-    fold_in(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, folded_type(f)));
+    accumulate(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, accumulated_type(f)));
     close_to(outside);
     w_.close();
     restore(before);
     std::string condition = f.needs_match() ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
     if (known)
-        condition += (condition.empty() ? "" : " && ") + equal(f.type, folded(f), scope_.value(s.variable));
+        condition += (condition.empty() ? "" : " && ") + equal(f.type, accumulated(f), scope_.value(s.variable));
     else
-        bind(s.variable, folded(f));
+        bind(s.variable, accumulated(f));
     if (!condition.empty())
         w_.open(fmt::format("if ({}) {{", defined(condition, true)));
     else
@@ -172,33 +172,33 @@ void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
 
 void RuleEmitter::aggregate(const HeadPlan& h) {
     MELD_EXPECT(!h.folds.empty(), "rule {}: a head aggregates nothing", scope_.rule.name);
-    std::vector<Folding> folds;
+    std::vector<Accumulator> made;
     std::string condition;
     for (const Fold& f : h.folds) {
-        folds.push_back(start_fold(f.aggregate, scope_.rule.variables[f.result].type, f.function, f.initial));
-        if (folds.back().needs_match()) condition = folds.back().seen + " > 0";
+        made.push_back(start_accumulator(f.aggregate, scope_.rule.variables[f.result].type, f.function, f.initial));
+        if (made.back().needs_match()) condition = made.back().seen + " > 0";
     }
-    comprehension(h, folds);
+    comprehension(h, made);
     const Scope before = scope_;
     w_.open(condition.empty() ? "{" : fmt::format("if ({}) {{", condition));
-    for (std::size_t i = 0; i < folds.size(); ++i) bind(h.folds[i].result, folded(folds[i]));
+    for (std::size_t i = 0; i < made.size(); ++i) bind(h.folds[i].result, accumulated(made[i]));
     heads(h.others);
     w_.close();
     restore(before);
 }
 
-void RuleEmitter::fold_match(const HeadPlan& h, const std::vector<Folding>& folds) {
-    for (std::size_t i = 0; i < folds.size(); ++i) {
+void RuleEmitter::accumulate_match(const HeadPlan& h, const std::vector<Accumulator>& made) {
+    for (std::size_t i = 0; i < made.size(); ++i) {
         const VariableId each = h.folds[i].each;
         if (!each.valid()) {
-            fold_in(folds[i], "");
+            accumulate(made[i], "");
             continue;
         }
         Term value;
         value.op = Op::Variable;
         value.type = scope_.rule.variables[each].type;
         value.variable = each;
-        fold_in(folds[i], term_as(scope_, value, folded_type(folds[i])));
+        accumulate(made[i], term_as(scope_, value, accumulated_type(made[i])));
     }
 }
 
@@ -251,14 +251,14 @@ bool RuleEmitter::consumes(const HeadPlan& h) const {
     });
 }
 
-void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Folding>& folds) {
+void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
     const std::vector<Consumed> outer = std::move(consumed_);
     consumed_.clear();
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();
         steps(h.steps);
-        fold_match(h, folds);
+        accumulate_match(h, made);
         heads(h.heads);
         close_to(outside);
     } else {
@@ -267,7 +267,7 @@ void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Folding>& f
         w_.open(fmt::format("const auto {} = [&]() -> bool {{", one));
         const std::size_t outside = w_.depth();
         steps(h.steps);
-        fold_match(h, folds);
+        accumulate_match(h, made);
         consume();
         heads(h.heads);
         w_.raw("return true;");

@@ -112,7 +112,7 @@ class RuleEmitter {
     void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads
-    struct Folding {
+    struct Accumulator {
         Aggregate aggregate;
         std::string made, seen;  // C++ names: what makes the result, or is it (Custom), and of how many matches.
         Type type;
@@ -122,13 +122,13 @@ class RuleEmitter {
         // Whether it has no value where nothing matches.
         bool needs_match() const { return info(aggregate).of_nothing.empty() && !initial; }
     };
-    Folding start_fold(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
+    Accumulator start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
     // The type that the value of one match is converted to.
-    Type folded_type(const Folding& f) const;
+    Type accumulated_type(const Accumulator& f) const;
     // Adds one match.
-    void fold_in(const Folding& f, const std::string& value);
+    void accumulate(const Accumulator& f, const std::string& value);
     // What has been made of all matches.
-    std::string folded(const Folding& f) const;
+    std::string accumulated(const Accumulator& f) const;
 
     // ---- what the rule makes
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
@@ -145,12 +145,12 @@ class RuleEmitter {
     void heads(const std::vector<HeadPlan>& all);
     // Results are made while the matches are consumed, and then the last heads once.
     void aggregate(const HeadPlan& h);
-    void fold_match(const HeadPlan& h, const std::vector<Folding>& folds);
+    void accumulate_match(const HeadPlan& h, const std::vector<Accumulator>& made);
     void fact(const HeadPlan& h);
     void values(const HeadPlan& h);
     void send(const HeadPlan& h);
     bool consumes(const HeadPlan& h) const;
-    void comprehension(const HeadPlan& h, const std::vector<Folding>& folds);
+    void comprehension(const HeadPlan& h, const std::vector<Accumulator>& made);
     const plan::Plan& plan_;
     const RulePlan& rule_plan_;
     Writer& w_;

@@ -102,12 +102,12 @@ std::string hashed(const Type& type, const std::string& value) {
 }
 
 // How all candidates of a group become one value, where that needs nothing of the catom.
-void emit_fold(const Predicate& p, Writer& w) {
-    if (!folds(p.aggregate) || folds_at_catom(p)) return;
+void emit_combine(const Predicate& p, Writer& w) {
+    if (!combines(p.aggregate) || combines_at_catom(p)) return;
     const Type& type = p.arguments[p.aggregate_at].type;
-    w.open("static void fold(Eval& e, const Row* rows, u32 n, Row& out) {");
+    w.open("static void combine(Eval& e, const Row* rows, u32 n, Row& out) {");
     w.line("{};", aggregate_object(p.aggregate, type, type, "", "made"));
-    w.line("out.{0} = fold_rows(e, kFirstRule, made, rows, n, [](const Row& row) {{ return row.{0}; }});", field_name(p.aggregate_at));
+    w.line("out.{0} = combine_rows(e, kFirstRule, made, rows, n, [](const Row& row) {{ return row.{0}; }});", field_name(p.aggregate_at));
     w.close();
 }
 
@@ -149,7 +149,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr bool kFollowed = {};", followed);
     if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
-    if (folds(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
+    if (combines(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
     const auto signature = [](const std::vector<std::size_t>& f) {
         return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b";
     };
@@ -177,7 +177,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     std::string hash = "0x9e37ull";
     for (const std::size_t f : group) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", group.empty() ? "" : " row", hash);
-    emit_fold(p, w);
+    emit_combine(p, w);
     return w.text();
 }
 

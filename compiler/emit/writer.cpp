@@ -115,7 +115,7 @@ bool keeps_fronts(const plan::Plan& plan) {
                        [](const Predicate& p) { return p.front != Aggregate::None; });
 }
 
-bool folds_at_catom(const Predicate& p) { return p.aggregate == Aggregate::Custom || info(p.aggregate).has(AggregateInfo::kParameter); }
+bool combines_at_catom(const Predicate& p) { return p.aggregate == Aggregate::Custom || info(p.aggregate).has(AggregateInfo::kParameter); }
 
 bool has_view(const plan::Plan& plan, PredicateId id) {
     const Storage s = plan.of(id).storage;

@@ -108,7 +108,7 @@ std::string from_word(const check::Type& type, const std::string& word);
 // The word of a literal of one word.
 std::string literal_word(const check::Term& t, const check::Type& type);
 
-// The declaration of the kernel's object of this name that makes an aggregate of values of this type: `SumOf<double> folded0{}`.
+// The declaration of the kernel's object of this name that makes an aggregate of values of this type: `SumOf<double> made0{}`.
 // result: the type of what is made; limit: a C++ expression for how many values the aggregate keeps, where it has such a parameter.
 std::string aggregate_object(check::Aggregate aggregate, const check::Type& value, const check::Type& result, const std::string& limit,
                              const std::string& name);
@@ -150,8 +150,8 @@ void emit_schema(const plan::Plan& plan, Writer& w);
 bool has_deltas(const plan::Plan& plan);
 // Whether some component keeps fronts.
 bool keeps_fronts(const plan::Plan& plan);
-// Whether what folds the rows of its groups calls a function of the program, or asks a constant of the run.
-bool folds_at_catom(const check::Predicate& p);
+// Whether what combines the rows of its groups calls a function of the program, or asks a constant of the run.
+bool combines_at_catom(const check::Predicate& p);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);
 

@@ -32,7 +32,7 @@ class Localizer {
     void run() {
         Rule rule = program_.rules[id_];
         // A sum and a count know every derivation, so what makes two of them different must reach the head's catom.
-        const bool counted = !rule.linear && folds(program_.predicates[rule.heads[0].atom.predicate].aggregate);
+        const bool counted = !rule.linear && combines(program_.predicates[rule.heads[0].atom.predicate].aggregate);
         const std::vector<Clause> links = links_of(rule.body);
         localize_body(rule, rule.body, {}, {}, {}, counted ? Matches::Counted : Matches::Any);
         localize_heads(rule, rule.heads, rule.body, links);

@@ -18,7 +18,7 @@ struct AggregateInfo {
     enum class Values { Any, Ordered, Summable, Counted, Sets, Lists, Reals, Bools, Elements };
     enum class Result { Same, Int, Float, ListOf };
     enum class Order { None, Least, Greatest };
-    enum class Reduction { Set, Best, First, Since, Fold, FoldInOrder };
+    enum class Reduction { Set, Best, First, Since, Combine, CombineInOrder };
     enum Trait : unsigned { kPayload = 1, kAnyOrder = 2, kIntsInAnyOrder = 4, kParameter = 8, kTyped = 16, kYields = 32 };
 
     std::string_view kind;  // Its name in C++: the kernel's template is `kindOf`.
@@ -46,8 +46,8 @@ std::vector<std::string> words_of_declared_aggregates();
 std::vector<std::string> words_of_aggregates_of_matches();
 
 // Whether it is made of all derivations, not one of them.
-inline bool folds(Aggregate a) {
-    return info(a).reduction == AggregateInfo::Reduction::Fold || info(a).reduction == AggregateInfo::Reduction::FoldInOrder;
+inline bool combines(Aggregate a) {
+    return info(a).reduction == AggregateInfo::Reduction::Combine || info(a).reduction == AggregateInfo::Reduction::CombineInOrder;
 }
 // Whether it keeps the best of its values in an order.
 inline bool keeps_best(Aggregate a) { return info(a).order != AggregateInfo::Order::None; }

@@ -177,7 +177,7 @@ struct MaxKOf : MinKOf<V> {
 
 // What the aggregate makes of one field of all candidates of a group, of which there are some.
 template <class Row, class Aggregate, class Field>
-auto fold_rows(Eval& e, u32 rule, Aggregate made, const Row* rows, u32 n, const Field& field) {
+auto combine_rows(Eval& e, u32 rule, Aggregate made, const Row* rows, u32 n, const Field& field) {
     u32 i = 0;
     if constexpr (requires { made.start(field(rows[0])); }) made.start(field(rows[i++]));
     for (; i < n; ++i) {

@@ -140,9 +140,9 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
     return true;
 }
 
-// fold, needed: as of reduce_group().
-template <class T, class Fold = OwnFold<T>>
-[[gnu::noinline]] bool evaluate_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Fold& fold = {},
+// combine, needed: as of reduce_group().
+template <class T, class Combine = OwnCombine<T>>
+[[gnu::noinline]] bool evaluate_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Combine& combine = {},
                                          u32 needed = 0) {
     using Row = typename T::Row;
     return decide_affected<T>(e, r, affected, [&](const Row* current, Row* p, u32 n, Row& out) {
@@ -150,7 +150,7 @@ template <class T, class Fold = OwnFold<T>>
             return decide_group<T>(e, current, p, n, out);
         else {
             sort_candidates<T>(e, p, n);
-            return n > 0 && reduce_group<T>(e, current, p, n, fold, needed, out);
+            return n > 0 && reduce_group<T>(e, current, p, n, combine, needed, out);
         }
     });
 }

@@ -2,7 +2,7 @@
 //
 // T describes a predicate: Row (plain data, with `rank` where kRanked and `from`, the ports of the neighbours it comes from,
 // where kWaits), key(a, b) orders the group, better(a, b) the aggregated value, same(a, b) compares all but the rank,
-// before(a, b) is the last tie-break, hash(row) names the group, fold(e, rows, n, out) makes one value of all.
+// before(a, b) is the last tie-break, hash(row) names the group, combine(e, rows, n, out) makes one value of all.
 #pragma once
 
 #include "runtime/kernel/library.h"
@@ -66,9 +66,9 @@ void sort_rows(Eval& e, Row* rows, u32 count, Less) {
                [](const void* a, const void* b) { return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b)); });
 }
 
-// How the candidates of a group become its value: one of them is chosen, or all are folded, in the order of derivation, which
+// How the candidates of a group become its value: one of them is chosen, or all are combined, in the order of derivation, which
 // no partition changes, or in that of their values.
-enum class Reduce : u8 { Set, Best, First, Since, Fold, FoldInOrder };
+enum class Reduce : u8 { Set, Best, First, Since, Combine, CombineInOrder };
 
 // The row of a group among sorted rows, or count.
 template <class T>
@@ -115,23 +115,23 @@ struct ChoiceOrder {
 template <class T>
 void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
     using Row = typename T::Row;
-    if constexpr (T::kReduce == Reduce::Fold)
+    if constexpr (T::kReduce == Reduce::Combine)
         sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
     else
         sort_rows(e, rows, n, ChoiceOrder<T>{});
 }
 
-// The fold of T itself. One with a function of the program comes from outside.
+// The combination of T itself. One with a function of the program comes from outside.
 template <class T>
-struct OwnFold {
-    void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::fold(e, rows, n, out); }
+struct OwnCombine {
+    void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::combine(e, rows, n, out); }
 };
 
 // The candidates of one group, of which there are some, to its row. `held` is the group's row as it was, or null; needed has a
-// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds: a fold
+// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds: a combination
 // that has no value leaves it empty.
-template <class T, class Fold>
-bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Fold& fold, u32 needed,
+template <class T, class Combine>
+bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Combine& combine, u32 needed,
                   typename T::Row& out) {
     if constexpr (T::kWaits) {
         u32 heard = 0;
@@ -139,8 +139,8 @@ bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* r
         if ((needed & ~heard) != 0) return false;
     }
     out = rows[0];
-    if constexpr (T::kReduce == Reduce::Fold || T::kReduce == Reduce::FoldInOrder) {
-        fold(e, rows, n, out);
+    if constexpr (T::kReduce == Reduce::Combine || T::kReduce == Reduce::CombineInOrder) {
+        combine(e, rows, n, out);
         if (!defined(e)) return false;
     }
     if constexpr (T::kReduce == Reduce::Since)

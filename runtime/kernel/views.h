@@ -86,9 +86,9 @@ struct Relation {
 };
 
 // ---- class 1: not recursive. The proposals are all there is: reduce each group and compare with what was.
-// Cost: one sort of the proposals. fold, needed: as of reduce_group(). Returns whether anything changed.
-template <class T, class Fold = OwnFold<T>>
-MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u32 needed = 0) {
+// Cost: one sort of the proposals. combine, needed: as of reduce_group(). Returns whether anything changed.
+template <class T, class Combine = OwnCombine<T>>
+MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Combine& combine = {}, u32 needed = 0) {
     using Row = typename T::Row;
     Row* p = r.proposed.rows;
     const u32 n = r.proposed.count;
@@ -101,7 +101,7 @@ MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Fold& fold = {}, u3
         if constexpr (T::kReduce == Reduce::First || T::kReduce == Reduce::Since)
             if (const u32 at = r.find(p[i]); at < r.count) held = &r.rows[at];
         Row out;
-        if (reduce_group<T>(e, held, p + i, end - i, fold, needed, out)) p[kept++] = out;
+        if (reduce_group<T>(e, held, p + i, end - i, combine, needed, out)) p[kept++] = out;
         i = end;
     }
     check_fact_limit(e, kept, r.rule);
