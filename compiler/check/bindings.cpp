@@ -1,5 +1,5 @@
 // Pass 4: range restriction. Every variable of a head, a test or a negation gets its value from a positive fact or from
-// an equality; order does not matter, the planner reorders. Assumes homes are known: the home catom is always bound.
+// an equality; order does not matter, the planner reorders. Assumes execution sites: the catom there is always bound.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -40,7 +40,7 @@ class Bindings {
         for (const Clause& c : rule_.body) each_variable(c, use);
         for (const Head& h : rule_.heads) each_variable(h, use);
         Bound bound;
-        if (rule_.home.valid()) bound.insert(rule_.home);
+        if (rule_.site.valid()) bound.insert(rule_.site);
         bind(rule_.body, bound);
         body(rule_.body, bound);
         if (rule_.selected.valid()) selected(bound);
@@ -134,7 +134,7 @@ class Bindings {
                 body(c.inner, inner);
                 if (c.kind == Clause::Kind::Not) continue;
                 need(c.test, inner, "in what is aggregated");
-                need(c.initial, bound, "in what is aggregated");
+                need(c.parameter, bound, "in what is aggregated");
                 if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
                     report_
                         .add(Kind::UnboundVariable, c.span,
@@ -161,9 +161,9 @@ class Bindings {
             for (const Term& a : h.atom.arguments) need(a, inner, "in this head");
             if (h.kind == Head::Kind::If) need(h.term, bound, "in this condition");
             if (h.kind == Head::Kind::Set) set(h, bound, inner);
-            for (const Fold& f : h.folds) need(f.initial, bound, "in what a fold starts from");
+            for (const HeadAggregate& f : h.aggregates) need(f.parameter, bound, "in what a fold starts from");
             Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
-            for (const Fold& f : h.folds) {
+            for (const HeadAggregate& f : h.aggregates) {
                 if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each).second)
                     report_.add(Kind::UnboundVariable, h.span, fmt::format("`{}` has no value for a match", rule_.variables[f.each].name))
                         .help = fmt::format("use `{}` in the body of the aggregate: it stands for the value of one match",

@@ -22,11 +22,11 @@ bool is_struct_of_floats(const Type& type) {
 Term Scope::call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted) {
     if (const auto own = names_.functions.find(name); own != names_.functions.end()) return call_function(own->second, arguments, span);
     if (const LibraryFunction* f = library_function(name, arguments.size())) return call_library(*f, arguments, span, wanted);
-    if (std::optional<Term> told = scheduling(name, arguments, span)) return *told;
+    if (std::optional<Term> known = scheduling(name, arguments, span)) return *known;
     return unknown_function(name, arguments, span);
 }
 
-// What Linear Meld tells of the processor at which a node runs: here they are all at one, which changes no result.
+// What Linear Meld says of the processor at which a node runs: here they are all at one, which changes no result.
 std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
     term.span = span;

@@ -16,7 +16,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     check_aggregate_parameters(program, report);
     resolve_rules(files, tree, program, report);
     refuse_random_views(program, report);
-    find_homes(program, report);
+    find_sites(program, report);
     check_bindings(program, report);
     stratify(program, report);
     if (!report.has_errors()) expect_well_formed(program);

@@ -1,4 +1,4 @@
-// Syntax tree to checked program: declare, resolve and type rules, bind variables, find homes, stratify.
+// Syntax tree to checked program: declare, resolve and type rules, bind variables, find execution sites, stratify.
 #pragma once
 
 #include "compiler/check/program.h"
@@ -38,8 +38,8 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
 void refuse_random_views(Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value.
 void check_bindings(Program& program, diagnostics::Reporter& report);
-// Homes: which catom a rule runs at, and whether links connect the others to it.
-void find_homes(Program& program, diagnostics::Reporter& report);
-// Components in order, recursion through negation and aggregates.
+// Execution sites: which catom a rule runs at, and whether links connect the others to it.
+void find_sites(Program& program, diagnostics::Reporter& report);
+// Strata in order, recursion through negation and aggregates.
 void stratify(Program& program, diagnostics::Reporter& report);
 }  // namespace meld::check

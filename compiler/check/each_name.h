@@ -161,7 +161,7 @@ class EachName {
     }
     void head(syntax::RuleAggregate& a) {
         for (syntax::HeadAggregate& one : a.aggregates) {
-            expr(one.initial);
+            expr(one.parameter);
             if (!one.function.empty()) visit_.function(one.function, one.result.span);
         }
         clauses(a.body);

@@ -13,7 +13,7 @@ namespace {
 
 class Search {
   public:
-    Search(const Program& program, const Component& component) : program_(program), component_(component) {}
+    Search(const Program& program, const Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<NotMonotone> not_monotone() {
         if (run() != Fronts::Impossible || !asked_ || !breaks_) return std::nullopt;
@@ -23,17 +23,17 @@ class Search {
     Fronts run() {
         find_copies();
         bool any = false;
-        for (const PredicateId p : component_.predicates) {
+        for (const PredicateId p : stratum_.predicates) {
             const Predicate& predicate = program_.predicates[p];
             any = any || best(predicate);
             monotone_ = monotone_ && (best(predicate) || predicate.aggregate == Aggregate::None) && !predicate.needs_all();
         }
         if (!any) return Fronts::NotNeeded;
-        for (const RuleId id : component_.rules) {
+        for (const RuleId id : stratum_.rules) {
             const Rule& rule = program_.rules[id];
             monotone_ = monotone_ && rule.heads[0].kind == Head::Kind::Fact && rule.heads[0].delay.op == Op::Anonymous;
             for (const Clause& c : rule.body)
-                if (c.kind == Clause::Kind::Atom && component_.contains(c.atom.predicate)) read(rule, c.atom);
+                if (c.kind == Clause::Kind::Atom && stratum_.contains(c.atom.predicate)) read(rule, c.atom);
         }
         // A value that is only shifted improves through itself without end, or never, unless something stops it on the way.
         const bool risk = asks_ || improves_ || (shifts_ && stops_);
@@ -43,16 +43,16 @@ class Search {
   private:
     static bool best(const Predicate& p) { return keeps_best(p.aggregate); }
 
-    // Sets of the component that hold values, and where: seen(B, P) :- neighbor(A, B), price(A, P).
+    // Sets of the stratum that hold values, and where: seen(B, P) :- neighbor(A, B), price(A, P).
     void find_copies() {
         for (bool found = true; found;) {
             found = false;
-            for (const RuleId id : component_.rules) {
+            for (const RuleId id : stratum_.rules) {
                 const Rule& rule = program_.rules[id];
                 const Atom& head = rule.heads[0].atom;
                 if (program_.predicates[head.predicate].aggregate != Aggregate::None) continue;
                 for (const Clause& c : rule.body) {
-                    if (c.kind != Clause::Kind::Atom || !component_.contains(c.atom.predicate)) continue;
+                    if (c.kind != Clause::Kind::Atom || !stratum_.contains(c.atom.predicate)) continue;
                     for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) {
                         if (!c.atom.arguments[i].is_variable() || !holds_value(c.atom.predicate, i)) continue;
                         for (std::size_t k = 1; k < head.arguments.size(); ++k)
@@ -79,9 +79,9 @@ class Search {
         const ValueRead how = value_read(program_, rule, atom);
         if (how.kind == ValueRead::Kind::Exists) ask(atom);
         for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
-            const Term& rides = atom.arguments[i];
-            // What rides along belongs to the best value alone.
-            if (rides.op != Op::Anonymous && (!rides.is_variable() || uses(rule, rides.variable) > 1)) monotone_ = false;
+            const Term& payload = atom.arguments[i];
+            // The payload belongs to the best value alone.
+            if (payload.op != Op::Anonymous && (!payload.is_variable() || uses(rule, payload.variable) > 1)) monotone_ = false;
         }
         const Term& value = atom.arguments[p.aggregate_at];
         if (value.op == Op::Anonymous) {
@@ -130,7 +130,7 @@ class Search {
     }
 
     const Program& program_;
-    const Component& component_;
+    const Stratum& stratum_;
     std::set<std::pair<PredicateId, std::size_t>> copies_;
     const Atom* asked_ = nullptr;
     std::optional<Span> breaks_;
@@ -144,10 +144,8 @@ class Search {
 
 }  // namespace
 
-Fronts fronts_of(const Program& program, const Component& component) { return Search(program, component).run(); }
+Fronts fronts_of(const Program& program, const Stratum& stratum) { return Search(program, stratum).run(); }
 
-std::optional<NotMonotone> not_monotone(const Program& program, const Component& component) {
-    return Search(program, component).not_monotone();
-}
+std::optional<NotMonotone> not_monotone(const Program& program, const Stratum& stratum) { return Search(program, stratum).not_monotone(); }
 
 }  // namespace meld::check

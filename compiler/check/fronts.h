@@ -1,4 +1,4 @@
-// Which recursive components have to keep more of a min or max than its best value.
+// Which recursive strata have to keep more of a min or max than its best value.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@ namespace meld::check {
 // loses its support and the group begins again, for ever. The cure is to keep the front of each group: its derivations (value,
 // rank) that no other beats in both (runtime/kernel/fronts.h).
 enum class Fronts {
-    NotNeeded,   // No value of the component can follow from a worse one of its group, or only without end.
-    Needed,      // It may, and all rules of the component are monotone: better values derive at least what worse ones do.
+    NotNeeded,   // No value of the stratum can follow from a worse one of its group, or only without end.
+    Needed,      // It may, and all rules of the stratum are monotone: better values derive at least what worse ones do.
     Impossible,  // It may, but some rule is not monotone, so worse values would derive what the best one does not.
 };
 
-// Of a recursive component that is no tree.
-Fronts fronts_of(const Program& program, const Component& component);
+// Of a recursive stratum that is no tree.
+Fronts fronts_of(const Program& program, const Stratum& stratum);
 
-// A rule that asks only for the existence of a value, or for a bound, in a component where fronts are impossible and existence
+// A rule that asks only for the existence of a value, or for a bound, in a stratum where fronts are impossible and existence
 // cannot be separated from the values (compiler/plan/exists.cpp): the run may not quiesce.
 struct NotMonotone {
     PredicateId asked;
     Span ask;     // The atom.
     Span breaks;  // What is not monotone.
 };
-std::optional<NotMonotone> not_monotone(const Program& program, const Component& component);
+std::optional<NotMonotone> not_monotone(const Program& program, const Stratum& stratum);
 
 }  // namespace meld::check

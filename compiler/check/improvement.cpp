@@ -56,7 +56,7 @@ void Improvement::find_definitions() {
 }
 
 bool Improvement::bound_by_fact(VariableId v) const {
-    return v == rule_.home || std::any_of(rule_.body.begin(), rule_.body.end(), [&](const Clause& c) {
+    return v == rule_.site || std::any_of(rule_.body.begin(), rule_.body.end(), [&](const Clause& c) {
                if (c.kind == Clause::Kind::Test || c.kind == Clause::Kind::Not) return false;
                if (c.kind != Clause::Kind::Atom) return c.variable == v;
                return std::any_of(c.atom.arguments.begin(), c.atom.arguments.end(),

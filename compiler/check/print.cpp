@@ -187,15 +187,15 @@ std::string parameter(const Program& program, const Rule& rule, const Term& numb
 }
 
 // sum X => S
-std::string print_fold(const Program& program, const Rule& rule, const Fold& fold) {
-    std::string text = aggregate_name(fold.aggregate);
-    if (fold.aggregate == Aggregate::Custom) text = program.functions[fold.function].name;
-    if (fold.aggregate != Aggregate::Custom)
-        text += parameter(program, rule, fold.initial);
-    else if (fold.initial.op != Op::Anonymous)
-        text += " from " + print(program, rule, fold.initial);
-    if (fold.each.valid()) text += " " + rule.variables[fold.each].name;
-    return text + " => " + rule.variables[fold.result].name;
+std::string print_aggregate(const Program& program, const Rule& rule, const HeadAggregate& one) {
+    std::string text = aggregate_name(one.aggregate);
+    if (one.aggregate == Aggregate::Custom) text = program.functions[one.function].name;
+    if (one.aggregate != Aggregate::Custom)
+        text += parameter(program, rule, one.parameter);
+    else if (one.parameter.op != Op::Anonymous)
+        text += " from " + print(program, rule, one.parameter);
+    if (one.each.valid()) text += " " + rule.variables[one.each].name;
+    return text + " => " + rule.variables[one.result].name;
 }
 
 std::string print_head(const Program& program, const Rule& rule, const Head& head) {
@@ -206,9 +206,10 @@ std::string print_head(const Program& program, const Rule& rule, const Head& hea
         case Head::Kind::Comprehension:
             return fmt::format("{{ | {} | {} }}", joined(program, rule, head.body), heads);
         case Head::Kind::Aggregate: {
-            std::string folds;
-            for (const Fold& f : head.folds) folds += (folds.empty() ? "" : ", ") + print_fold(program, rule, f);
-            return fmt::format("[ {} | {} | {} | {} ]", folds, joined(program, rule, head.body), heads, others);
+            std::string aggregates;
+            for (const HeadAggregate& f : head.aggregates)
+                aggregates += (aggregates.empty() ? "" : ", ") + print_aggregate(program, rule, f);
+            return fmt::format("[ {} | {} | {} | {} ]", aggregates, joined(program, rule, head.body), heads, others);
         }
         case Head::Kind::If:
             return fmt::format("(if {} then {} otherwise {} end)", print(program, rule, head.term), heads, others);
@@ -321,7 +322,7 @@ std::string print(const Program& program, const Rule& rule, const Clause& clause
             const std::string name =
                 clause.aggregate == Aggregate::Custom ? program.functions[clause.fold].name : aggregate_name(clause.aggregate);
             const std::string value = clause.test.op == Op::Anonymous ? "" : " " + print(program, rule, clause.test);
-            const std::string number = clause.aggregate == Aggregate::Custom ? "" : parameter(program, rule, clause.initial);
+            const std::string number = clause.aggregate == Aggregate::Custom ? "" : parameter(program, rule, clause.parameter);
             return fmt::format("{} = {}{}{} : {{ {} }}", rule.variables[clause.variable].name, name, number, value,
                                joined(program, rule, clause.inner));
         }
@@ -357,12 +358,12 @@ std::string print(const Program& program) {
         if (!constant) text += print_function(program, program.functions[id]);
     }
     for (const Rule& rule : program.rules) {
-        text += fmt::format("\n// {}, runs at {}", rule.name, rule.home.valid() ? rule.variables[rule.home].name : "?");
+        text += fmt::format("\n// {}, runs at {}", rule.name, rule.site.valid() ? rule.variables[rule.site].name : "?");
         for (const Variable& v : rule.variables) text += fmt::format(", {}: {}", v.name, type_name(v.type));
         text += "\n" + print(program, rule) + "\n";
     }
-    text += "\n// Components in the order of evaluation\n";
-    for (const Component& c : program.components) {
+    text += "\n// Strata in the order of evaluation\n";
+    for (const Stratum& c : program.strata) {
         if (c.rules.empty()) continue;
         text += "//  ";
         for (const PredicateId p : c.predicates) text += " " + program.predicates[p].name;

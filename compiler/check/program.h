@@ -1,4 +1,4 @@
-// The checked program: names resolved, types known, every rule with one home catom. What all later stages work on.
+// The checked program: names resolved, types known, every rule with one execution site. What all later stages work on.
 #pragma once
 
 #include <algorithm>
@@ -226,17 +226,17 @@ struct Clause {
     VariableId position = {};  // Element: which one it is, from 0, where it matters. Made by delays.
     Aggregate aggregate = Aggregate::None;
     FunctionId fold = {};  // Aggregate::Custom
-    // Custom: what the fold starts from; Anonymous: from the first match. min_k and max_k: how many values they keep.
-    Term initial = {};
+    // min_k and max_k: how many values they keep. Custom: what the fold starts from, Anonymous for the first match.
+    Term parameter = {};
     Op compare = Op::Greater;  // Delta
     Span span = {};
 };
 
 // [ sum => S, custom f 0 => V | X | body | head1 | head2 ]: one of the aggregates.
-struct Fold {
+struct HeadAggregate {
     Aggregate aggregate = Aggregate::None;
     FunctionId function = {};  // Custom
-    Term initial = {};         // As Clause::initial.
+    Term parameter = {};       // As Clause::parameter.
     VariableId each = {};      // The value of one match, in the body; invalid for a count.
     VariableId result = {};    // In the last heads.
 };
@@ -245,7 +245,7 @@ struct Head {
     enum class Kind {
         Fact,
         Comprehension,  // For every way to satisfy `body`, `heads`.
-        Aggregate,      // The same, and then `others` once with what `folds` made of all matches.
+        Aggregate,      // The same, and then `others` once with what `aggregates` made of all matches.
         If,             // `heads` where `term` is true, else `others`.
         Set,            // `variable` = `term` in `heads`.
     } kind = Kind::Fact;
@@ -254,7 +254,7 @@ struct Head {
     std::vector<Clause> body = {};
     std::vector<Head> heads = {};
     std::vector<Head> others = {};
-    std::vector<Fold> folds = {};
+    std::vector<HeadAggregate> aggregates = {};
     Term term = {};
     VariableId variable = {};
     Span span = {};
@@ -271,12 +271,12 @@ struct Rule {
     Span span;
     std::vector<PredicateId> derives;  // By its heads, as the program says them; the planner may have them pass through others.
     bool linear = false;               // Consumes facts; else a view with exactly one head.
-    VariableId home;                   // The catom where it runs: the head's of a view, the consumed facts' of a linear rule.
+    VariableId site;  // The catom where it runs, its execution site: the head's of a view, the consumed facts' of a linear rule.
     Table<Variable> variables;
     std::vector<Clause> body;
     std::vector<Head> heads;
-    bool arrives = false;  // Made by the planner: hands on what waited or came from afar, before all other rules.
-    bool birth = false;    // Linear facts given once to every new catom (an axiom).
+    bool arrives = false;       // Made by the planner: hands on what waited or came from afar, before all other rules.
+    bool initial_fact = false;  // Linear facts given once to every new catom (an axiom).
     Select select = Select::None;
     VariableId selected;
     // Of a view that waits for neighbours: those whose contributions its facts are.
@@ -286,13 +286,14 @@ struct Rule {
 };
 using RuleId = Id<Rule>;
 
-// A set of predicates that depend on each other, or one predicate alone; in the order of evaluation.
-struct Component {
-    std::vector<PredicateId> predicates;  // In order.
-    std::vector<RuleId> rules;            // View rules that derive them.
+// Predicates that are evaluated together: a strongly connected component (SCC) of those that depend on each other, one predicate
+// alone, or, once the planner has taken trees apart, a part of an SCC.
+struct Stratum {
+    std::vector<PredicateId> predicates;
+    std::vector<RuleId> rules;  // View rules that derive them.
     bool recursive = false;
-    bool local = false;         // Some rule reads the component at its own catom.
-    bool links = false;         // Some rule reads the component at another catom.
+    bool local = false;         // Some rule reads the stratum at its own catom.
+    bool links = false;         // Some rule reads the stratum at another catom.
     bool tree = false;          // Recursive over links through an aggregate that needs_all().
     bool feeds_itself = false;  // The same at one catom: reported as an error.
 
@@ -306,12 +307,12 @@ struct Program {
     Table<Constant> constants;
     Table<Function> functions;
     Table<Rule> rules;
-    std::vector<Component> components;
+    std::vector<Stratum> strata;  // In the order of evaluation.
 };
 
 // The aggregate of a predicate as its declaration names it; of a function of the program its name.
 std::string aggregate_name(const Program& program, const Predicate& p);
-// Meld-like text of the checked program with types, homes and components. For `meldc --emit=program`.
+// Meld-like text of the checked program with types, execution sites and strata. For `meldc --emit=program`.
 std::string print(const Program& program);
 std::string print(const Program& program, const Rule& rule, const Term& term);
 std::string print(const Program& program, const Rule& rule, const Atom& atom);
@@ -364,7 +365,7 @@ template <class Visit>
 void each_variable(const Clause& clause, const Visit& visit) {
     for (const Term& argument : clause.atom.arguments) each_variable(argument, visit);
     each_variable(clause.test, visit);
-    each_variable(clause.initial, visit);
+    each_variable(clause.parameter, visit);
     for (const Clause& inner : clause.inner) each_variable(inner, visit);
     if (clause.variable.valid()) visit(clause.variable);
     if (clause.position.valid()) visit(clause.position);
@@ -396,8 +397,8 @@ void each_variable(const Head& head, const Visit& visit) {
     each_variable(head.term, visit);
     if (head.variable.valid()) visit(head.variable);
     for (const Clause& c : head.body) each_variable(c, visit);
-    for (const Fold& f : head.folds) {
-        each_variable(f.initial, visit);
+    for (const HeadAggregate& f : head.aggregates) {
+        each_variable(f.parameter, visit);
         if (f.each.valid()) visit(f.each);
         visit(f.result);
     }
@@ -415,7 +416,7 @@ template <class Change>
 void rewrite_variables(Clause& clause, const Change& change) {
     for (Term& argument : clause.atom.arguments) rewrite_variables(argument, change);
     rewrite_variables(clause.test, change);
-    rewrite_variables(clause.initial, change);
+    rewrite_variables(clause.parameter, change);
     for (Clause& inner : clause.inner) rewrite_variables(inner, change);
     change(clause.variable);
     change(clause.position);

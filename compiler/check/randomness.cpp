@@ -1,5 +1,5 @@
 // Pass: chance. A view holds while its body does, so what it holds may not be drawn anew each time it is looked at: random
-// functions are for linear rules and for facts given at birth. Assumes resolved rules.
+// functions are for linear rules and for initial facts. Assumes resolved rules.
 #include <algorithm>
 
 #include "compiler/check/check.h"
@@ -28,8 +28,8 @@ class Randomness {
                 for (const Term& t : h.atom.arguments) refuse(t, "a view");
                 refuse(h.term, "a view");
                 check_body(h.body);
-                for (const Fold& f : h.folds) {
-                    refuse(f.initial, "a view");
+                for (const HeadAggregate& f : h.aggregates) {
+                    refuse(f.parameter, "a view");
                     if (f.aggregate == Aggregate::Custom) refuse_fold(f.function, h.span);
                 }
             });

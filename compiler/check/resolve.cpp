@@ -137,10 +137,10 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                             .add(Kind::InfiniteLinear, h.span,
                                  fmt::format("nothing is consumed here, so `{}` would be made without end",
                                              program_.predicates[h.atom.predicate].name))
-                            .help = birth_help(h);
+                            .help = help_to_start_once(h);
                         return;
                     }
-                    one.linear = one.birth = true;
+                    one.linear = one.initial_fact = true;
                 }
                 place_counts(one);
                 add(std::move(one));
@@ -190,18 +190,19 @@ void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& bo
     for (const Clause& c : body) each_variable(c, [&](VariableId v) { outside.insert(v); });
     Rule last = rule;
     std::vector<Clause> clauses = body;
-    for (const Fold& fold : head.folds) {
+    for (const HeadAggregate& one : head.aggregates) {
+        MELD_ASSERT(one.result.valid() && one.result.index() < rule.variables.count(), "an aggregate without a result");
         Clause c{.kind = Clause::Kind::Aggregate,
                  .inner = head.body,
-                 .variable = fold.result,
-                 .aggregate = fold.aggregate,
-                 .fold = fold.function,
-                 .initial = fold.initial,
+                 .variable = one.result,
+                 .aggregate = one.aggregate,
+                 .fold = one.function,
+                 .parameter = one.parameter,
                  .span = head.span};
-        if (fold.each.valid()) {
+        if (one.each.valid()) {
             c.test.op = Op::Variable;
-            c.test.type = rule.variables[fold.each].type;
-            c.test.variable = fold.each;
+            c.test.type = rule.variables[one.each].type;
+            c.test.variable = one.each;
             c.test.span = head.span;
         }
         std::map<VariableId, VariableId> own;
@@ -217,16 +218,16 @@ void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& bo
     views(last, clauses, head.others, false);
 }
 
-// proved(N, p) counts at the home: the catom of a view's head, or of the facts that are consumed.
+// proved(N, p) counts at the execution site: the catom of a view's head, or of the facts that are consumed.
 void Resolver::place_counts(Rule& rule) const {
     MELD_EXPECT(rule.linear || rule.heads.size() == 1, "a view with {} heads", rule.heads.size());
-    const Atom* home = nullptr;
-    if (!rule.linear) home = &rule.heads[0].atom;
+    const Atom* at_site = nullptr;
+    if (!rule.linear) at_site = &rule.heads[0].atom;
     for (const Clause& c : rule.body)
-        if (rule.linear && home == nullptr && c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].linear())
-            home = &c.atom;
-    if (home == nullptr) return;
-    const Term place = home->arguments[0];
+        if (rule.linear && at_site == nullptr && c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].linear())
+            at_site = &c.atom;
+    if (at_site == nullptr) return;
+    const Term place = at_site->arguments[0];
     const auto visit = [&](const auto& self, std::vector<Clause>& body) -> void {
         for (Clause& c : body) {
             if (c.kind == Clause::Kind::Atom && !c.atom.arguments[0].is_variable()) c.atom.arguments[0] = place;
@@ -279,8 +280,8 @@ void Resolver::add(Rule rule) {
     program_.rules.add(std::move(rule));
 }
 
-// A linear fact that every catom has from its birth starts the rule once.
-std::string Resolver::birth_help(const Head& head) const {
+// A linear fact that every catom has from the start lets the rule fire once.
+std::string Resolver::help_to_start_once(const Head& head) const {
     const Term& place = head.atom.arguments[0];
     const std::string& at = place.is_variable() ? rule_->variables[place.variable].name : "";
     if (at.empty() || at[0] == '_' || tree_->arrow == syntax::Arrow::Axiom) return "consume a linear fact in the body";
@@ -288,8 +289,8 @@ std::string Resolver::birth_help(const Head& head) const {
     for (const char* name : {"start", "begin", "once"})
         if (once = name; !names_.predicates.contains({once, 1})) break;
     return fmt::format(
-        "to make it once, consume what each catom has from its birth:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`", once,
-        at, consuming(*tree_));
+        "to make it once, consume a fact that each catom has at the start:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`",
+        once, at, consuming(*tree_));
 }
 
 void Resolver::find_single_use(Rule& rule) const {

@@ -153,7 +153,7 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
     }
     c.aggregate = aggregate(tree.op, c.test, span);
     if (c.aggregate != Aggregate::Custom || tree.parameter != nullptr)
-        c.initial = aggregate_parameter(c.aggregate, tree.parameter, tree.op, span);
+        c.parameter = aggregate_parameter(c.aggregate, tree.parameter, tree.op, span);
     if (c.aggregate == Aggregate::Custom) {
         const std::optional<FunctionId> function = fold_function(tree.op, c.test, FoldStart::FirstValue, span);
         if (!function) return;
@@ -260,7 +260,7 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
     return own->second;
 }
 
-// The number of facts at the home, which is put in when it is known: place_counts().
+// The number of facts at the execution site, which is put in when it is known: place_counts().
 void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out) {
     std::vector<PredicateId> named;
     for (const auto& [key, id] : names_.predicates)

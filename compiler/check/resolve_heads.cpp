@@ -159,37 +159,37 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
         h.body = body(tree.body);
         h.heads = heads(tree.each);
         for (const syntax::HeadAggregate& one : tree.aggregates) {
-            Fold fold;
+            HeadAggregate made;
             Term value;
             if (one.op != "count") {
-                fold.each = scope_->variable(one.result.text, one.result.span);
-                value = variable_term(fold.each, one.result.span);
+                made.each = scope_->variable(one.result.text, one.result.span);
+                value = variable_term(made.each, one.result.span);
             }
-            fold.aggregate = aggregate(one.op, value, one.result.span);
+            made.aggregate = aggregate(one.op, value, one.result.span);
             if (one.function.empty()) {
-                fold.initial = aggregate_parameter(fold.aggregate, one.initial, one.op, one.result.span);
-            } else if (one.initial != nullptr) {
+                made.parameter = aggregate_parameter(made.aggregate, one.parameter, one.op, one.result.span);
+            } else if (one.parameter != nullptr) {
                 const auto own = names_.functions.find(one.function);
                 const Type wanted = own == names_.functions.end() ? Type::Error : program_.functions[own->second].result;
-                fold.initial = scope_->resolve(*one.initial, wanted, "what a fold starts from");
+                made.parameter = scope_->resolve(*one.parameter, wanted, "what a fold starts from");
             }
-            if (fold.aggregate == Aggregate::Custom) {
+            if (made.aggregate == Aggregate::Custom) {
                 const std::optional<FunctionId> function =
                     fold_function(one.op == "custom" ? one.function : one.op, value,
-                                  one.initial != nullptr ? FoldStart::Given : FoldStart::FirstValue, one.result.span);
+                                  one.parameter != nullptr ? FoldStart::Given : FoldStart::FirstValue, one.result.span);
                 if (!function) return;
-                fold.function = *function;
+                made.function = *function;
             }
-            h.folds.push_back(std::move(fold));
+            h.aggregates.push_back(std::move(made));
         }
     }
     const Inside inside(*scope_, *locals_, &tree.result);
-    MELD_ASSERT(h.folds.size() == tree.aggregates.size(), "{} of {} aggregates", h.folds.size(), tree.aggregates.size());
-    for (std::size_t i = 0; i < h.folds.size(); ++i) {
+    MELD_ASSERT(h.aggregates.size() == tree.aggregates.size(), "{} of {} aggregates", h.aggregates.size(), tree.aggregates.size());
+    for (std::size_t i = 0; i < h.aggregates.size(); ++i) {
         const syntax::HeadAggregate& one = tree.aggregates[i];
-        h.folds[i].result = scope_->variable(one.result.text, one.result.span);
-        Variable& result = rule_->variables[h.folds[i].result];
-        const Type value = h.folds[i].each.valid() ? rule_->variables[h.folds[i].each].type : Type::Int;
+        h.aggregates[i].result = scope_->variable(one.result.text, one.result.span);
+        Variable& result = rule_->variables[h.aggregates[i].result];
+        const Type value = h.aggregates[i].each.valid() ? rule_->variables[h.aggregates[i].each].type : Type::Int;
         if (result.type == Type::Error) result.type = type_of_aggregate(one.op == "custom" ? one.function : one.op, value);
     }
     h.others = heads(tree.result);

@@ -86,7 +86,7 @@ class Resolver {
     void add(Rule rule);
     // The rule with -o, and without signs that contradict a declaration.
     std::string consuming(const syntax::Rule& tree) const;
-    std::string birth_help(const Head& head) const;
+    std::string help_to_start_once(const Head& head) const;
     void find_single_use(Rule& rule) const;
     void note_lower_case();
 

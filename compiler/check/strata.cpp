@@ -1,5 +1,6 @@
-// Pass 5: components of mutually dependent predicates in evaluation order, and the recursion that is refused. What recursion may
-// not end is for compiler/lint to say. Assumes homes; leaves Program::components sorted so that each reads only earlier ones and itself.
+// Pass 5: strata, sets of mutually dependent predicates in the order of evaluation, and the recursion that is an error. Recursion
+// that may not end is reported by compiler/lint. Assumes execution sites; leaves Program::strata sorted so that each reads only
+// earlier ones and itself.
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -40,8 +41,10 @@ class Strata {
             const PredicateId link = program_.predicates[p].complete_link;
             if (link.valid()) edges_[p.index()].push_back({.from = p, .to = link, .span = program_.predicates[p].span, .waits = true});
         }
-        find_components();
-        for (Component& c : program_.components) classify(c);
+        find_strongly_connected();
+        MELD_ASSERT(program_.strata.size() <= program_.predicates.count(), "{} strata of {} predicates", program_.strata.size(),
+                    program_.predicates.count());
+        for (Stratum& c : program_.strata) classify(c);
     }
 
   private:
@@ -61,7 +64,7 @@ class Strata {
                                 .negated = around.negated || delta,
                                 .asks = delta ? "delta" : around.asks,
                                 .aggregated = around.aggregated,
-                                .remote = c.atom.arguments[0].variable != rule.home};
+                                .remote = c.atom.arguments[0].variable != rule.site};
                 edges_[rule.heads[0].atom.predicate.index()].push_back(edge);
             }
             Edge inside = around;
@@ -73,7 +76,7 @@ class Strata {
     }
 
     // Tarjan's algorithm with its own stack; components come out with what they read first.
-    void find_components() {
+    void find_strongly_connected() {
         const std::size_t n = program_.predicates.count();
         std::vector<std::size_t> order(n, 0), low(n, 0);
         std::vector<bool> open(n, false);
@@ -110,9 +113,9 @@ class Strata {
         }
     }
     void close(std::size_t v, std::vector<PredicateId>& stack, std::vector<bool>& open) {
-        Component c;
+        Stratum c;
         for (;;) {
-            MELD_ASSERT(!stack.empty(), "the component of {} is not on the stack", program_.predicates[PredicateId(v)].name);
+            MELD_ASSERT(!stack.empty(), "the stratum of {} is not on the stack", program_.predicates[PredicateId(v)].name);
             const PredicateId p = stack.back();
             stack.pop_back();
             open[p.index()] = false;
@@ -120,10 +123,10 @@ class Strata {
             if (p.index() == v) break;
         }
         std::sort(c.predicates.begin(), c.predicates.end());
-        program_.components.push_back(std::move(c));
+        program_.strata.push_back(std::move(c));
     }
 
-    void classify(Component& c) {
+    void classify(Stratum& c) {
         for (const PredicateId p : c.predicates) c.rules.insert(c.rules.end(), rules_of_[p.index()].begin(), rules_of_[p.index()].end());
         std::sort(c.rules.begin(), c.rules.end());
         for (const PredicateId p : c.predicates) {
@@ -165,7 +168,7 @@ class Strata {
     }
 
     // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
-    void check_tree(Component& c) {
+    void check_tree(Stratum& c) {
         for (const PredicateId p : c.predicates) {
             if (program_.predicates[p].aggregate == Aggregate::None) continue;
             for (const Edge& e : edges_[p.index()])
@@ -179,8 +182,8 @@ class Strata {
                 }
         }
     }
-    bool local_cycle(PredicateId goal, PredicateId from, const Component& c) {
-        MELD_EXPECT(c.contains(goal) && c.contains(from), "{} and {} are of two components", program_.predicates[goal].name,
+    bool local_cycle(PredicateId goal, PredicateId from, const Stratum& c) {
+        MELD_EXPECT(c.contains(goal) && c.contains(from), "{} and {} are of two strata", program_.predicates[goal].name,
                     program_.predicates[from].name);
         std::vector<PredicateId> todo{from}, seen;
         while (!todo.empty()) {
@@ -196,7 +199,7 @@ class Strata {
     }
 
     // Prints the cycle as a path of rules.
-    void refuse(Kind kind, const std::string& what, PredicateId head, const Edge& through, const Component& c) {
+    void refuse(Kind kind, const std::string& what, PredicateId head, const Edge& through, const Stratum& c) {
         MELD_EXPECT(through.from == head && c.contains(head) && c.contains(through.to), "no cycle through {}",
                     program_.predicates[head].name);
         std::map<PredicateId, const Edge*> came;

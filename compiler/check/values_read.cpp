@@ -63,8 +63,8 @@ ValueRead value_read(const Program& program, const Rule& rule, const Atom& atom)
     if (!keeps_best(p.aggregate)) return {};
     ValueRead used{.kind = ValueRead::Kind::Used};
     for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
-        const Term& rides = atom.arguments[i];
-        if (rides.op != Op::Anonymous && (!rides.is_variable() || uses(rule, rides.variable) > 1)) return used;
+        const Term& payload = atom.arguments[i];
+        if (payload.op != Op::Anonymous && (!payload.is_variable() || uses(rule, payload.variable) > 1)) return used;
     }
     ValueRead exists{.kind = ValueRead::Kind::Exists};
     const Term& value = atom.arguments[p.aggregate_at];

@@ -155,14 +155,14 @@ class WellFormed {
         for (const Clause& c : clauses) {
             if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) atom(r, c.atom);
             term(r.variables, c.test, r.name);
-            term(r.variables, c.initial, r.name);
+            term(r.variables, c.parameter, r.name);
             const bool nests = c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate;
             MELD_CHECK(nests == !c.inner.empty(), "rule {}: a clause with {} inside", r.name, c.inner.size());
             const bool binds = c.kind == Clause::Kind::Aggregate || c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Delta;
             MELD_CHECK(!binds || c.variable.valid(), "rule {}: a clause that gives no variable its value", r.name);
             MELD_CHECK((c.kind == Clause::Kind::Aggregate) == (c.aggregate != Aggregate::None), "rule {}: an aggregate of nothing", r.name);
             if (c.kind == Clause::Kind::Test) MELD_CHECK(c.test.type == Type::Bool, "rule {} tests {}", r.name, type_name(c.test.type));
-            aggregate(c.aggregate, c.fold, c.initial, r.name);
+            aggregate(c.aggregate, c.fold, c.parameter, r.name);
             body(r, c.inner);
         }
     }
@@ -170,11 +170,12 @@ class WellFormed {
     void head(const Rule& r, const Head& h) const {
         if (h.kind == Head::Kind::Fact) atom(r, h.atom);
         MELD_CHECK(h.kind == Head::Kind::Fact || h.delay.op == Op::Anonymous, "rule {} delays what is no fact", r.name);
-        MELD_CHECK((h.kind == Head::Kind::Aggregate) == !h.folds.empty(), "rule {}: a head of {} aggregates", r.name, h.folds.size());
+        MELD_CHECK((h.kind == Head::Kind::Aggregate) == !h.aggregates.empty(), "rule {}: a head of {} aggregates", r.name,
+                   h.aggregates.size());
         MELD_CHECK((h.kind == Head::Kind::Set) == h.variable.valid(), "rule {}: a head that gives no variable its value", r.name);
-        for (const Fold& a : h.folds) {
+        for (const HeadAggregate& a : h.aggregates) {
             MELD_CHECK(a.result.valid() && a.each.valid() == (a.aggregate != Aggregate::Count), "rule {}: an aggregate of nothing", r.name);
-            aggregate(a.aggregate, a.function, a.initial, r.name);
+            aggregate(a.aggregate, a.function, a.parameter, r.name);
         }
         term(r.variables, h.term, r.name);
         body(r, h.body);
@@ -182,9 +183,9 @@ class WellFormed {
 
     void rule(const Rule& r) const {
         MELD_CHECK(!r.refused && !r.name.empty(), "rule {} was refused without a message", r.name);
-        MELD_CHECK(r.home.valid() && r.home.index() < r.variables.count(), "rule {} runs nowhere", r.name);
+        MELD_CHECK(r.site.valid() && r.site.index() < r.variables.count(), "rule {} runs nowhere", r.name);
         MELD_CHECK(r.linear || (r.heads.size() == 1 && r.heads[0].kind == Head::Kind::Fact), "view {} derives no fact", r.name);
-        MELD_CHECK(r.linear || (!r.birth && r.select == Select::None), "view {} is taken for a linear rule", r.name);
+        MELD_CHECK(r.linear || (!r.initial_fact && r.select == Select::None), "view {} is taken for a linear rule", r.name);
         MELD_CHECK(!r.arrives, "rule {} takes in what nobody sends", r.name);
         body(r, r.body);
         each_head(r.heads, [&](const Head& h) { head(r, h); });
@@ -193,8 +194,8 @@ class WellFormed {
     void strata() const {
         constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
         std::vector<std::size_t> stratum(program_.predicates.count(), kNowhere);
-        for (std::size_t i = 0; i < program_.components.size(); ++i)
-            for (const PredicateId p : program_.components[i].predicates) {
+        for (std::size_t i = 0; i < program_.strata.size(); ++i)
+            for (const PredicateId p : program_.strata[i].predicates) {
                 MELD_CHECK(stratum[p.index()] == kNowhere, "{} is in two strata", program_.predicates[p].name);
                 stratum[p.index()] = i;
             }

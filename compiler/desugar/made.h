@@ -46,7 +46,7 @@ struct MadeRule {
             const VariableId v = rule.variables.add({i == 0 ? "A" : "X" + std::to_string(i), p.span, p.arguments[i].type});
             body.atom.arguments.push_back(variable_of(rule, v));
         }
-        rule.home = body.atom.arguments[0].variable;
+        rule.site = body.atom.arguments[0].variable;
         rule.body = {body};
     }
     // Makes `predicate` of the arguments from `first` on, as many as it has.
@@ -61,7 +61,7 @@ struct MadeRule {
         rule.heads.push_back(std::move(h));
     }
     void add_to(check::Program& program) {
-        MELD_EXPECT(!rule.heads.empty() && rule.home.valid(), "rule {} is not finished", rule.name);
+        MELD_EXPECT(!rule.heads.empty() && rule.site.valid(), "rule {} is not finished", rule.name);
         rule.text = print(program, rule);
         program.rules.add(std::move(rule));
     }

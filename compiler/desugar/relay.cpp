@@ -25,7 +25,7 @@ class Relays {
     void run() {
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             const RuleId id(i);
-            if (!program_.rules[id].linear || program_.rules[id].birth) continue;
+            if (!program_.rules[id].linear || program_.rules[id].initial_fact) continue;
             Rule rule = program_.rules[id];
             Graph graph;
             links(rule.body, graph);
@@ -76,8 +76,8 @@ class Relays {
 
     void send(const Rule& rule, Atom& atom, const Graph& graph) {
         const VariableId goal = atom.arguments[0].variable;
-        if (goal == rule.home) return;
-        const std::vector<VariableId> path = way(graph, rule.home, goal);
+        if (goal == rule.site) return;
+        const std::vector<VariableId> path = way(graph, rule.site, goal);
         if (path.size() < 2) return;
         atom.predicate = relay(atom.predicate, path.size() - 1);
         std::vector<Term> arguments;

@@ -31,7 +31,7 @@ class Undelivered {
         if (back_.empty()) return;
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             Rule rule = program_.rules[RuleId(i)];
-            if (!rule.linear || rule.birth) continue;
+            if (!rule.linear || rule.initial_fact) continue;
             heads(rule, rule.heads);
             program_.rules[RuleId(i)] = std::move(rule);
         }
@@ -42,11 +42,11 @@ class Undelivered {
         for (Head& h : all) {
             heads(rule, h.heads);
             heads(rule, h.others);
-            if (h.kind != Head::Kind::Fact || h.atom.arguments[0].variable == rule.home) continue;
+            if (h.kind != Head::Kind::Fact || h.atom.arguments[0].variable == rule.site) continue;
             const Predicate& sent = program_.predicates[h.atom.predicate];
             if (!back_.contains(sent.carries.valid() ? sent.carries : h.atom.predicate)) continue;
             h.atom.predicate = out(h.atom.predicate);
-            h.atom.arguments.insert(h.atom.arguments.begin(), variable_of(rule, rule.home));
+            h.atom.arguments.insert(h.atom.arguments.begin(), variable_of(rule, rule.site));
         }
     }
 

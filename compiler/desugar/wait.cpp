@@ -44,7 +44,7 @@ class Waits {
         MadeRule rule(program_, link, made.name);
         Term here = rule.body.atom.arguments[0], there = rule.body.atom.arguments[1];
         if (along == Along::In) std::swap(here, there);
-        rule.rule.home = here.variable;
+        rule.rule.site = here.variable;
         Clause linked{.kind = Clause::Kind::Atom, .span = made.span};
         linked.atom.predicate = neighbor();
         linked.atom.arguments = {here, there};

@@ -22,9 +22,9 @@ std::string emit_module(const plan::Plan& plan) {
     emit_load_and_save(plan, w);
     emit_functions(plan, w);
     emit_facts(plan, w);
-    for (const plan::Stratum& s : plan.strata)
+    for (const plan::StratumPlan& s : plan.strata)
         for (const RulePlan& r : s.rules) emit_view_rule(plan, r, w);
-    for (const plan::Stratum& s : plan.strata) emit_deltas(plan, s, w);
+    for (const plan::StratumPlan& s : plan.strata) emit_deltas(plan, s, w);
     for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, w);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
     emit_strata(plan, w);

@@ -7,14 +7,14 @@ namespace meld::emit {
 
 using namespace check;
 using plan::Recursion;
-using plan::Stratum;
+using plan::StratumPlan;
 
 namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
 // The rule to blame for a recursion that does not end: one that reads what it helps to derive.
-RuleId culprit(const plan::Plan& plan, const Stratum& stratum) {
+RuleId culprit(const plan::Plan& plan, const StratumPlan& stratum) {
     MELD_EXPECT(!stratum.rules.empty(), "a stratum that nothing derives");
     const auto recursive = [&](const RulePlan& r) {
         bool reads = false;
@@ -30,7 +30,7 @@ RuleId culprit(const plan::Plan& plan, const Stratum& stratum) {
 // Sets the rule that a failure names.
 std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
 
-void run_all_rules(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     if (plan::may_fail(plan.program, stratum)) w.raw("derive_anew(*s.e);");
     for (const RulePlan& r : stratum.rules) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
 }
@@ -38,7 +38,7 @@ void run_all_rules(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
 // A combination that needs the catom, and the neighbours that an aggregate waits for.
-void emit_reduction(const plan::Plan& plan, const Stratum& stratum, PredicateId id, Writer& w) {
+void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     if (combines_at_catom(p)) {
@@ -90,14 +90,14 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
 }
 
 // Not recursive, or sums along a tree: proposals are all there is.
-void evaluate_plainly(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+void evaluate_plainly(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates are evaluated one by one", stratum.predicates.size());
     const PredicateId p = stratum.predicates[0];
     run_all_rules(plan, stratum, w);
     w.line("if (evaluate_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
-void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     for (const PredicateId p : stratum.predicates)
         MELD_EXPECT(!plan.of(p).ranked, "{} is derived from scratch and has ranks", plan.program.predicates[p].name);
     for (const PredicateId p : stratum.predicates) {
@@ -137,7 +137,7 @@ void evaluate_local_sets(const plan::Plan& plan, const Stratum& stratum, Writer&
     }
 }
 
-void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w) {
+void evaluate_mutually(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     for (const PredicateId p : stratum.predicates)
         MELD_EXPECT(plan.of(p).ranked, "{} recurs and has no ranks", plan.program.predicates[p].name);
     const auto each = [&](const char* format) {
@@ -181,7 +181,7 @@ void evaluate_mutually(const plan::Plan& plan, const Stratum& stratum, Writer& w
 
 // Where only rows have changed: the groups that they affect, derived again. A failure there is no failure of the program, for
 // rows are read in an order of their own: then the whole stratum is evaluated, which reports it.
-void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
+void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
     MELD_EXPECT(stratum.predicates.size() == 1 && !stratum.deltas.affected.empty(), "a stratum without delta rules");
     MELD_EXPECT(stratum.deltas.regroup.size() >= stratum.rules.size(), "{} of {} rules derive one group", stratum.deltas.regroup.size(),
                 stratum.rules.size());
@@ -219,7 +219,7 @@ void emit_row_evaluation(const plan::Plan& plan, const Stratum& stratum, std::si
     w.close();
 }
 
-void emit_stratum(const plan::Plan& plan, const Stratum& stratum, std::size_t number, Writer& w) {
+void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
     std::string names;
     for (const PredicateId p : stratum.predicates) names += " " + plan.program.predicates[p].name;
     const bool rows = stratum.deltas.inputs != 0;

@@ -6,20 +6,20 @@
 
 namespace meld::emit {
 
-RuleEmitter::Accumulator RuleEmitter::start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial) {
+RuleEmitter::Accumulator RuleEmitter::start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& parameter) {
     const bool custom = aggregate == Aggregate::Custom;
     MELD_EXPECT(aggregate != Aggregate::None && custom == function.valid(), "rule {}", scope_.rule.name);
     MELD_EXPECT(info(aggregate).result != AggregateInfo::Result::ListOf || type.parts.size() == 1, "rule {}: a list without elements",
                 scope_.rule.name);
-    Accumulator f{aggregate, fresh("made"), "", type, function, custom && initial.op != Op::Anonymous};
+    Accumulator f{aggregate, fresh("made"), "", type, function, custom && parameter.op != Op::Anonymous};
     if (!custom) {
-        const std::string limit = initial.op == Op::Anonymous ? "" : term(scope_, initial);
+        const std::string limit = parameter.op == Op::Anonymous ? "" : term(scope_, parameter);
         w_.line("{};", aggregate_object(aggregate, accumulated_type(f), type, limit, f.made));
         f.seen = f.made + ".count";
         return f;
     }
     f.seen = fresh("seen");
-    w_.line("{} {}{};", cpp_type(type), f.made, f.initial ? " = " + element(scope_, initial, type) : "{}");
+    w_.line("{} {}{};", cpp_type(type), f.made, f.initial ? " = " + element(scope_, parameter, type) : "{}");
     w_.line("[[maybe_unused]] u64 {} = 0;", f.seen);
     return f;
 }
@@ -45,7 +45,7 @@ std::string RuleEmitter::accumulated(const Accumulator& f) const {
 
 void RuleEmitter::step(const plan::AggregateOver& s) {
     const Scope before = scope_;
-    const Accumulator f = start_accumulator(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.initial);
+    const Accumulator f = start_accumulator(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.parameter);
     w_.open("{");
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
@@ -56,7 +56,7 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
     w_.close();
     restore(before);
     std::string condition = f.needs_match() ? f.seen + " > 0" : "";
-    const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.home;
+    const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.site;
     if (known)
         condition += (condition.empty() ? "" : " && ") + equal(f.type, accumulated(f), scope_.value(s.variable));
     else
@@ -76,7 +76,7 @@ std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const 
     return fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value);
 }
 
-void RuleEmitter::make_row(const HeadPlan& h) {
+void RuleEmitter::make_row(const MakeFact& h) {
     const Stored& stored = plan_.of(h.predicate);
     MELD_EXPECT(h.arguments.size() == stored.fields.size(), "rule {}: {} arguments for {} fields", scope_.rule.name, h.arguments.size(),
                 stored.fields.size());
@@ -89,8 +89,8 @@ void RuleEmitter::make_row(const HeadPlan& h) {
     }
 }
 
-void RuleEmitter::propose(const HeadPlan& h) {
-    MELD_EXPECT(h.kind == Head::Kind::Fact && h.place == scope_.rule.home, "view {} derives a fact elsewhere", scope_.rule.name);
+void RuleEmitter::propose(const MakeFact& h) {
+    MELD_EXPECT(h.place == scope_.rule.site, "view {} derives a fact elsewhere", scope_.rule.name);
     const std::string name = predicate_name(plan_.program, h.predicate);
     make_row(h);
     if (plan_.of(h.predicate).ranked) {
@@ -103,7 +103,7 @@ void RuleEmitter::propose(const HeadPlan& h) {
     w_.line("s.{}.propose(*s.e, row);", name);
 }
 
-void RuleEmitter::heard_from(const HeadPlan& h) {
+void RuleEmitter::heard_from(const MakeFact& h) {
     for (const VariableId v : h.contributors) {
         if (scope_.places.contains(v))
             w_.line("row.from |= u32{{1}} << {};", scope_.port(v));
@@ -140,56 +140,49 @@ void RuleEmitter::consume() {
 void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
     for (const HeadPlan& h : all) {
         w_.open("{");
-        switch (h.kind) {
-            case Head::Kind::Fact:
-                fact(h);
-                break;
-            case Head::Kind::Comprehension:
-                comprehension(h, {});
-                break;
-            case Head::Kind::Aggregate:
-                aggregate(h);
-                break;
-            case Head::Kind::If:
-                w_.open(fmt::format("if ({}) {{", term(scope_, h.term)));
-                heads(h.heads);
-                w_.close();
-                w_.open("else {");
-                heads(h.others);
-                w_.close();
-                break;
-            case Head::Kind::Set: {
-                const Scope before = scope_;
-                bind(h.variable, term_as(scope_, h.term, scope_.rule.variables[h.variable].type));
-                heads(h.heads);
-                restore(before);
-                break;
-            }
-        }
+        plan::visit_head(h, [this](const auto& one) { head(one); });
         w_.close();
     }
 }
 
-void RuleEmitter::aggregate(const HeadPlan& h) {
-    MELD_EXPECT(!h.folds.empty(), "rule {}: a head aggregates nothing", scope_.rule.name);
+void RuleEmitter::head(const plan::ForAll& h) { comprehension(h, {}, {}); }
+
+void RuleEmitter::head(const plan::AggregateAll& h) {
+    MELD_EXPECT(!h.aggregates.empty(), "rule {}: a head aggregates nothing", scope_.rule.name);
     std::vector<Accumulator> made;
     std::string condition;
-    for (const Fold& f : h.folds) {
-        made.push_back(start_accumulator(f.aggregate, scope_.rule.variables[f.result].type, f.function, f.initial));
+    for (const HeadAggregate& a : h.aggregates) {
+        made.push_back(start_accumulator(a.aggregate, scope_.rule.variables[a.result].type, a.function, a.parameter));
         if (made.back().needs_match()) condition = made.back().seen + " > 0";
     }
-    comprehension(h, made);
+    comprehension(h.each, h.aggregates, made);
     const Scope before = scope_;
     w_.open(condition.empty() ? "{" : fmt::format("if ({}) {{", condition));
-    for (std::size_t i = 0; i < made.size(); ++i) bind(h.folds[i].result, accumulated(made[i]));
-    heads(h.others);
+    for (std::size_t i = 0; i < made.size(); ++i) bind(h.aggregates[i].result, accumulated(made[i]));
+    heads(h.results);
     w_.close();
     restore(before);
 }
 
-void RuleEmitter::accumulate_match(const HeadPlan& h, const std::vector<Accumulator>& made) {
+void RuleEmitter::head(const plan::Choose& h) {
+    w_.open(fmt::format("if ({}) {{", term(scope_, h.condition)));
+    heads(h.heads);
+    w_.close();
+    w_.open("else {");
+    heads(h.others);
+    w_.close();
+}
+
+void RuleEmitter::head(const plan::With& h) {
+    const Scope before = scope_;
+    bind(h.variable, term_as(scope_, h.value, scope_.rule.variables[h.variable].type));
+    heads(h.heads);
+    restore(before);
+}
+
+void RuleEmitter::accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     for (std::size_t i = 0; i < made.size(); ++i) {
-        const VariableId each = h.folds[i].each;
+        const VariableId each = aggregates[i].each;
         if (!each.valid()) {
             accumulate(made[i], "");
             continue;
@@ -202,12 +195,12 @@ void RuleEmitter::accumulate_match(const HeadPlan& h, const std::vector<Accumula
     }
 }
 
-void RuleEmitter::fact(const HeadPlan& h) {
+void RuleEmitter::head(const MakeFact& h) {
     const Predicate& p = plan_.program.predicates[h.predicate];
     if (p.kind == PredicateKind::Action) {
         values(h);
         w_.line("s.e->host->act(s.e, {}, values);", h.predicate.index());
-    } else if (h.place != scope_.rule.home) {
+    } else if (h.place != scope_.rule.site) {
         send(h);
     } else {
         const std::string name = predicate_name(plan_.program, h.predicate);
@@ -222,7 +215,7 @@ void RuleEmitter::fact(const HeadPlan& h) {
     }
 }
 
-void RuleEmitter::values(const HeadPlan& h) {
+void RuleEmitter::values(const MakeFact& h) {
     const Predicate& p = plan_.program.predicates[h.predicate];
     w_.line("Value values[{}];", std::max<std::size_t>(1, h.arguments.size()));
     for (std::size_t i = 1; i <= h.arguments.size(); ++i) {
@@ -230,8 +223,8 @@ void RuleEmitter::values(const HeadPlan& h) {
     }
 }
 
-void RuleEmitter::send(const HeadPlan& h) {
-    MELD_EXPECT(h.place != scope_.rule.home && scope_.rule.linear, "rule {} sends to itself, or is a view", scope_.rule.name);
+void RuleEmitter::send(const MakeFact& h) {
+    MELD_EXPECT(h.place != scope_.rule.site && scope_.rule.linear, "rule {} sends to itself, or is a view", scope_.rule.name);
     values(h);
     w_.raw("++s.e->derivations;");
     if (scope_.places.contains(h.place)) {
@@ -244,21 +237,21 @@ void RuleEmitter::send(const HeadPlan& h) {
     w_.raw("else ++s.e->dropped;");
 }
 
-bool RuleEmitter::consumes(const HeadPlan& h) const {
+bool RuleEmitter::consumes(const plan::ForAll& h) const {
     return std::any_of(h.steps.begin(), h.steps.end(), [&](const Step& s) {
         const Match* m = as<Match>(s);
         return m != nullptr && plan_.program.predicates[m->predicate].linear() && !m->read_only;
     });
 }
 
-void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Accumulator>& made) {
+void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
     const std::vector<Consumed> outer = std::move(consumed_);
     consumed_.clear();
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();
         steps(h.steps);
-        accumulate_match(h, made);
+        accumulate_match(aggregates, made);
         heads(h.heads);
         close_to(outside);
     } else {
@@ -267,7 +260,7 @@ void RuleEmitter::comprehension(const HeadPlan& h, const std::vector<Accumulator
         w_.open(fmt::format("const auto {} = [&]() -> bool {{", one));
         const std::size_t outside = w_.depth();
         steps(h.steps);
-        accumulate_match(h, made);
+        accumulate_match(aggregates, made);
         consume();
         heads(h.heads);
         w_.raw("return true;");

@@ -12,6 +12,7 @@ using namespace check;
 using plan::ArgumentUse;
 using plan::as;
 using plan::HeadPlan;
+using plan::MakeFact;
 using plan::Match;
 using plan::Step;
 
@@ -23,7 +24,7 @@ class RuleEmitter {
           w_(w),
           joined_(rule.more.empty() ? std::nullopt : std::optional(plan::rule_of(plan, rule))),
           scope_{plan, joined_ ? *joined_ : plan.program.rules[rule.rule], rule.rule.index()} {
-        scope_.places.insert(scope_.rule.home);
+        scope_.places.insert(scope_.rule.site);
     }
     void view();
     void linear();
@@ -117,12 +118,12 @@ class RuleEmitter {
         std::string made, seen;  // C++ names: what makes the result, or is it (Custom), and of how many matches.
         Type type;
         FunctionId function = {};  // Custom: folds the values, from the first on where there is no initial one.
-        bool initial = false;
+        bool initial = false;      // Custom: it starts from the parameter.
 
         // Whether it has no value where nothing matches.
         bool needs_match() const { return info(aggregate).of_nothing.empty() && !initial; }
     };
-    Accumulator start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& initial);
+    Accumulator start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& parameter);
     // The type that the value of one match is converted to.
     Type accumulated_type(const Accumulator& f) const;
     // Adds one match.
@@ -133,24 +134,29 @@ class RuleEmitter {
     // ---- what the rule makes
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
     // Emits `Row row;` and its fields.
-    void make_row(const HeadPlan& h);
-    void propose(const HeadPlan& h);
+    void make_row(const MakeFact& h);
+    void propose(const MakeFact& h);
     // Of a row for an aggregate that waits: the ports of the neighbours it comes from.
-    void heard_from(const HeadPlan& h);
+    void heard_from(const MakeFact& h);
     void consume();
     void raise(PredicateId id) { w_.line("s.raised |= {};", own_bit(id)); }
     // Facts less let no rule fire that could not before, but one that asks what is not there.
     void lower(PredicateId id) { w_.line("s.lowered |= {};", own_bit(id)); }
     std::string own_bit(PredicateId id) const { return hex(plan_.columns[plan_.of(id).column].own_dirty); }
     void heads(const std::vector<HeadPlan>& all);
-    // Results are made while the matches are consumed, and then the last heads once.
-    void aggregate(const HeadPlan& h);
-    void accumulate_match(const HeadPlan& h, const std::vector<Accumulator>& made);
-    void fact(const HeadPlan& h);
-    void values(const HeadPlan& h);
-    void send(const HeadPlan& h);
-    bool consumes(const HeadPlan& h) const;
-    void comprehension(const HeadPlan& h, const std::vector<Accumulator>& made);
+    void head(const MakeFact& h);
+    void head(const plan::ForAll& h);
+    // The results are made while the matches are consumed, and then the last heads once.
+    void head(const plan::AggregateAll& h);
+    void head(const plan::Choose& h);
+    void head(const plan::With& h);
+    void values(const MakeFact& h);
+    void send(const MakeFact& h);
+    bool consumes(const plan::ForAll& h) const;
+    // The heads of every match, which the aggregates take too; `made` has an accumulator for each.
+    void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
+    void accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
+
     const plan::Plan& plan_;
     const RulePlan& rule_plan_;
     Writer& w_;

@@ -16,7 +16,7 @@ void RuleEmitter::view() {
     leaves_out_ = true;
     steps(rule_plan_.steps);
     if (rule_plan_.branches.empty())
-        propose(rule_plan_.heads[0]);
+        propose(rule_plan_.derived());
     else
         branches();
     close_to(outside);
@@ -31,7 +31,7 @@ void RuleEmitter::branches() {
         scope_.rule_index = b.rule.index();
         w_.line("s.e->rule = {};", b.rule.index());
         steps(b.steps);
-        propose(b.heads[0]);
+        propose(b.derived());
         close_to(outside);
         w_.close();
         restore(before);
@@ -41,7 +41,7 @@ void RuleEmitter::branches() {
 
 void RuleEmitter::affected(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
-    const HeadPlan& head = rule_plan_.heads[0];
+    const MakeFact& head = rule_plan_.derived();
     w_.raw("");
     w_.open(fmt::format("{} void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{", linkage(plan_.program.rules.count()),
                         rule_function(plan_.program, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
@@ -63,13 +63,13 @@ void RuleEmitter::semi_naive(std::size_t number) {
     const std::size_t outside = w_.depth();
     leaves_out_ = true;
     steps(rule_plan_.steps);
-    propose(rule_plan_.heads[0]);
+    propose(rule_plan_.derived());
     close_to(outside);
     w_.close();
 }
 
 void RuleEmitter::group() {
-    const HeadPlan& head = rule_plan_.heads[0];
+    const MakeFact& head = rule_plan_.derived();
     MELD_EXPECT(rule_plan_.given.size() == plan::group_arguments(plan_.program.predicates[head.predicate]),
                 "rule {} is given {} of a group", scope_.rule.name, rule_plan_.given.size());
     w_.raw("");
@@ -152,17 +152,13 @@ void RuleEmitter::comment(const check::Rule& rule) {
 
 void RuleEmitter::freeze() {
     std::vector<PredicateId> made, read;
-    const auto walk = [&](const auto& self, const std::vector<HeadPlan>& all) -> void {
-        for (const HeadPlan& h : all) {
-            if (h.kind == Head::Kind::Fact && h.place == scope_.rule.home) made.push_back(h.predicate);
-            plan::each_step(h.steps, [&](const Step& s) {
-                if (const Match* m = as<Match>(s); m != nullptr && m->at_site) read.push_back(m->predicate);
+    plan::each_head_plan(rule_plan_.heads, [&](const HeadPlan& h) {
+        if (const MakeFact* fact = as<MakeFact>(h); fact != nullptr && fact->place == scope_.rule.site) made.push_back(fact->predicate);
+        if (const std::vector<Step>* steps = plan::steps_of(h))
+            plan::each_step(*steps, [&](const Step& step) {
+                if (const Match* m = as<Match>(step); m != nullptr && m->at_site) read.push_back(m->predicate);
             });
-            self(self, h.heads);
-            self(self, h.others);
-        }
-    };
-    walk(walk, rule_plan_.heads);
+    });
     std::sort(read.begin(), read.end());
     read.erase(std::unique(read.begin(), read.end()), read.end());
     for (const PredicateId p : read) {
@@ -244,7 +240,7 @@ void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
 }
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
-void emit_deltas(const plan::Plan& plan, const plan::Stratum& stratum, Writer& w) {
+void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w) {
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) RuleEmitter(plan, stratum.semi_naive[i], w).semi_naive(i);
     for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) RuleEmitter(plan, stratum.deltas.affected[i], w).affected(i);
     for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();

@@ -184,7 +184,7 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
     w.close("};");
 }
 
-// The catom that a rule names as its home, of a table of facts the last.
+// The catom that a rule names as its execution site, of a table of facts the last.
 std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, const std::vector<Clause>& body) {
     std::optional<std::uint64_t> named;
     for (const Clause& c : body) {
@@ -193,10 +193,10 @@ std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, 
         if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
         const auto& sides = c.test.operands;
         for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
-            if (sides[i].is_variable() && sides[i].variable == r.home && sides[1 - i].op == Op::Node)
+            if (sides[i].is_variable() && sides[i].variable == r.site && sides[1 - i].op == Op::Node)
                 named = static_cast<std::uint64_t>(sides[1 - i].integer);
     }
-    if (r.birth && !named)
+    if (r.initial_fact && !named)
         for (const Head& h : r.heads)
             if (h.kind == Head::Kind::Comprehension) return named_catom(program, r, h.body);
     return named;
@@ -241,7 +241,7 @@ void emit_link_table(const plan::Plan& plan, Writer& w) {
         for (const Head& h : r.heads) {
             if (r.body.size() <= 1) visit(r, h, r.body);
             // Linear facts in a row are one comprehension (gather.cpp).
-            if (r.birth && h.kind == Head::Kind::Comprehension && h.heads.size() == 1) visit(r, h.heads[0], h.body);
+            if (r.initial_fact && h.kind == Head::Kind::Comprehension && h.heads.size() == 1) visit(r, h.heads[0], h.body);
         }
     w.line("static constexpr u32 kLinkCount = {};", count);
     w.open("static constexpr LinkInfo kLinks[] = {");

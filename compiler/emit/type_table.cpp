@@ -63,7 +63,7 @@ void each_term(const std::vector<check::Clause>& body, const std::function<void(
     for (const check::Clause& c : body) {
         for (const check::Term& t : c.atom.arguments) visit(t);
         visit(c.test);
-        visit(c.initial);
+        visit(c.parameter);
         each_term(c.inner, visit);
     }
 }
@@ -88,7 +88,7 @@ TypeTable::TypeTable(const plan::Plan& plan) : types_{Type::Int, Type::Float, Ty
             for (const check::Term& t : h.atom.arguments) add(t);
             add(h.term);
             each_term(h.body, visit);
-            for (const check::Fold& f : h.folds) add(f.initial);
+            for (const check::HeadAggregate& f : h.aggregates) add(f.parameter);
         });
     }
 }

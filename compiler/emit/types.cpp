@@ -63,7 +63,7 @@ void emit_records(const plan::Plan& plan, Writer& w) {
 
 namespace {
 
-// The parts of a predicate's row that make the group, the value, and what rides along. PerLink rows name the port.
+// The parts of a predicate's row that make the group, the value, and the payload. PerLink rows name the port.
 struct RowShape {
     std::vector<std::size_t> key, value, ride;  // Arguments, counted from 1.
 };
@@ -126,7 +126,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const RowShape fields = shape(p);
     const bool followed = s.column.valid() && plan.columns[s.column].follows_rows;
     bool links = false;
-    for (const plan::Stratum& stratum : plan.strata)
+    for (const plan::StratumPlan& stratum : plan.strata)
         for (const PredicateId member : stratum.predicates)
             if (member == id) links = stratum.links;
 

@@ -12,7 +12,7 @@ using plan::as;
 using plan::HeadPlan;
 using plan::Match;
 using plan::Step;
-using plan::Stratum;
+using plan::StratumPlan;
 
 namespace {
 
@@ -25,16 +25,15 @@ void each_read(const std::vector<Step>& steps, const Visit& visit) {
 }
 template <class Visit>
 void each_read(const std::vector<HeadPlan>& heads, const Visit& visit) {
-    for (const HeadPlan& h : heads) {
-        each_read(h.steps, visit);
-        each_read(h.heads, visit);
-        each_read(h.others, visit);
-    }
+    plan::each_head_plan(heads, [&](const HeadPlan& h) {
+        if (const std::vector<Step>* steps = plan::steps_of(h)) each_read(*steps, visit);
+    });
 }
 // Calls visit(predicate) for what a view rule derives.
 template <class Visit>
 void each_head(const RulePlan& rule, const Visit& visit) {
-    for (const HeadPlan& h : rule.heads) visit(h.predicate);
+    for (const HeadPlan& h : rule.heads)
+        if (const auto* fact = as<plan::MakeFact>(h)) visit(fact->predicate);
     for (const RulePlan& b : rule.branches) each_head(b, visit);
 }
 
@@ -42,7 +41,7 @@ void each_head(const RulePlan& rule, const Visit& visit) {
 class Readers {
   public:
     explicit Readers(const plan::Plan& plan) {
-        for (const Stratum& s : plan.strata) {
+        for (const StratumPlan& s : plan.strata) {
             // A fold names the first rule of its predicate.
             const bool folds = std::any_of(s.predicates.begin(), s.predicates.end(),
                                            [&](PredicateId p) { return plan::fold_may_fail(plan.program.predicates[p]); });

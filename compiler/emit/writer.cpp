@@ -90,24 +90,24 @@ std::string Scope::local(plan::VariableId v) const { return fmt::format("{}_{}",
 std::string Scope::site() const { return caller.empty() ? std::to_string(rule_index) : caller; }
 
 std::string Scope::at(plan::VariableId v) const {
-    MELD_EXPECT(v == rule.home || places.contains(v), "rule {}: {} is no place that is known", rule.name, rule.variables[v].name);
-    return v == rule.home ? "s.catom" : local(v) + "_at";
+    MELD_EXPECT(v == rule.site || places.contains(v), "rule {}: {} is no place that is known", rule.name, rule.variables[v].name);
+    return v == rule.site ? "s.catom" : local(v) + "_at";
 }
 
 std::string Scope::port(plan::VariableId v) const {
-    MELD_EXPECT(v != rule.home, "rule {}: no port leads to the execution site", rule.name);
+    MELD_EXPECT(v != rule.site, "rule {}: no port leads to the execution site", rule.name);
     return local(v) + "_port";
 }
 
 std::string Scope::value(plan::VariableId v) const {
     if (values.contains(v)) return local(v);
-    MELD_CHECK(v == rule.home || places.contains(v), "rule {}: {} has no value", rule.name, rule.variables[v].name);
+    MELD_CHECK(v == rule.site || places.contains(v), "rule {}: {} has no value", rule.name, rule.variables[v].name);
     return fmt::format("s.g->catom_id[{}]", at(v));
 }
 
 bool has_deltas(const plan::Plan& plan) {
     return std::any_of(plan.strata.begin(), plan.strata.end(),
-                       [](const plan::Stratum& s) { return !s.deltas.affected.empty() || !s.semi_naive.empty(); });
+                       [](const plan::StratumPlan& s) { return !s.deltas.affected.empty() || !s.semi_naive.empty(); });
 }
 
 bool keeps_fronts(const plan::Plan& plan) {

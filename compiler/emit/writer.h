@@ -138,7 +138,7 @@ void emit_externs(const plan::Plan& plan, Writer& w);
 void emit_functions(const plan::Plan& plan, Writer& w);
 void emit_facts(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
-void emit_deltas(const plan::Plan& plan, const plan::Stratum& stratum, Writer& w);
+void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_strata(const plan::Plan& plan, Writer& w);
 // The functions that say what would read a derivation without a value before it is too late.
@@ -148,7 +148,7 @@ void emit_schema(const plan::Plan& plan, Writer& w);
 
 // Whether some stratum has delta rules or is evaluated semi-naively.
 bool has_deltas(const plan::Plan& plan);
-// Whether some component keeps fronts.
+// Whether some stratum keeps fronts.
 bool keeps_fronts(const plan::Plan& plan);
 // Whether what combines the rows of its groups calls a function of the program, or asks a constant of the run.
 bool combines_at_catom(const check::Predicate& p);

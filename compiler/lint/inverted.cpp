@@ -22,10 +22,10 @@ struct Way {
 
 class Search {
   public:
-    Search(const Program& program, const Component& component) : program_(program), component_(component) {}
+    Search(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<Inverted> run() {
-        for (const RuleId id : component_.rules) add_ways(program_.rules[id]);
+        for (const RuleId id : stratum_.rules) add_ways(program_.rules[id]);
         for (const Way& w : ways_)
             if (w.turns && leads_back(w)) return w.at;
         return std::nullopt;
@@ -40,7 +40,7 @@ class Search {
         if (!best(to)) return;
         const Term& made = head.arguments[to.aggregate_at];
         for (const Clause& c : rule.body) {
-            if (c.kind != Clause::Kind::Atom || !component_.contains(c.atom.predicate)) continue;
+            if (c.kind != Clause::Kind::Atom || !stratum_.contains(c.atom.predicate)) continue;
             const Predicate& from = program_.predicates[c.atom.predicate];
             if (!best(from)) continue;
             const Term& value = c.atom.arguments[from.aggregate_at];
@@ -90,12 +90,12 @@ class Search {
     }
 
     const Program& program_;
-    const Component& component_;
+    const check::Stratum& stratum_;
     std::vector<Way> ways_;
 };
 
 }  // namespace
 
-std::optional<Inverted> inverts_itself(const Program& program, const Component& component) { return Search(program, component).run(); }
+std::optional<Inverted> inverts_itself(const Program& program, const check::Stratum& stratum) { return Search(program, stratum).run(); }
 
 }  // namespace meld::lint

@@ -14,7 +14,7 @@ struct Inverted {
 };
 
 // lit(A, ~X) :- neighbor(A, B), lit(B, X), with `or`: true at B takes away what makes A true, and A does the same to B. Also by way of
-// other values of the component, where an odd number of them turns; and lit(A, true) :- neighbor(A, B), lit(B, false).
-std::optional<Inverted> inverts_itself(const check::Program& program, const check::Component& component);
+// other values of the stratum, where an odd number of them turns; and lit(A, true) :- neighbor(A, B), lit(B, false).
+std::optional<Inverted> inverts_itself(const check::Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

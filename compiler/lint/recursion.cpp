@@ -25,11 +25,11 @@ class Recursion {
     Recursion(const Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
 
     void run() {
-        for (const Component& c : program_.components) warn(c);
+        for (const check::Stratum& c : program_.strata) warn(c);
     }
 
   private:
-    void warn(const Component& c) {
+    void warn(const check::Stratum& c) {
         if (!c.recursive) return;
         if (c.tree) {
             if (!c.feeds_itself) warn_tree(c);
@@ -41,7 +41,7 @@ class Recursion {
     }
 
     // A sum that feeds itself over links ends where these are a tree, or where its rounds are counted and bounded.
-    void warn_tree(const Component& c) {
+    void warn_tree(const check::Stratum& c) {
         const auto folding =
             std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
         const PredicateId p = *folding;
@@ -66,7 +66,7 @@ class Recursion {
     }
     // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
     // shape is the program's business.
-    bool led_by_routes(const Component& c) const {
+    bool led_by_routes(const check::Stratum& c) const {
         const auto led = [&](const Rule& rule, VariableId at) {
             return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
                 if (clause.kind != Clause::Kind::Atom || clause.atom.arguments.size() < 2 || !clause.atom.arguments[1].is_variable())
@@ -74,7 +74,7 @@ class Recursion {
                 const Predicate& p = program_.predicates[clause.atom.predicate];
                 const VariableId from = clause.atom.arguments[0].variable, to = clause.atom.arguments[1].variable;
                 return p.world == WorldSource::None && p.kind == PredicateKind::Persistent &&
-                       ((from == rule.home && to == at) || (from == at && to == rule.home));
+                       ((from == rule.site && to == at) || (from == at && to == rule.site));
             });
         };
         for (const RuleId id : c.rules) {
@@ -82,14 +82,14 @@ class Recursion {
             bool all = true;
             each_atom(rule.body, [&](const Atom& a, bool) {
                 const VariableId at = a.arguments[0].variable;
-                all = all && (!c.contains(a.predicate) || at == rule.home || led(rule, at));
+                all = all && (!c.contains(a.predicate) || at == rule.site || led(rule, at));
             });
             if (!all) return false;
         }
         return true;
     }
     // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
-    bool warn_growth(const Component& c) {
+    bool warn_growth(const check::Stratum& c) {
         bool warned = false;
         for (const RuleId id : c.rules) {
             const Rule& rule = program_.rules[id];
@@ -115,14 +115,14 @@ class Recursion {
         return warned;
     }
 
-    // A rule by which a value goes from one predicate of the component to another.
+    // A rule by which a value goes from one predicate of the stratum to another.
     struct Way {
         PredicateId from, to;
         Span span;
         bool improves;
     };
     // m(B, D + 1) :- m(A, D), with max: at a bound the values would replace those they were made from.
-    bool warn_improvement(const Component& c) {
+    bool warn_improvement(const check::Stratum& c) {
         Aggregate best = Aggregate::None;
         for (const PredicateId p : c.predicates) {
             const Aggregate a = program_.predicates[p].aggregate;
@@ -152,7 +152,7 @@ class Recursion {
         return false;
     }
     // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
-    bool warn_replaced(const Component& c) {
+    bool warn_replaced(const check::Stratum& c) {
         const auto found = replaced_by_itself(program_, c);
         if (!found) return false;
         const std::string& name = program_.predicates[found->predicate].name;
@@ -174,7 +174,7 @@ class Recursion {
         return true;
     }
     // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
-    bool warn_not_monotone(const Component& c) {
+    bool warn_not_monotone(const check::Stratum& c) {
         const auto found = not_monotone(program_, c);
         if (!found) return false;
         const std::string& name = program_.predicates[found->asked].name;
@@ -185,7 +185,7 @@ class Recursion {
         return true;
     }
     // lit(A, ~X) :- neighbor(A, B), lit(B, X). Along links that the program keeps itself it ends where these lead in no circle.
-    void warn_inverted(const Component& c) {
+    void warn_inverted(const check::Stratum& c) {
         if (c.links && led_by_routes(c)) return;
         const auto found = inverts_itself(program_, c);
         if (!found) return;
@@ -227,7 +227,7 @@ class Recursion {
         return back;
     }
 
-    static bool comes_from(const Rule& rule, const Term& t, const Component& c) {
+    static bool comes_from(const Rule& rule, const Term& t, const check::Stratum& c) {
         bool found = false, bounded = false;
         each_variable(t, [&](VariableId v) {
             each_atom(rule.body, [&](const Atom& a, bool negated) {

@@ -13,10 +13,10 @@ namespace {
 
 class Search {
   public:
-    Search(const Program& program, const Component& component) : program_(program), component_(component) {}
+    Search(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<Replaced> run() {
-        for (const RuleId id : component_.rules) {
+        for (const RuleId id : stratum_.rules) {
             asking_ = &program_.rules[id];
             if (auto found = guarded(*asking_)) return found;
             asked_ = asked(*asking_);
@@ -32,14 +32,14 @@ class Search {
     }
 
   private:
-    // The one fact of the component that the rule reads, where it does so at its own catom and at once.
+    // The one fact of the stratum that the rule reads, where it does so at its own catom and at once.
     const Atom* asked(const Rule& rule) const {
         std::size_t count = 0;
-        each_atom(rule.body, [&](const Atom& a, bool) { count += component_.contains(a.predicate); });
-        if (count != 1 || rule.heads[0].delay.op != Op::Anonymous || rule.heads[0].atom.arguments[0].variable != rule.home) return nullptr;
+        each_atom(rule.body, [&](const Atom& a, bool) { count += stratum_.contains(a.predicate); });
+        if (count != 1 || rule.heads[0].delay.op != Op::Anonymous || rule.heads[0].atom.arguments[0].variable != rule.site) return nullptr;
         for (const Clause& c : rule.body)
-            if (c.kind == Clause::Kind::Atom && component_.contains(c.atom.predicate))
-                return c.atom.arguments[0].variable == rule.home ? &c.atom : nullptr;
+            if (c.kind == Clause::Kind::Atom && stratum_.contains(c.atom.predicate))
+                return c.atom.arguments[0].variable == rule.site ? &c.atom : nullptr;
         return nullptr;
     }
 
@@ -93,7 +93,7 @@ class Search {
             std::find(seen_.begin(), seen_.end(), head.predicate) != seen_.end())
             return std::nullopt;
         seen_.push_back(head.predicate);
-        for (const RuleId id : component_.rules) {
+        for (const RuleId id : stratum_.rules) {
             const Rule& next = program_.rules[id];
             const Atom* read = asked(next);
             if (read == nullptr || read->predicate != head.predicate || !may_match(head, *read)) continue;
@@ -148,7 +148,7 @@ class Search {
     }
 
     const Program& program_;
-    const Component& component_;
+    const check::Stratum& stratum_;
     const Rule* asking_ = nullptr;
     const Atom* asked_ = nullptr;
     std::vector<PredicateId> seen_;
@@ -157,6 +157,6 @@ class Search {
 
 }  // namespace
 
-std::optional<Replaced> replaced_by_itself(const Program& program, const Component& component) { return Search(program, component).run(); }
+std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum) { return Search(program, stratum).run(); }
 
 }  // namespace meld::lint

@@ -8,9 +8,9 @@
 
 namespace meld::lint {
 
-using check::Component;
 using check::PredicateId;
 using check::Program;
+using check::Stratum;
 using source::Span;
 
 struct Replaced {
@@ -26,9 +26,9 @@ struct Replaced {
 };
 
 // m(A, 4) :- m(A, 3), also by way of other predicates, for a max: the 3 is gone as soon as it has led to the 4, and the 4 with it.
-// Only what happens at one catom, in rules that ask the component for nothing else, so that it is sure to where they fire.
+// Only what happens at one catom, in rules that ask the stratum for nothing else, so that it is sure to where they fire.
 // Constants count for what they are. Or a rule makes a value where it is better than that of the same group, with a min:
 // v(A, Y) :- neighbor(A, B), v(A, X), v(B, Y), X > Y.
-std::optional<Replaced> replaced_by_itself(const Program& program, const Component& component);
+std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

@@ -17,12 +17,12 @@ struct Sum {
 
 class Counter {
   public:
-    Counter(const Program& program, const Component& component) : program_(program), component_(component) {}
+    Counter(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     Rounds run() {
-        for (const RuleId id : component_.rules)
+        for (const RuleId id : stratum_.rules)
             if (!rule(program_.rules[id])) return Rounds::None;
-        for (const PredicateId p : component_.predicates)
+        for (const PredicateId p : stratum_.predicates)
             if (same_round(p, p)) return Rounds::None;
         return bounded_ ? Rounds::Bounded : Rounds::Endless;
     }
@@ -43,7 +43,7 @@ class Counter {
         bool known = true;
         std::vector<VariableId> rounds;
         each_atom(rule.body, [&](const Atom& a, bool) {
-            if (!component_.contains(a.predicate)) return;
+            if (!stratum_.contains(a.predicate)) return;
             const std::size_t from = round_of(a.predicate), to = round_of(head.predicate);
             const Sum before = from ? sum(rule, a.arguments[from]) : Sum(), now = to ? sum(rule, head.arguments[to]) : Sum();
             known = known && before.variable.valid() && before.variable == now.variable && before.offset <= now.offset;
@@ -94,13 +94,13 @@ class Counter {
     }
 
     const Program& program_;
-    const Component& component_;
+    const check::Stratum& stratum_;
     std::map<PredicateId, std::vector<PredicateId>> reads_;  // In the same round.
     bool bounded_ = false;
 };
 
 }  // namespace
 
-Rounds count_rounds(const Program& program, const Component& component) { return Counter(program, component).run(); }
+Rounds count_rounds(const Program& program, const check::Stratum& stratum) { return Counter(program, stratum).run(); }
 
 }  // namespace meld::lint

@@ -24,7 +24,7 @@ class Useless {
     void run() {
         for (const Rule& rule : program_.rules) never_fires(rule);
         count_uses();
-        for (const Component& c : program_.components) nothing_starts(c);
+        for (const check::Stratum& c : program_.strata) nothing_starts(c);
         for (const PredicateId p : program_.predicates.ids()) {
             other_name(p);
             unused(p);
@@ -66,7 +66,7 @@ class Useless {
         }
     }
     static std::string of_nothing(const Clause& c, const std::string& then) {
-        if (c.aggregate == Aggregate::Custom && c.initial.op != Op::Anonymous) return "so the aggregate is always what it starts from";
+        if (c.aggregate == Aggregate::Custom && c.parameter.op != Op::Anonymous) return "so the aggregate is always what it starts from";
         const std::string_view value = info(c.aggregate).of_nothing;
         if (value.empty()) return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
         if (c.aggregate == Aggregate::Collect) return "so the list is always empty";
@@ -98,7 +98,7 @@ class Useless {
     }
     static constexpr const char* kHeadOfNothing = "so this part of the head gives nothing";
 
-    // Whether these can never match; tells so, and what that means.
+    // Whether these can never match; reports that, and what it means.
     bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
         const auto known = with(around, conditions(sizes_of(body)));
         if (impossible(rule, known, conditions(body), kind, so, &body)) return true;
@@ -215,8 +215,8 @@ class Useless {
     }
     bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == program_file_; }
 
-    // Every rule of the component needs the component first.
-    void nothing_starts(const Component& c) {
+    // Every rule of the stratum needs the stratum first.
+    void nothing_starts(const check::Stratum& c) {
         if (!c.recursive || !ours(c.predicates[0])) return;
         for (const PredicateId p : c.predicates)
             if (given_[p.index()]) return;

@@ -47,10 +47,10 @@ std::string stored(const Analysis& analysis, const Symbol& symbol) {
     return "";
 }
 
-std::string component(const Analysis& analysis, const Symbol& symbol) {
+std::string stratum(const Analysis& analysis, const Symbol& symbol) {
     const check::Program& program = analysis.program();
-    for (std::size_t i = 0; i < program.components.size(); ++i) {
-        const check::Component& c = program.components[i];
+    for (std::size_t i = 0; i < program.strata.size(); ++i) {
+        const check::Stratum& c = program.strata[i];
         std::vector<std::string> others;
         bool here = false;
         for (const check::PredicateId id : c.predicates) {
@@ -60,7 +60,7 @@ std::string component(const Analysis& analysis, const Symbol& symbol) {
             if (!same) others.push_back("`" + predicate.signature() + "`");
         }
         if (!here || c.rules.empty()) continue;
-        std::string text = fmt::format("- component {} of {}: ", i + 1, program.components.size());
+        std::string text = fmt::format("- stratum {} of {}: ", i + 1, program.strata.size());
         text += !c.recursive         ? "not recursive"
                 : c.tree             ? "recursive, sums over a tree"
                 : c.local && c.links ? "recursive at the catom and over links"
@@ -104,7 +104,7 @@ std::string predicate(const Analysis& analysis, const Symbol& symbol) {
     if (text.empty()) text = fmt::format("`{}` is not declared.\n\n", symbol.name);
     if (const check::Predicate* known = find(analysis.program().predicates, symbol))
         text += fmt::format("- {}\n", nature(analysis.program(), *known));
-    text += stored(analysis, symbol) + component(analysis, symbol);
+    text += stored(analysis, symbol) + stratum(analysis, symbol);
     return text + rules(analysis, symbol, Role::Derives, "Derived by") + rules(analysis, symbol, Role::Reads, "Read by");
 }
 

@@ -65,7 +65,7 @@ std::optional<Access> AccessPlanner::access(const Clause& clause, const Known& k
 std::optional<Access> AccessPlanner::of_link(const Atom& atom, const Known& known) const {
     for (std::size_t i = 1; i < atom.arguments.size(); ++i)
         if (const Term& t = atom.arguments[i]; !t.is_variable() && t.op != Op::Anonymous && !known.has(t)) return std::nullopt;
-    const bool forward = atom.arguments[0].variable == rule_.home;
+    const bool forward = atom.arguments[0].variable == rule_.site;
     const Term& other = atom.arguments[forward ? 1 : 0];
     if (other.is_variable() && known.places.contains(other.variable))
         return Access{.reason = Reason::Named, .link = Reason::Named, .cost = kFoundLink};
@@ -100,7 +100,7 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
         return record ? costs.one + each_new : new_variables == 0 || open_in_group == 0 ? costs.lookup : costs.rows + each_new;
     };
     const VariableId place = atom.arguments[0].variable;
-    if (place == rule_.home) {
+    if (place == rule_.site) {
         out.cost = at(kAtSite);
     } else if (known.places.contains(place)) {
         out.cost = at(kAtFoundNeighbour);
@@ -110,7 +110,7 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
     } else {
         // Nothing is known of this catom: it must be a neighbour that points here; all neighbours are asked.
         const bool points_here =
-            p.route && atom.arguments.size() > 1 && atom.arguments[1].is_variable() && atom.arguments[1].variable == rule_.home;
+            p.route && atom.arguments.size() > 1 && atom.arguments[1].is_variable() && atom.arguments[1].variable == rule_.site;
         if (!points_here) return std::nullopt;
         out.cost = kEachNeighbourThatPointsHere;
     }

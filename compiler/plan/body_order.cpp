@@ -19,7 +19,7 @@ Term part_of(const Term& value, Op op, const Type& type, std::size_t number = 0)
 
 Known BodyOrder::start() const {
     Known known;
-    if (rule_.home.valid()) known.places.insert(rule_.home);
+    if (rule_.site.valid()) known.places.insert(rule_.site);
     return known;
 }
 
@@ -97,7 +97,7 @@ bool BodyOrder::take_nested(const Clause& c, const std::vector<Clause>& body, Kn
     steps.push_back({AggregateOver{.variable = c.variable,
                                    .aggregate = c.aggregate,
                                    .function = c.fold,
-                                   .initial = c.initial,
+                                   .parameter = c.parameter,
                                    .value = c.test,
                                    .steps = std::move(inner)}});
     if (!known.has(c.variable)) known.values.insert(c.variable);
@@ -217,7 +217,7 @@ void BodyOrder::atom(const Atom& a, Known& known, std::vector<Step>& steps) cons
     if (accesses_.is_link(a)) return link(a, known, steps);
     const VariableId place = a.arguments[0].variable;
     reach(place, known, steps);
-    Match match{.predicate = a.predicate, .place = place, .at_site = place == rule_.home, .read_only = a.read_only};
+    Match match{.predicate = a.predicate, .place = place, .at_site = place == rule_.site, .read_only = a.read_only};
     match.ranks = std::find(ranked_.begin(), ranked_.end(), a.predicate) != ranked_.end();
     for (std::size_t i = 1; i < a.arguments.size(); ++i) {
         const Term& t = a.arguments[i];
@@ -243,9 +243,9 @@ void BodyOrder::elements(const Clause& c, Known& known, std::vector<Step>& steps
 
 // neighbor(A, B, P) seen from the execution site, whichever of the two it is.
 void BodyOrder::link(const Atom& a, Known& known, std::vector<Step>& steps) const {
-    const bool forward = a.arguments[0].variable == rule_.home;
+    const bool forward = a.arguments[0].variable == rule_.site;
     const Term& other = a.arguments[forward ? 1 : 0];
-    if (other.is_variable() && other.variable == rule_.home) {
+    if (other.is_variable() && other.variable == rule_.site) {
         // No catom is its own neighbour.
         steps.push_back(test({.op = Op::Bool, .type = Type::Bool}));
         return;

@@ -57,7 +57,7 @@ class Steady {
     bool operator()(const std::vector<Clause>& body) {
         return std::all_of(body.begin(), body.end(), [&](const Clause& c) {
             return c.kind != Clause::Kind::Delta && (c.aggregate != Aggregate::Custom || function(c.fold)) && all(c.atom.arguments) &&
-                   (*this)(c.initial) && (*this)(c.test) && (*this)(c.inner);
+                   (*this)(c.parameter) && (*this)(c.test) && (*this)(c.inner);
         });
     }
     bool all(const std::vector<Term>& terms) {
@@ -79,7 +79,8 @@ class Steady {
 // Finds the delta rules of one stratum.
 class DeltaPlanner {
   public:
-    DeltaPlanner(Plan& plan, Stratum& stratum) : plan_(plan), stratum_(stratum), head_(plan.program.predicates[stratum.predicates[0]]) {}
+    DeltaPlanner(Plan& plan, StratumPlan& stratum)
+        : plan_(plan), stratum_(stratum), head_(plan.program.predicates[stratum.predicates[0]]) {}
 
     void run() {
         if (stratum_.recursion == Recursion::LocalSets) return plan_semi_naive();
@@ -145,7 +146,7 @@ class DeltaPlanner {
         for (const RulePlan& r : stratum_.rules) {
             const Rule& rule = plan_.program.rules[r.rule];
             for (std::size_t i = 0; i < rule.body.size(); ++i)
-                if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.home &&
+                if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.site &&
                     in_stratum(rule.body[i].atom.predicate))
                     stratum_.semi_naive.push_back(order_semi_naive(plan_, r.rule, compared_later(r.rule, i), i));
         }
@@ -203,7 +204,7 @@ class DeltaPlanner {
             Candidate c;
             c.plan.rule = r.rule;
             c.predicate = a.predicate;
-            c.at_site = a.arguments[0].variable == rule.home;
+            c.at_site = a.arguments[0].variable == rule.site;
             c.input = bit(a.predicate, c.at_site);
             c.plan.inputs = c.input;
             c.plan.heads = r.heads;
@@ -243,7 +244,7 @@ class DeltaPlanner {
     }
 
     Plan& plan_;
-    Stratum& stratum_;
+    StratumPlan& stratum_;
     const Predicate& head_;
     std::vector<Candidate> candidates_;
     std::uint64_t whole_ = 0;  // Inputs after whose change all groups are evaluated.
@@ -252,10 +253,10 @@ class DeltaPlanner {
 }  // namespace
 
 void plan_deltas(Plan& plan) {
-    for (Stratum& s : plan.strata) DeltaPlanner(plan, s).run();
+    for (StratumPlan& s : plan.strata) DeltaPlanner(plan, s).run();
     // Groups that wait in quarantine are woken one by one, where there is a place to say which: in the rows that readers follow,
     // whoever these are. Where the predicate itself does not follow them, all of it is evaluated then.
-    for (Stratum& s : plan.strata)
+    for (StratumPlan& s : plan.strata)
         for (const PredicateId p : s.predicates)
             if (s.inputs & kDirtyWake && plan.of(p).column.valid() && plan.column_of(p).follows_rows) s.inputs |= kDirtyGroups;
 }

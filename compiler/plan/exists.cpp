@@ -26,36 +26,36 @@ class Existence {
     explicit Existence(Program& program) : program_(program) {}
 
     void run() {
-        find_components();
+        find_strongly_connected();
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) split(RuleId(i));
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             if (!asks(program_.rules[RuleId(i)])) continue;
             // All or nothing: views of groups that depend on values would come and go like these.
             Program as_it_was = program_;
-            const auto component = component_;
+            const auto stratum = stratum_;
             const auto made = made_;
             if (answer(RuleId(i))) continue;
             program_ = std::move(as_it_was);
-            component_ = component;
+            stratum_ = stratum;
             made_ = made;
         }
     }
 
   private:
-    void find_components() {
-        plan::find_components(program_);
-        for (std::size_t i = 0; i < program_.components.size(); ++i) {
-            const Component& c = program_.components[i];
+    void find_strongly_connected() {
+        plan::find_strongly_connected(program_);
+        for (std::size_t i = 0; i < program_.strata.size(); ++i) {
+            const check::Stratum& c = program_.strata[i];
             if (!c.recursive || c.tree) continue;
-            for (const PredicateId p : c.predicates) component_[p] = i + 1;
+            for (const PredicateId p : c.predicates) stratum_[p] = i + 1;
         }
     }
 
-    // Whether the atom is of the component that the rule derives.
+    // Whether the atom is of the stratum that the rule derives.
     bool recursive(const Rule& rule, const Clause& c) const {
         if (rule.linear || c.kind != Clause::Kind::Atom) return false;
-        const auto own = component_.find(rule.heads[0].atom.predicate), other = component_.find(c.atom.predicate);
-        return own != component_.end() && other != component_.end() && own->second == other->second;
+        const auto own = stratum_.find(rule.heads[0].atom.predicate), other = stratum_.find(c.atom.predicate);
+        return own != stratum_.end() && other != stratum_.end() && own->second == other->second;
     }
     ValueRead read_by(const Rule& rule, const Clause& c) const {
         return recursive(rule, c) ? value_read(program_, rule, c.atom) : ValueRead{};
@@ -131,7 +131,7 @@ class Existence {
         groups.auxiliary = true;
         groups.arguments.assign(of.arguments.begin(), of.arguments.begin() + static_cast<std::ptrdiff_t>(of.aggregate_at));
         const PredicateId id = known->second = program_.predicates.add(groups);
-        component_[id] = component_[m];
+        stratum_[id] = stratum_[m];
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             const Rule& rule = program_.rules[RuleId(i)];
             if (rule.linear || rule.heads[0].atom.predicate != m) continue;
@@ -172,7 +172,7 @@ class Existence {
     }
 
     Program& program_;
-    std::map<PredicateId, std::size_t> component_;  // The recursive one, counted from 1.
+    std::map<PredicateId, std::size_t> stratum_;  // The recursive one, counted from 1.
     std::map<std::pair<PredicateId, std::string>, PredicateId> made_;
 };
 

@@ -38,7 +38,7 @@ class Explainer {
             out_ += "\n";
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));
-        for (const Stratum& s : plan_.strata)
+        for (const StratumPlan& s : plan_.strata)
             for (const RulePlan& r : s.rules)
                 explain_view(r, recursion_name(s.recursion) + (s.deltas.inputs != 0 ? ", by delta rules where only rows change" : ""));
         for (const RulePlan& r : plan_.initial_facts) explain_rule(r, "once, when the catom is initialized");
@@ -57,11 +57,11 @@ class Explainer {
     // A catom that the rule names by its number has a variable without a name.
     std::string site_of(const check::Rule& rule) const {
         for (const check::Clause& c : rule.body)
-            if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.home].name.starts_with("_"))
+            if (c.kind == check::Clause::Kind::Test && c.test.op == check::Op::Equal && rule.variables[rule.site].name.starts_with("_"))
                 for (const std::size_t side : {0u, 1u})
-                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.home)
+                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == rule.site)
                         return print(program_, rule, c.test.operands[1 - side]);
-        return rule.variables[rule.home].name;
+        return rule.variables[rule.site].name;
     }
     void explain_view(const RulePlan& r, const std::string& how) {
         if (r.branches.empty()) return explain_rule(r, how);
@@ -74,7 +74,7 @@ class Explainer {
                 for (Step& s : whole.steps)
                     if (Choice* c = choice_of(s)) c->dearer = c->waiting = {};
             rule.text = program_.rules[b.rule].text;
-            rule.variables[rule.home].name = program_.rules[b.rule].variables[program_.rules[b.rule].home].name;
+            rule.variables[rule.site].name = program_.rules[b.rule].variables[program_.rules[b.rule].site].name;
             explain_rule(whole, rule, &b == &r.branches[0] ? how : fmt::format("{}; begins with {}", how, program_.rules[r.rule].name));
         }
     }
@@ -113,13 +113,12 @@ class Explainer {
     }
     // What the heads ask for, once the body has matched.
     void order_in_heads(const std::vector<HeadPlan>& heads, const check::Rule& rule) {
-        for (const HeadPlan& h : heads) {
-            const char* what = h.kind == Head::Kind::Aggregate ? "aggregate" : "comprehension";
-            if (!h.steps.empty())
-                order_of_reading(h.steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(h.steps)));
-            order_in_heads(h.heads, rule);
-            order_in_heads(h.others, rule);
-        }
+        each_head_plan(heads, [&](const HeadPlan& h) {
+            const std::vector<Step>* steps = steps_of(h);
+            if (steps == nullptr || steps->empty()) return;
+            const char* what = as<AggregateAll>(h) != nullptr ? "aggregate" : "comprehension";
+            order_of_reading(*steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(*steps)));
+        });
     }
     // Names of all that these steps read.
     std::string read_in(const std::vector<Step>& steps) const {
@@ -227,11 +226,9 @@ class Explainer {
     }
 
     void heads_remote(const std::vector<HeadPlan>& heads, std::vector<std::string>& out) const {
-        for (const HeadPlan& h : heads) {
-            remote_reads(h.steps, out);
-            heads_remote(h.heads, out);
-            heads_remote(h.others, out);
-        }
+        each_head_plan(heads, [&](const HeadPlan& h) {
+            if (const std::vector<Step>* steps = steps_of(h)) remote_reads(*steps, out);
+        });
     }
     void remote_reads(const std::vector<Step>& steps, std::vector<std::string>& out) const {
         each_step(steps, [&](const Step& s) {
@@ -242,13 +239,12 @@ class Explainer {
         });
     }
     void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
-        for (const HeadPlan& h : heads) {
-            if (h.kind == Head::Kind::Fact && h.place != rule.home && rule.linear)
-                out +=
-                    fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[h.predicate].name, rule.variables[h.place].name);
-            sent(h.heads, rule, out);
-            sent(h.others, rule, out);
-        }
+        each_head_plan(heads, [&](const HeadPlan& h) {
+            const MakeFact* fact = as<MakeFact>(h);
+            if (fact == nullptr || fact->place == rule.site || !rule.linear) return;
+            out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[fact->predicate].name,
+                               rule.variables[fact->place].name);
+        });
     }
 
     const Plan& plan_;

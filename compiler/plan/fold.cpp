@@ -147,7 +147,7 @@ class Folder {
     }
 
     bool bound_by_name(VariableId v) const {
-        bool found = rule_.selected == v || rule_.home == v;
+        bool found = rule_.selected == v || rule_.site == v;
         const auto body = [&](const auto& self, const std::vector<Clause>& clauses) -> void {
             for (const Clause& c : clauses) {
                 found = found || c.variable == v;
@@ -158,7 +158,7 @@ class Folder {
         each_head(rule_.heads, [&](const Head& h) {
             body(body, h.body);
             found = found || h.variable == v;
-            for (const Fold& f : h.folds) found = found || f.each == v || f.result == v;
+            for (const HeadAggregate& f : h.aggregates) found = found || f.each == v || f.result == v;
         });
         return found;
     }
@@ -179,7 +179,7 @@ class Folder {
         replace(h.delay, v, value);
         replace(h.term, v, value);
         for (Clause& c : h.body) replace(c, v, value);
-        for (Fold& f : h.folds) replace(f.initial, v, value);
+        for (HeadAggregate& f : h.aggregates) replace(f.parameter, v, value);
         for (Head& inner : h.heads) replace(inner, v, value);
         for (Head& inner : h.others) replace(inner, v, value);
     }

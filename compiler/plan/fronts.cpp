@@ -45,9 +45,9 @@ void keep_front(Program& program, PredicateId p, const std::vector<RuleId>& rule
 }  // namespace
 
 void keep_fronts(Program& program) {
-    find_components(program);
-    const std::vector<Component> components = program.components;
-    for (const Component& c : components) {
+    find_strongly_connected(program);
+    const std::vector<check::Stratum> strata = program.strata;
+    for (const check::Stratum& c : strata) {
         if (!c.recursive || c.tree || fronts_of(program, c) != Fronts::Needed) continue;
         for (const PredicateId p : c.predicates)
             if (program.predicates[p].aggregate != Aggregate::None) keep_front(program, p, c.rules);

@@ -37,15 +37,16 @@ bool is_plain(const Term& t) {
 
 // The catom that a rule names, where it says one fact about it and nothing else.
 std::optional<std::int64_t> catom_of(const Rule& rule) {
-    if (rule.heads.size() != 1 || rule.body.size() != 1 || rule.select != Select::None || rule.arrives || (rule.linear && !rule.birth))
+    if (rule.heads.size() != 1 || rule.body.size() != 1 || rule.select != Select::None || rule.arrives ||
+        (rule.linear && !rule.initial_fact))
         return {};
     const Head& head = rule.heads[0];
     const Clause& c = rule.body[0];
     if (head.kind != Head::Kind::Fact || head.delay.op != Op::Anonymous || c.kind != Clause::Kind::Test || c.test.op != Op::Equal)
         return {};
     const std::vector<Term>& arguments = head.atom.arguments;
-    const bool here = arguments[0].is_variable() && arguments[0].variable == rule.home && c.test.operands[0].is_variable() &&
-                      c.test.operands[0].variable == rule.home;
+    const bool here = arguments[0].is_variable() && arguments[0].variable == rule.site && c.test.operands[0].is_variable() &&
+                      c.test.operands[0].variable == rule.site;
     if (!here || c.test.operands[1].op != Op::Node || !std::all_of(arguments.begin() + 1, arguments.end(), is_plain)) return {};
     return c.test.operands[1].integer;
 }
@@ -77,7 +78,7 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
     made.rule.derives = first.derives;
     made.rule.text = fmt::format("{} and {} more facts up to line {}", first.text, rules.size() - 1, rules.back()->line);
     if (first.linear) {
-        made.rule.linear = made.rule.birth = true;
+        made.rule.linear = made.rule.initial_fact = true;
         made.rule.heads = {{.kind = Head::Kind::Comprehension,
                             .body = std::move(made.rule.body),
                             .heads = std::move(made.rule.heads),

@@ -30,7 +30,7 @@ std::vector<bool> read_elsewhere(const Program& program) {
     std::vector<bool> out(program.predicates.count(), false);
     for (const Rule& rule : program.rules) {
         const auto read = [&](const Atom& a, bool) {
-            if (a.arguments[0].variable != rule.home) out[a.predicate.index()] = true;
+            if (a.arguments[0].variable != rule.site) out[a.predicate.index()] = true;
         };
         each_atom(rule.body, read);
         each_head(rule.heads, [&](const Head& h) { each_atom(h.body, read); });
@@ -88,7 +88,7 @@ void separate_base(Program& program) {
             body.atom.arguments.push_back(v);
             head.atom.arguments.push_back(v);
         }
-        copy.home = head.atom.arguments[0].variable;
+        copy.site = head.atom.arguments[0].variable;
         copy.body = {body};
         copy.heads = {head};
         copy.text = print(program, copy);

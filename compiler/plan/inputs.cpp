@@ -40,7 +40,9 @@ std::uint64_t inputs_of(const Plan& plan, const std::vector<Step>& steps) {
 
 std::uint64_t inputs_of(const Plan& plan, const std::vector<HeadPlan>& heads) {
     std::uint64_t bits = 0;
-    for (const HeadPlan& h : heads) bits |= inputs_of(plan, h.steps) | inputs_of(plan, h.heads) | inputs_of(plan, h.others);
+    each_head_plan(heads, [&](const HeadPlan& h) {
+        if (const std::vector<Step>* steps = steps_of(h)) bits |= inputs_of(plan, *steps);
+    });
     return bits;
 }
 

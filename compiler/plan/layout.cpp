@@ -25,7 +25,7 @@ struct Facts {  // What the rules say about a predicate.
     bool ranked = false;
     bool recursive = false;
     bool per_link = true;  // Every derivation names a direct neighbour as the second argument.
-    std::size_t component = 0;
+    std::size_t stratum = 0;
 };
 
 class Layout {
@@ -54,7 +54,7 @@ class Layout {
         for (const Rule& rule : program_.rules) {
             const auto read = [&](const Atom& a, bool) {
                 of(a.predicate).used = true;
-                if (a.arguments[0].variable != rule.home) of(a.predicate).exported = true;
+                if (a.arguments[0].variable != rule.site) of(a.predicate).exported = true;
             };
             each_atom(rule.body, read);
             each_head(rule.heads, [&](const Head& h) {
@@ -78,21 +78,21 @@ class Layout {
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
             // A stored route at the execution site may point to a catom that has left; a fact of `neighbor`, or one that the other
             // catom exports, may not.
-            const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.home;
-            if (surely && ((a == rule.home && b == v) || (b == rule.home && a == v))) return true;
+            const bool surely = program_.predicates[c.atom.predicate].world != WorldSource::None || b == rule.site;
+            if (surely && ((a == rule.site && b == v) || (b == rule.site && a == v))) return true;
         }
         return false;
     }
 
     void study_components() {
-        for (std::size_t i = 0; i < program_.components.size(); ++i) {
-            const Component& c = program_.components[i];
+        for (std::size_t i = 0; i < program_.strata.size(); ++i) {
+            const check::Stratum& c = program_.strata[i];
             const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(), [&](PredicateId p) {
                 const Predicate& member = program_.predicates[p];
                 return member.aggregate != Aggregate::None || member.front != Aggregate::None;
             });
             for (const PredicateId p : c.predicates) {
-                of(p).component = i;
+                of(p).stratum = i;
                 of(p).recursive = c.recursive;
                 of(p).ranked = c.recursive && !c.tree && (c.links || aggregates);
             }
@@ -144,13 +144,13 @@ class Layout {
 
     // ---- columns
 
-    // Records: the predicates of one component that are alike in being exported; given flags and values share one.
+    // Records: the predicates of one stratum that are alike in being exported; given flags and values share one.
     std::string record_group(PredicateId id) {
         const Stored& s = plan_.of(id);
         const std::string side = s.exported ? "exported" : "private";
         if (!of(id).derived) return "given-" + side;
         if (!s.exported && !s.ranked) return "derived-private";
-        return fmt::format("{}-{}", side, of(id).component);
+        return fmt::format("{}-{}", side, of(id).stratum);
     }
 
     void make_columns() {

@@ -54,19 +54,19 @@ class Localizer {
     void direct(const Rule& rule, const std::vector<Clause>& body, Variables& out) const {
         each_atom(body, [&](const Atom& a, bool) {
             if (!is_link(program_, a)) return;
-            if (a.arguments[0].variable == rule.home) out.insert(a.arguments[1].variable);
-            if (a.arguments[1].variable == rule.home) out.insert(a.arguments[0].variable);
+            if (a.arguments[0].variable == rule.site) out.insert(a.arguments[1].variable);
+            if (a.arguments[1].variable == rule.site) out.insert(a.arguments[0].variable);
         });
-        out.erase(rule.home);
+        out.erase(rule.site);
     }
 
     // Whether the atom must move to an auxiliary: not at the execution site, and either further away or nothing that is stored.
     bool is_far(const Rule& rule, const Atom& a, const Variables& near) const {
         const VariableId at = a.arguments[0].variable;
-        if (at == rule.home) return false;
+        if (at == rule.site) return false;
         if (!near.contains(at)) return true;
         if (program_.predicates[a.predicate].world == WorldSource::None) return false;
-        return !(is_neighbor(program_, a) && a.arguments[1].is_variable() && a.arguments[1].variable == rule.home);
+        return !(is_neighbor(program_, a) && a.arguments[1].is_variable() && a.arguments[1].variable == rule.site);
     }
 
     bool any_far(const Rule& rule, const std::vector<Clause>& body, const Variables& near) const {
@@ -123,7 +123,7 @@ class Localizer {
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
             bool grew = false;
             for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
-                if (seen.contains(from) && to != rule.home && !near.contains(to)) grew = seen.insert(to).second || grew;
+                if (seen.contains(from) && to != rule.site && !near.contains(to)) grew = seen.insert(to).second || grew;
             return grew;
         };
         for (bool grew = true; grew;) {
@@ -144,7 +144,7 @@ class Localizer {
             if (!via.valid() && beyond(rule, body, links, n, near).contains(at)) via = n;
         MELD_CHECK(via.valid(), "rule {}: no neighbour leads to {}", rule.name, rule.variables[at].name);
         const Variables region = beyond(rule, body, links, via, near);
-        MELD_ASSERT(region.contains(at) && !region.contains(rule.home), "rule {}: {} is beyond no neighbour", rule.name,
+        MELD_ASSERT(region.contains(at) && !region.contains(rule.site), "rule {}: {} is beyond no neighbour", rule.name,
                     rule.variables[at].name);
 
         std::vector<Clause> moved, kept;
@@ -288,7 +288,7 @@ class Localizer {
         auxiliary.line = rule.line;
         auxiliary.span = rule.span;
         auxiliary.variables = rule.variables;
-        auxiliary.home = via;
+        auxiliary.site = via;
         auxiliary.body = moved;
         Atom atom;
         atom.predicate = id;

@@ -53,23 +53,27 @@ bool may_fail(const Program& program, const std::vector<Step>& steps) {
 
 bool may_fail(const Program& program, const RulePlan& rule) {
     return may_fail(program, rule.steps) ||
-           std::any_of(rule.heads.begin(), rule.heads.end(), [&](const HeadPlan& h) { return may_fail(program, h.arguments); }) ||
+           std::any_of(rule.heads.begin(), rule.heads.end(),
+                       [&](const HeadPlan& h) {
+                           const auto* fact = as<MakeFact>(h);
+                           return fact != nullptr && may_fail(program, fact->arguments);
+                       }) ||
            std::any_of(rule.branches.begin(), rule.branches.end(), [&](const RulePlan& b) { return may_fail(program, b); });
 }
 
-bool may_fail(const Program& program, const Stratum& stratum) {
+bool may_fail(const Program& program, const StratumPlan& stratum) {
     return std::any_of(stratum.rules.begin(), stratum.rules.end(), [&](const RulePlan& r) { return may_fail(program, r); }) ||
            std::any_of(stratum.predicates.begin(), stratum.predicates.end(),
                        [&](PredicateId p) { return fold_may_fail(program.predicates[p]); });
 }
 
 bool may_fail(const Plan& plan) {
-    return std::any_of(plan.strata.begin(), plan.strata.end(), [&](const Stratum& s) { return may_fail(plan.program, s); });
+    return std::any_of(plan.strata.begin(), plan.strata.end(), [&](const StratumPlan& s) { return may_fail(plan.program, s); });
 }
 
 bool fold_may_fail(const check::Predicate& p) {
     const std::string_view reduction = info(p.aggregate).reduction_name;
-    return p.aggregate != check::Aggregate::Count && (reduction == "Fold" || reduction == "FoldInOrder");
+    return p.aggregate != check::Aggregate::Count && (reduction == "Combine" || reduction == "CombineInOrder");
 }
 
 bool fails_in_any_order(const Program& program, const RulePlan& rule) {

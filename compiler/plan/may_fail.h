@@ -12,7 +12,7 @@ bool may_fail(const check::Program& program, const Term& t);
 bool may_fail(const check::Program& program, const std::vector<Term>& terms);
 bool may_fail(const check::Program& program, const std::vector<Step>& steps);
 bool may_fail(const check::Program& program, const RulePlan& rule);
-bool may_fail(const check::Program& program, const Stratum& stratum);
+bool may_fail(const check::Program& program, const StratumPlan& stratum);
 bool may_fail(const Plan& plan);
 
 // Whether what an aggregate makes of the values of a group may have none.

@@ -22,7 +22,7 @@ void rename(Term& t, const std::map<VariableId, VariableId>& names) {
 void rename(Clause& c, const std::map<VariableId, VariableId>& names) {
     for (Term& t : c.atom.arguments) rename(t, names);
     rename(c.test, names);
-    rename(c.initial, names);
+    rename(c.parameter, names);
     if (const auto found = names.find(c.variable); found != names.end()) c.variable = found->second;
     for (Clause& inner : c.inner) rename(inner, names);
 }

@@ -2,7 +2,7 @@
 //     level(A, 0) :- top(A).      level(B, L + 1) :- neighbor(A, B), level(A, L), L < 20.          0 <= L <= 20
 // The layout then keeps them in 1, 2 or 4 bytes where that makes a record or a row smaller. Nothing is assumed of facts that
 // the world or linear rules give, of sums, and of constants, which a run may set. Assumes that given facts are separate.
-// One strongly connected component after the other: what a component reads of earlier ones is final by then.
+// One stratum after the other: what a stratum reads of earlier ones is final by then.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -131,8 +131,8 @@ class Narrower {
     }
 
     void run() {
-        find_components(program_);
-        for (const Component& c : program_.components)
+        find_strongly_connected(program_);
+        for (const check::Stratum& c : program_.strata)
             if (!c.rules.empty()) solve(c);
         for (const PredicateId p : program_.predicates.ids())
             for (std::size_t i = 1; i < of(p).size(); ++i) {
@@ -149,7 +149,7 @@ class Narrower {
 
     static bool is_ours(const Predicate& p) { return p.kind == PredicateKind::Persistent && p.world == WorldSource::None && !p.sensed; }
 
-    void solve(const Component& c) {
+    void solve(const check::Stratum& c) {
         // Upwards until nothing grows; what still grows after a while may grow for ever.
         constexpr int kPatience = 4, kRefinements = 2;
         for (int round = 0;; ++round) {
@@ -199,8 +199,8 @@ class Narrower {
         }
     }
 
-    // The ranges of what the rules of a component make of facts in the present ranges, by predicate of the component.
-    std::vector<std::vector<Range>> derived(const Component& c) {
+    // The ranges of what the rules of a stratum make of facts in the present ranges, by predicate of the stratum.
+    std::vector<std::vector<Range>> derived(const check::Stratum& c) {
         std::vector<std::vector<Range>> next;
         for (const PredicateId p : c.predicates) {
             next.push_back(of(p));

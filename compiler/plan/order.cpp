@@ -19,38 +19,55 @@ Variables head_variables(const std::vector<Head>& heads) {
     return out;
 }
 
+std::vector<HeadPlan> plan_heads(const BodyOrder& orderer, const std::vector<Head>& heads, const Known& known);
+
+MakeFact plan_fact(const Head& h) {
+    return {.predicate = h.atom.predicate,
+            .place = h.atom.arguments[0].variable,
+            .arguments = {h.atom.arguments.begin() + 1, h.atom.arguments.end()}};
+}
+
+ForAll plan_matches(const BodyOrder& orderer, const Head& h, const Known& known) {
+    Variables used = head_variables(h.heads);
+    for (const HeadAggregate& a : h.aggregates)
+        if (a.each.valid()) used.insert(a.each);
+    Known inner = known;
+    ForAll out;
+    out.steps = orderer.order(h.body, inner, Reading::AsWritten, used);
+    out.heads = plan_heads(orderer, h.heads, inner);
+    return out;
+}
+
+HeadPlan plan_head(const BodyOrder& orderer, const Head& h, const Known& known) {
+    Known inner = known;
+    switch (h.kind) {
+        case Head::Kind::Fact:
+            return {plan_fact(h)};
+        case Head::Kind::Comprehension:
+            return {plan_matches(orderer, h, known)};
+        case Head::Kind::Aggregate:
+            for (const HeadAggregate& a : h.aggregates) inner.values.insert(a.result);
+            return {AggregateAll{plan_matches(orderer, h, known), h.aggregates, plan_heads(orderer, h.others, inner)}};
+        case Head::Kind::If:
+            return {Choose{h.term, plan_heads(orderer, h.heads, known), plan_heads(orderer, h.others, known)}};
+        case Head::Kind::Set:
+            inner.values.insert(h.variable);
+            return {With{h.variable, h.term, plan_heads(orderer, h.heads, inner)}};
+    }
+    return {};
+}
+
 std::vector<HeadPlan> plan_heads(const BodyOrder& orderer, const std::vector<Head>& heads, const Known& known) {
     std::vector<HeadPlan> out;
-    for (const Head& h : heads) {
-        HeadPlan plan;
-        plan.kind = h.kind;
-        plan.folds = h.folds;
-        plan.term = h.term;
-        plan.variable = h.variable;
-        if (h.kind == Head::Kind::Fact) {
-            plan.predicate = h.atom.predicate;
-            plan.place = h.atom.arguments[0].variable;
-            plan.arguments.assign(h.atom.arguments.begin() + 1, h.atom.arguments.end());
-        }
-        Known inner = known;
-        Variables used = head_variables(h.heads);
-        for (const Fold& f : h.folds)
-            if (f.each.valid()) used.insert(f.each);
-        plan.steps = orderer.order(h.body, inner, Reading::AsWritten, used);
-        if (h.kind == Head::Kind::Set) inner.values.insert(h.variable);
-        plan.heads = plan_heads(orderer, h.heads, inner);
-        Known last = known;
-        for (const Fold& f : h.folds) last.values.insert(f.result);
-        plan.others = plan_heads(orderer, h.others, last);
-        out.push_back(std::move(plan));
-    }
+    for (const Head& h : heads) out.push_back(plan_head(orderer, h, known));
     return out;
 }
 
 // The heads of a whole rule.
 std::vector<HeadPlan> rule_heads(const BodyOrder& orderer, const Rule& rule, const Known& known) {
     std::vector<HeadPlan> heads = plan_heads(orderer, rule.heads, known);
-    for (HeadPlan& h : heads) h.contributors = rule.contributors;
+    for (HeadPlan& h : heads)
+        if (MakeFact* fact = as<MakeFact>(h)) fact->contributors = rule.contributors;
     return heads;
 }
 
@@ -76,20 +93,20 @@ std::vector<PredicateId> ranked_of(const Plan& plan, const std::vector<Predicate
     return is_ranked(plan, predicates) ? predicates : std::vector<PredicateId>{};
 }
 
-bool keeps_front(const Plan& plan, const Component& c) {
+bool keeps_front(const Plan& plan, const check::Stratum& c) {
     return std::any_of(c.predicates.begin(), c.predicates.end(),
                        [&](PredicateId p) { return plan.program.predicates[p].front != Aggregate::None; });
 }
 
-Recursion recursion_of(const Plan& plan, const Component& c) {
+Recursion recursion_of(const Plan& plan, const check::Stratum& c) {
     if (!c.recursive) return Recursion::None;
     if (c.tree && !c.local) return Recursion::Tree;
     if (!is_ranked(plan, c.predicates)) return Recursion::LocalSets;
     return c.local || c.predicates.size() > 1 || keeps_front(plan, c) ? Recursion::Mutual : Recursion::Ranked;
 }
 
-Stratum plan_stratum(const Plan& plan, const Component& c) {
-    Stratum out;
+StratumPlan plan_stratum(const Plan& plan, const check::Stratum& c) {
+    StratumPlan out;
     out.predicates = c.predicates;
     out.links = c.links;
     out.recursion = recursion_of(plan, c);
@@ -132,7 +149,7 @@ RulePlan order_semi_naive(const Plan& plan, RuleId id, std::vector<Clause> body,
     return out;
 }
 
-RulePlan order_group(const Plan& plan, RuleId id, const Stratum& stratum, const std::vector<Clause>& body,
+RulePlan order_group(const Plan& plan, RuleId id, const StratumPlan& stratum, const std::vector<Clause>& body,
                      const std::vector<VariableId>& given) {
     const Rule& rule = plan.program.rules[id];
     const BodyOrder orderer(plan, rule, ranked_of(plan, stratum.predicates));
@@ -148,14 +165,14 @@ RulePlan order_group(const Plan& plan, RuleId id, const Stratum& stratum, const 
 
 void order_rules(Plan& plan) {
     MELD_EXPECT(plan.strata.empty() && plan.stored.size() == plan.program.predicates.count(), "no layout, or ordered twice");
-    for (const Component& c : plan.program.components)
+    for (const check::Stratum& c : plan.program.strata)
         if (!c.rules.empty()) plan.strata.push_back(plan_stratum(plan, c));
     // What arrives is there before the program's own rules look.
     for (const bool arrivals : {true, false})
         for (const RuleId id : plan.program.rules.ids()) {
             const Rule& rule = plan.program.rules[id];
             if (rule.linear && rule.arrives == arrivals)
-                (rule.birth ? plan.initial_facts : plan.linear_rules).push_back(plan_rule(plan, id, {}));
+                (rule.initial_fact ? plan.initial_facts : plan.linear_rules).push_back(plan_rule(plan, id, {}));
         }
     const auto reads_tick = [](const auto& all) {
         return std::any_of(all.begin(), all.end(), [](const auto& x) { return (x.inputs & kDirtyTick) != 0; });

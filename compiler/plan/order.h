@@ -12,7 +12,7 @@ std::vector<Step> order_changed(const Plan& plan, const check::Rule& rule, std::
 // A semi-naive rule: all steps of such a body with changed rows of the clause `first` read before anything else.
 RulePlan order_semi_naive(const Plan& plan, RuleId rule, std::vector<check::Clause> body, std::size_t first);
 // The rule, in other words, where the variables of the head's group are known from the start.
-RulePlan order_group(const Plan& plan, RuleId rule, const Stratum& stratum, const std::vector<check::Clause>& body,
+RulePlan order_group(const Plan& plan, RuleId rule, const StratumPlan& stratum, const std::vector<check::Clause>& body,
                      const std::vector<VariableId>& given);
 
 // The dirty bits after which these steps may have another outcome.

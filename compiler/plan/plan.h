@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "compiler/check/program.h"
-#include "compiler/plan/steps.h"
+#include "compiler/plan/heads.h"
 #include "runtime/abi/storage_abi.h"
 #include "runtime/base/assert.h"
 
@@ -57,20 +57,6 @@ struct Column {
 
 // ---- rules: steps, outermost first; each later step runs for every way to satisfy the earlier ones
 
-struct HeadPlan {
-    check::Head::Kind kind = check::Head::Kind::Fact;
-    PredicateId predicate;
-    VariableId place;
-    std::vector<Term> arguments = {};
-    std::vector<VariableId> contributors = {};  // As of the rule.
-    std::vector<Step> steps = {};               // Comprehension, Aggregate
-    std::vector<HeadPlan> heads = {};
-    std::vector<HeadPlan> others = {};    // Aggregate: after all matches; If: else
-    std::vector<check::Fold> folds = {};  // Aggregate
-    Term term = {};                       // If: the condition; Set: the value
-    VariableId variable = {};             // Set
-};
-
 struct RulePlan {
     RuleId rule;
     std::vector<Step> steps;
@@ -84,6 +70,12 @@ struct RulePlan {
     // them, `more`. The heads are theirs.
     std::vector<RulePlan> branches = {};
     std::vector<check::Variable> more = {};
+
+    // The fact that a view derives, its one head.
+    const MakeFact& derived() const {
+        MELD_EXPECT(heads.size() == 1 && as<MakeFact>(heads[0]) != nullptr, "a view with {} heads", heads.size());
+        return *as<MakeFact>(heads[0]);
+    }
 };
 
 // How a predicate with many rows is evaluated where only single rows of its inputs have changed: `affected` find the groups
@@ -98,8 +90,8 @@ struct DeltaRules {
 enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
 std::string recursion_name(Recursion recursion);
 
-// Predicates that are evaluated together: a strongly connected component, or a part of one that recurs along a tree.
-struct Stratum {
+// How a stratum of the program is evaluated.
+struct StratumPlan {
     std::vector<PredicateId> predicates;
     std::vector<RulePlan> rules;
     Recursion recursion = Recursion::None;
@@ -115,7 +107,7 @@ struct Plan {
     check::Program program;      // With the auxiliaries of localization.
     std::vector<Stored> stored;  // By PredicateId.
     Table<Column> columns;
-    std::vector<Stratum> strata;          // In the order of evaluation.
+    std::vector<StratumPlan> strata;      // In the order of evaluation.
     std::vector<RulePlan> linear_rules;   // In order of priority.
     std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
     bool reads_tick = false;
@@ -178,8 +170,8 @@ void share_prefixes(Plan& plan);
 // ---- parts of passes
 
 // The strongly connected components of the program's predicates, in order. The program must be one that can be stratified.
-void find_components(check::Program& program);
-// Takes components apart that recur along a tree: what a catom's rules read at the catom itself comes first.
+void find_strongly_connected(check::Program& program);
+// Takes strata apart that recur along a tree: what a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
 
 // How many arguments after the catom make the group: all that stand before an aggregated one.

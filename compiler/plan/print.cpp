@@ -53,7 +53,7 @@ class Printer {
             out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride,
                                 c.rows ? fmt::format(", {} a row", c.row_bytes) : "", c.exported ? ", exported" : "");
         }
-        for (const Stratum& stratum : plan_.strata) {
+        for (const StratumPlan& stratum : plan_.strata) {
             std::string names;
             for (const PredicateId p : stratum.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;
             out_ += fmt::format("\nstratum {}: {}\n", names, recursion_name(stratum.recursion));
@@ -72,7 +72,7 @@ class Printer {
     void rule(const RulePlan& r) {
         if (!r.branches.empty()) return branching(r);
         rule_ = &program_.rules[r.rule];
-        out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->home].name, rule_->text);
+        out_ += fmt::format("  {}  at {}   {}\n", rule_->name, rule_->variables[rule_->site].name, rule_->text);
         if (rule_->select != Select::None)
             indented(2, fmt::format("choose {} {}",
                                     rule_->select == Select::Random      ? "any"
@@ -88,7 +88,7 @@ class Printer {
         rule_ = &joined;
         for (const RulePlan& b : r.branches) {
             const check::Rule& rule = program_.rules[b.rule];
-            out_ += fmt::format("  {}  at {}   {}\n", rule.name, rule.variables[rule.home].name, rule.text);
+            out_ += fmt::format("  {}  at {}   {}\n", rule.name, rule.variables[rule.site].name, rule.text);
         }
         steps(r.steps, 2);
         for (const RulePlan& b : r.branches) {
@@ -99,7 +99,7 @@ class Printer {
     }
 
     // What each round but the first evaluates.
-    void semi_naive(const Stratum& stratum) {
+    void semi_naive(const StratumPlan& stratum) {
         for (const RulePlan& r : stratum.semi_naive) {
             headline(r, "semi-naive");
             heads(r.heads, 2 + r.steps.size());
@@ -110,7 +110,7 @@ class Printer {
     void deltas(const DeltaRules& deltas) {
         for (const RulePlan& r : deltas.affected) {
             headline(r, "delta rule");
-            const HeadPlan& h = r.heads[0];
+            const MakeFact& h = r.derived();
             std::string group;
             for (std::size_t i = 0; i < group_arguments(program_.predicates[h.predicate]); ++i)
                 group += ", " + print(program_, *rule_, h.arguments[i]);
@@ -169,7 +169,7 @@ class Printer {
     }
     std::string concrete(const AggregateOver& s, std::size_t depth) {
         const std::string value = s.value.op == Op::Anonymous ? "" : " " + text(s.value);
-        return fmt::format("{} = {}{} over\n", name(s.variable), aggregate(s.aggregate, s.function, s.initial), value) +
+        return fmt::format("{} = {}{} over\n", name(s.variable), aggregate(s.aggregate, s.function, s.parameter), value) +
                inside(s.steps, depth);
     }
     // How it is written, with the number of values that min_k and max_k keep.
@@ -205,39 +205,39 @@ class Printer {
         return saved;
     }
 
+    // Each as the comment of its struct shows it (heads.h).
     void heads(const std::vector<HeadPlan>& all, std::size_t depth) {
-        for (const HeadPlan& h : all) {
-            switch (h.kind) {
-                case Head::Kind::Fact: {
-                    std::string text = "-> " + program_.predicates[h.predicate].name + "(" + name(h.place);
-                    for (const Term& t : h.arguments) text += ", " + print(program_, *rule_, t);
-                    indented(depth, text + ")");
-                    break;
-                }
-                case Head::Kind::Comprehension:
-                case Head::Kind::Aggregate:
-                    indented(depth, "-> for all");
-                    steps(h.steps, depth + 1);
-                    heads(h.heads, depth + 1 + h.steps.size());
-                    for (const Fold& f : h.folds) {
-                        const bool starts = f.aggregate == Aggregate::Custom && f.initial.op != Op::Anonymous;
-                        indented(depth, fmt::format("   {} = {}{}{}", name(f.result), aggregate(f.aggregate, f.function, f.initial),
-                                                    starts ? " from " + text(f.initial) : "", f.each.valid() ? " " + name(f.each) : ""));
-                    }
-                    heads(h.others, depth);
-                    break;
-                case Head::Kind::If:
-                    indented(depth, "-> if " + print(program_, *rule_, h.term));
-                    heads(h.heads, depth + 1);
-                    indented(depth, "   else");
-                    heads(h.others, depth + 1);
-                    break;
-                case Head::Kind::Set:
-                    indented(depth, fmt::format("-> {} = {}", name(h.variable), print(program_, *rule_, h.term)));
-                    heads(h.heads, depth + 1);
-                    break;
-            }
+        for (const HeadPlan& h : all) visit_head(h, [&](const auto& one) { head(one, depth); });
+    }
+    void head(const MakeFact& h, std::size_t depth) {
+        std::string arguments;
+        for (const Term& t : h.arguments) arguments += ", " + text(t);
+        indented(depth, fmt::format("-> {}({}{})", program_.predicates[h.predicate].name, name(h.place), arguments));
+    }
+    void head(const ForAll& h, std::size_t depth) {
+        indented(depth, "-> for all");
+        steps(h.steps, depth + 1);
+        heads(h.heads, depth + 1 + h.steps.size());
+    }
+    void head(const AggregateAll& h, std::size_t depth) {
+        head(h.each, depth);
+        for (const HeadAggregate& a : h.aggregates) {
+            const std::string from =
+                a.aggregate == Aggregate::Custom && a.parameter.op != Op::Anonymous ? " from " + text(a.parameter) : "";
+            const std::string value = a.each.valid() ? " " + name(a.each) : "";
+            indented(depth, fmt::format("   {} = {}{}{}", name(a.result), aggregate(a.aggregate, a.function, a.parameter), from, value));
         }
+        heads(h.results, depth);
+    }
+    void head(const Choose& h, std::size_t depth) {
+        indented(depth, "-> if " + text(h.condition));
+        heads(h.heads, depth + 1);
+        indented(depth, "   else");
+        heads(h.others, depth + 1);
+    }
+    void head(const With& h, std::size_t depth) {
+        indented(depth, fmt::format("-> {} = {}", name(h.variable), text(h.value)));
+        heads(h.heads, depth + 1);
     }
 
     const Plan& plan_;

@@ -72,7 +72,7 @@ class Pusher {
                 pushed.insert(&rule.body[i].atom);
             }
             const auto read = [&](const Atom& a, bool) {
-                if (a.arguments[0].variable != rule.home && !pushed.contains(&a)) read_by_row.insert(a.predicate);
+                if (a.arguments[0].variable != rule.site && !pushed.contains(&a)) read_by_row.insert(a.predicate);
             };
             each_atom(rule.body, read);
             each_head(rule.heads, [&](const Head& h) { each_atom(h.body, read); });
@@ -97,7 +97,7 @@ class Pusher {
         const Predicate& p = program_.predicates[atom.predicate];
         const Atom& head = rule.heads[0].atom;
         const Predicate& h = program_.predicates[head.predicate];
-        if (atom.arguments[0].variable == rule.home || p.kind != PredicateKind::Persistent || p.world != WorldSource::None || p.route)
+        if (atom.arguments[0].variable == rule.site || p.kind != PredicateKind::Persistent || p.world != WorldSource::None || p.route)
             return false;
         if (!keeps_best(h.aggregate) || h.complete_link.valid()) return false;
         const Term& best = head.arguments[h.aggregate_at];
@@ -207,7 +207,7 @@ class Pusher {
         made.line = rule.line;
         made.span = rule.span;
         made.variables = rule.variables;
-        made.home = at;
+        made.site = at;
         made.body.push_back(rule.body[push.clause]);
         for (const std::size_t t : push.tests) made.body.push_back(rule.body[t]);
         made.heads.push_back({.kind = Head::Kind::Fact, .atom = best, .span = rule.span});

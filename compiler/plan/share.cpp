@@ -89,7 +89,7 @@ constexpr std::size_t kMaxBranches = 16;
 
 class Sharer {
   public:
-    Sharer(const Plan& plan, Stratum& stratum) : program_(plan.program), rules_(stratum.rules) {}
+    Sharer(const Plan& plan, StratumPlan& stratum) : program_(plan.program), rules_(stratum.rules) {}
 
     void run() {
         for (std::size_t i = 0; i < rules_.size(); ++i) {
@@ -97,7 +97,7 @@ class Sharer {
             std::size_t length = 0;
             std::vector<std::size_t> others;
             for (std::size_t k = i + 1; k < rules_.size(); ++k) {
-                if (rules_[k].heads[0].predicate != rules_[i].heads[0].predicate) continue;
+                if (rules_[k].derived().predicate != rules_[i].derived().predicate) continue;
                 const std::size_t common = common_steps(rules_[i], rules_[k]);
                 if (common == 0 || (length > 0 && common < length)) continue;
                 if (length == 0) length = common;
@@ -112,7 +112,7 @@ class Sharer {
 
   private:
     bool may_share(const RulePlan& r) const {
-        const Aggregate a = program_.predicates[r.heads[0].predicate].aggregate;
+        const Aggregate a = program_.predicates[r.derived().predicate].aggregate;
         const bool loops = std::any_of(r.steps.begin(), r.steps.end(), goes_through_facts);
         return loops && (a == Aggregate::None || keeps_best(a));
     }
@@ -132,7 +132,7 @@ class Sharer {
         return loops ? n : 0;
     }
 
-    Names start(const RulePlan& a, const RulePlan& b) const { return {{program_.rules[b.rule].home, program_.rules[a.rule].home}}; }
+    Names start(const RulePlan& a, const RulePlan& b) const { return {{program_.rules[b.rule].site, program_.rules[a.rule].site}}; }
 
     RulePlan join(std::size_t first, const std::vector<std::size_t>& others, std::size_t length) {
         const RulePlan& a = rules_[first];
@@ -161,11 +161,10 @@ class Sharer {
                 v = at->second;
             };
             for (Step& s : branch.steps) rewrite_variables(s, rename);
-            for (HeadPlan& h : branch.heads) {
-                rename(h.place);
-                for (Term& t : h.arguments) rewrite_variables(t, rename);
-                for (VariableId& v : h.contributors) rename(v);
-            }
+            MakeFact& fact = *as<MakeFact>(branch.heads[0]);
+            rename(fact.place);
+            for (Term& t : fact.arguments) rewrite_variables(t, rename);
+            for (VariableId& v : fact.contributors) rename(v);
             out.inputs |= b.inputs;
             out.branches.push_back(std::move(branch));
         }
@@ -180,7 +179,7 @@ class Sharer {
 }  // namespace
 
 void share_prefixes(Plan& plan) {
-    for (Stratum& s : plan.strata) Sharer(plan, s).run();
+    for (StratumPlan& s : plan.strata) Sharer(plan, s).run();
 }
 
 check::Rule rule_of(const Plan& plan, const RulePlan& r) {

@@ -109,7 +109,7 @@ struct AggregateOver {
     VariableId variable = {};
     check::Aggregate aggregate = check::Aggregate::None;
     check::FunctionId function = {};  // Custom
-    Term initial = {};                // Custom: what it starts from, if not from the first match
+    Term parameter = {};              // As check::Clause::parameter.
     Term value = {};                  // Of one match; Anonymous for a count.
     std::vector<Step> steps;
 };
@@ -210,7 +210,7 @@ void each_part(AnyStep& step, const OnTerm& on_term, const OnVariable& on_variab
         },
         [&](decltype(std::get<AggregateOver>(step.what)) s) {
             on_variable(s.variable);
-            on_term(s.initial);
+            on_term(s.parameter);
             on_term(s.value);
         },
         [&](decltype(std::get<ChangeSince>(step.what)) s) {

@@ -1,12 +1,12 @@
 // Pass: strata. Finds the strongly connected components of the predicates once more, with those that earlier passes have made,
-// and takes apart what recurs along a tree (trees.cpp). Each component is a stratum of the plan; they are evaluated in order.
+// and takes apart what recurs along a tree (trees.cpp). The strata are evaluated in order.
 #include "compiler/check/check.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
 
-void find_components(check::Program& program) {
-    program.components.clear();
+void find_strongly_connected(check::Program& program) {
+    program.strata.clear();
     diagnostics::Reporter report;
     check::stratify(program, report);
     // An error would be new: a pass has made a program that cannot be stratified from one that could.
@@ -15,7 +15,7 @@ void find_components(check::Program& program) {
 }
 
 void find_strata(check::Program& program) {
-    find_components(program);
+    find_strongly_connected(program);
     split_trees(program);
 }
 

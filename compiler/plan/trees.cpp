@@ -1,5 +1,5 @@
 // Trees: a strongly connected component that recurs over links through a sum is no recursion at one catom, or only of sets. So its
-// predicates are taken apart into components of their own, in an order in which what is read at the same catom comes first:
+// predicates are taken apart into strata of their own, in an order in which what is read at the same catom comes first:
 //     up(A, sum) :- tree(B, A), ready(B, S).      ready(A, S) :- up(A, S).
 // evaluates up and then ready; what is read at neighbours is as of the last tick in any case.
 #include <algorithm>
@@ -14,18 +14,18 @@ namespace {
 
 class Tree {
   public:
-    Tree(const Program& program, const Component& whole) : program_(program), whole_(whole), reads_(whole.predicates.size()) {}
+    Tree(const Program& program, const check::Stratum& whole) : program_(program), whole_(whole), reads_(whole.predicates.size()) {}
 
-    std::vector<Component> parts() {
+    std::vector<check::Stratum> parts() {
         for (const RuleId id : whole_.rules) {
             const Rule& rule = program_.rules[id];
             each_atom(rule.body, [&](const Atom& a, bool) {
-                if (a.arguments[0].variable == rule.home && inside(a.predicate))
+                if (a.arguments[0].variable == rule.site && inside(a.predicate))
                     reads_[number(rule.heads[0].atom.predicate)].push_back(number(a.predicate));
             });
         }
         // What reaches each other is one part; a part comes when all it reads has come.
-        std::vector<Component> out;
+        std::vector<check::Stratum> out;
         std::vector<bool> done(reads_.size(), false);
         while (out.empty() || std::find(done.begin(), done.end(), false) != done.end()) {
             const std::size_t before = out.size();
@@ -58,8 +58,8 @@ class Tree {
         const std::vector<std::size_t> all = reached(p);
         return std::all_of(all.begin(), all.end(), [&](std::size_t q) { return done[q] || reaches(q, p); });
     }
-    Component part(std::size_t p, std::vector<bool>& done) const {
-        Component c;
+    check::Stratum part(std::size_t p, std::vector<bool>& done) const {
+        check::Stratum c;
         c.recursive = c.links = c.tree = true;
         c.local = reaches(p, p);
         for (std::size_t q = 0; q < reads_.size(); ++q) {
@@ -74,22 +74,22 @@ class Tree {
     }
 
     const Program& program_;
-    const Component& whole_;
-    std::vector<std::vector<std::size_t>> reads_;  // By predicate of the component: those it reads at the same catom.
+    const check::Stratum& whole_;
+    std::vector<std::vector<std::size_t>> reads_;  // By predicate of the stratum: those it reads at the same catom.
 };
 
 }  // namespace
 
 void split_trees(Program& program) {
-    std::vector<Component> all;
-    for (const Component& c : program.components) {
+    std::vector<check::Stratum> all;
+    for (const check::Stratum& c : program.strata) {
         if (!c.tree) {
             all.push_back(c);
             continue;
         }
-        for (Component& part : Tree(program, c).parts()) all.push_back(std::move(part));
+        for (check::Stratum& part : Tree(program, c).parts()) all.push_back(std::move(part));
     }
-    program.components = std::move(all);
+    program.strata = std::move(all);
 }
 
 }  // namespace meld::plan

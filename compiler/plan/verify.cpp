@@ -30,7 +30,7 @@ void verify_body(const Program& program, const Rule& rule, const std::vector<Cla
     for (const Clause& c : body) {
         if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) verify_atom(program, rule, c.atom);
         verify_term(rule, c.test);
-        verify_term(rule, c.initial);
+        verify_term(rule, c.parameter);
         const bool nests = c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate;
         MELD_CHECK(nests == !c.inner.empty(), "rule {}: a clause with {} inside", rule.name, c.inner.size());
         const bool binds = c.kind == Clause::Kind::Aggregate || c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Delta;
@@ -61,8 +61,8 @@ void add_neighbours(const Program& program, const Rule& rule, const std::vector<
     for (const Clause& c : body) {
         if (c.kind != Clause::Kind::Atom || !is_link(program, c.atom)) continue;
         const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
-        if (a == rule.home) near.insert(b);
-        if (b == rule.home) near.insert(a);
+        if (a == rule.site) near.insert(b);
+        if (b == rule.site) near.insert(a);
     }
 }
 
@@ -72,10 +72,10 @@ void verify_places(const Program& program, const Rule& rule, const std::vector<C
         verify_places(program, rule, c.inner, near);
         if (c.kind != Clause::Kind::Atom) continue;
         const VariableId at = c.atom.arguments[0].variable;
-        if (at == rule.home) continue;
+        if (at == rule.site) continue;
         const Predicate& p = program.predicates[c.atom.predicate];
         MELD_CHECK(near.contains(at), "rule {} reads {} at {}, which is no neighbour", rule.name, p.name, rule.variables[at].name);
-        const bool link_back = is_link(program, c.atom) && c.atom.arguments[1].variable == rule.home;
+        const bool link_back = is_link(program, c.atom) && c.atom.arguments[1].variable == rule.site;
         MELD_CHECK(p.world == WorldSource::None || link_back, "rule {} reads {} of the world at a neighbour", rule.name, p.name);
     }
 }
@@ -94,30 +94,29 @@ void verify_head_places(const Program& program, const Rule& rule, const std::vec
 
 constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
-std::vector<std::size_t> component_of(const Program& program) {
+std::vector<std::size_t> stratum_of(const Program& program) {
     std::vector<std::size_t> out(program.predicates.count(), kNowhere);
-    for (std::size_t i = 0; i < program.components.size(); ++i)
-        for (const PredicateId p : program.components[i].predicates) {
-            MELD_CHECK(out[p.index()] == kNowhere, "{} is in two components", program.predicates[p].name);
+    for (std::size_t i = 0; i < program.strata.size(); ++i)
+        for (const PredicateId p : program.strata[i].predicates) {
+            MELD_CHECK(out[p.index()] == kNowhere, "{} is in two strata", program.predicates[p].name);
             out[p.index()] = i;
         }
     for (const PredicateId p : program.predicates.ids())
-        MELD_CHECK(out[p.index()] != kNowhere, "{} is in no component", program.predicates[p].name);
+        MELD_CHECK(out[p.index()] != kNowhere, "{} is in no stratum", program.predicates[p].name);
     return out;
 }
 
-// What a rule of the component `own` reads has been evaluated before, or is evaluated with it.
-void verify_reads(const Program& program, const Rule& rule, std::size_t own, const std::vector<std::size_t>& component) {
+// What a rule of the stratum `own` reads has been evaluated before, or is evaluated with it.
+void verify_reads(const Program& program, const Rule& rule, std::size_t own, const std::vector<std::size_t>& stratum) {
     each_atom(rule.body, [&](const Atom& a, bool negated) {
-        const std::size_t other = component[a.predicate.index()];
+        const std::size_t other = stratum[a.predicate.index()];
         const Predicate& p = program.predicates[a.predicate];
-        const bool at_site = a.arguments[0].variable == rule.home;
+        const bool at_site = a.arguments[0].variable == rule.site;
         // What a neighbour says is as of the last tick, so along a tree it may come later in the order.
-        const bool along_tree = !at_site && program.components[own].tree && program.components[other].tree;
+        const bool along_tree = !at_site && program.strata[own].tree && program.strata[other].tree;
         MELD_CHECK(other <= own || along_tree, "rule {} reads {}, which is evaluated later", rule.name, p.name);
-        MELD_CHECK(other != own ||
-                       (program.components[own].recursive && (at_site ? program.components[own].local : program.components[own].links)),
-                   "rule {} reads {} in a component that does not say so", rule.name, p.name);
+        MELD_CHECK(other != own || (program.strata[own].recursive && (at_site ? program.strata[own].local : program.strata[own].links)),
+                   "rule {} reads {} in a stratum that does not say so", rule.name, p.name);
         MELD_CHECK(other != own || !negated, "rule {} negates or aggregates {} of its own stratum", rule.name, p.name);
     });
 }
@@ -127,10 +126,10 @@ void verify_reads(const Program& program, const Rule& rule, std::size_t own, con
 void verify(const Program& program) {
     for (const Predicate& p : program.predicates) verify_predicate(program, p);
     for (const Rule& rule : program.rules) {
-        MELD_CHECK(rule.home.valid() && rule.home.index() < rule.variables.count(), "rule {} runs nowhere", rule.name);
+        MELD_CHECK(rule.site.valid() && rule.site.index() < rule.variables.count(), "rule {} runs nowhere", rule.name);
         MELD_CHECK(rule.linear || rule.heads.size() == 1, "view {} has {} heads", rule.name, rule.heads.size());
         MELD_CHECK(rule.linear || rule.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule.name);
-        MELD_CHECK(rule.linear || !(rule.arrives || rule.birth || rule.select != Select::None), "view {} is taken for a linear rule",
+        MELD_CHECK(rule.linear || !(rule.arrives || rule.initial_fact || rule.select != Select::None), "view {} is taken for a linear rule",
                    rule.name);
         verify_body(program, rule, rule.body);
         each_head(rule.heads, [&](const Head& h) {
@@ -153,7 +152,7 @@ void verify_relayed(const Program& program) {
             add_neighbours(program, rule, h.body, near);
             if (h.kind == Head::Kind::Fact) {
                 const VariableId at = h.atom.arguments[0].variable;
-                MELD_CHECK(at == rule.home || near.contains(at), "rule {} sends {} further than to a neighbour", rule.name,
+                MELD_CHECK(at == rule.site || near.contains(at), "rule {} sends {} further than to a neighbour", rule.name,
                            program.predicates[h.atom.predicate].name);
             }
             self(self, rule, h.heads, near);
@@ -161,7 +160,7 @@ void verify_relayed(const Program& program) {
         }
     };
     for (const Rule& rule : program.rules) {
-        if (!rule.linear || rule.birth) continue;
+        if (!rule.linear || rule.initial_fact) continue;
         Places near;
         add_neighbours(program, rule, rule.body, near);
         // A fact that is handed on goes to a catom that its text names, which was a neighbour when it was sent.
@@ -203,23 +202,22 @@ void verify_localized(const Program& program) {
 }
 
 void verify_strata(const Program& program) {
-    const std::vector<std::size_t> component = component_of(program);
+    const std::vector<std::size_t> stratum = stratum_of(program);
     std::vector<bool> placed(program.rules.count(), false);
-    for (std::size_t i = 0; i < program.components.size(); ++i)
-        for (const RuleId id : program.components[i].rules) {
+    for (std::size_t i = 0; i < program.strata.size(); ++i)
+        for (const RuleId id : program.strata[i].rules) {
             const Rule& rule = program.rules[id];
-            MELD_CHECK(!rule.linear && !placed[id.index()], "rule {} is in two components, or linear", rule.name);
+            MELD_CHECK(!rule.linear && !placed[id.index()], "rule {} is in two strata, or linear", rule.name);
             placed[id.index()] = true;
-            MELD_CHECK(component[rule.heads[0].atom.predicate.index()] == i, "rule {} is in a component that it does not derive",
-                       rule.name);
-            verify_reads(program, rule, i, component);
+            MELD_CHECK(stratum[rule.heads[0].atom.predicate.index()] == i, "rule {} is in a stratum that it does not derive", rule.name);
+            verify_reads(program, rule, i, stratum);
         }
     for (const RuleId id : program.rules.ids())
-        MELD_CHECK(program.rules[id].linear || placed[id.index()], "rule {} is in no component", program.rules[id].name);
+        MELD_CHECK(program.rules[id].linear || placed[id.index()], "rule {} is in no stratum", program.rules[id].name);
     for (const PredicateId p : program.predicates.ids())
         if (const PredicateId link = program.predicates[p].complete_link; link.valid())
-            MELD_CHECK(component[link.index()] < component[p.index()], "{} waits over {}, which is evaluated later",
-                       program.predicates[p].name, program.predicates[link].name);
+            MELD_CHECK(stratum[link.index()] < stratum[p.index()], "{} waits over {}, which is evaluated later", program.predicates[p].name,
+                       program.predicates[link].name);
 }
 
 }  // namespace meld::plan

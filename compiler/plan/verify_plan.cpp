@@ -67,7 +67,7 @@ void verify_column(const Plan& plan, const Column& c) {
 class Scoping {
   public:
     Scoping(const Plan& plan, const RulePlan& r) : plan_(plan), rule_(rule_of(plan, r)) {
-        known_.places.insert(rule_.home);
+        known_.places.insert(rule_.site);
         known_.values.insert(r.given.begin(), r.given.end());
     }
 
@@ -124,7 +124,7 @@ class Scoping {
         const Predicate& p = plan_.program.predicates[s.predicate];
         const Stored& stored = plan_.of(s.predicate);
         MELD_CHECK(s.uses.size() == s.arguments.size() && s.arguments.size() + 1 == p.arguments.size(), "rule {}, {}", rule_.name, p.name);
-        MELD_CHECK(known_.places.contains(s.place) && s.at_site == (s.place == rule_.home), "rule {} reads {} at no place", rule_.name,
+        MELD_CHECK(known_.places.contains(s.place) && s.at_site == (s.place == rule_.site), "rule {} reads {} at no place", rule_.name,
                    p.name);
         MELD_CHECK(stored.storage != Storage::Unused, "rule {} reads {}, which is stored nowhere", rule_.name, p.name);
         MELD_CHECK(s.at_site || (p.world == WorldSource::None && stored.exported),
@@ -156,7 +156,7 @@ class Scoping {
     void step(const AggregateOver& s) {
         MELD_CHECK(s.aggregate != Aggregate::None && (s.aggregate == Aggregate::Custom) == s.function.valid(),
                    "rule {}: an aggregate without a function", rule_.name);
-        expect(s.initial, "an aggregate");
+        expect(s.parameter, "an aggregate");
         const Known before = known_;
         steps(s.steps);
         expect(s.value, "an aggregate");
@@ -178,20 +178,38 @@ class Scoping {
         for (const HeadPlan& h : all) head(h, which);
     }
     void head(const HeadPlan& h, Heads which) {
-        if (h.kind == Head::Kind::Fact) return fact(h, which);
         const Known before = known_;
-        steps(h.steps);
-        expect(h.term, "a head");
-        if (h.kind == Head::Kind::Set) bind(h.variable);
-        for (const Fold& f : h.folds)
-            if (f.each.valid()) expect(f.each, "an aggregate in a head");
-        heads(h.heads, which);
-        known_ = before;
-        for (const Fold& f : h.folds) bind(f.result);
-        heads(h.others, which);
+        visit_head(
+            h, [&](const MakeFact& f) { fact(f, which); }, [&](const ForAll& all) { matches(all, {}, which); },
+            [&](const AggregateAll& all) {
+                MELD_CHECK(!all.aggregates.empty(), "rule {}: a head aggregates nothing", rule_.name);
+                matches(all.each, all.aggregates, which);
+                for (const HeadAggregate& a : all.aggregates) bind(a.result);
+                heads(all.results, which);
+            },
+            [&](const Choose& choose) {
+                expect(choose.condition, "a head");
+                heads(choose.heads, which);
+                heads(choose.others, which);
+            },
+            [&](const With& with) {
+                expect(with.value, "a head");
+                bind(with.variable);
+                heads(with.heads, which);
+            });
         known_ = before;
     }
-    void fact(const HeadPlan& h, Heads which) {
+    void matches(const ForAll& all, const std::vector<HeadAggregate>& aggregates, Heads which) {
+        const Known before = known_;
+        steps(all.steps);
+        for (const HeadAggregate& a : aggregates) {
+            expect(a.parameter, "an aggregate in a head");
+            if (a.each.valid()) expect(a.each, "an aggregate in a head");
+        }
+        heads(all.heads, which);
+        known_ = before;
+    }
+    void fact(const MakeFact& h, Heads which) {
         const Predicate& p = plan_.program.predicates[h.predicate];
         MELD_CHECK(h.arguments.size() + 1 == p.arguments.size(), "rule {} derives {}", rule_.name, p.signature());
         expect(h.place, p.name);
@@ -211,7 +229,7 @@ void verify_changed_first(const Plan& plan, const RulePlan& r) {
     MELD_CHECK(changed == 1, "delta rule {} follows {} predicates", plan.program.rules[r.rule].name, changed);
 }
 
-void verify_stratum(const Plan& plan, const Stratum& s) {
+void verify_stratum(const Plan& plan, const StratumPlan& s) {
     const std::string& name = plan.program.predicates[s.predicates[0]].name;
     for (const RulePlan& r : s.rules) {
         Scoping(plan, r).run(r, Scoping::Heads::All);
@@ -253,7 +271,7 @@ void verify_layout(const Plan& plan) {
 }
 
 void verify_steps(const Plan& plan) {
-    for (const Stratum& s : plan.strata) verify_stratum(plan, s);
+    for (const StratumPlan& s : plan.strata) verify_stratum(plan, s);
     for (const auto* all : {&plan.linear_rules, &plan.initial_facts})
         for (const RulePlan& r : *all) {
             MELD_CHECK(plan.program.rules[r.rule].linear, "view {} among linear rules", plan.program.rules[r.rule].name);

@@ -270,7 +270,7 @@ Unit unit_named_after(std::uint32_t file, const std::string& path, const Tree& t
     return {text, {file, 0, 0}};
 }
 
-// Reads the files that are named by nothing but imports, and tells each import whose names it asks for. A file that is part of the
+// Reads the files that are named by nothing but imports, and notes for each import whose names it asks for. A file that is part of the
 // importing unit already is not read a second time.
 void read_imports(source::FileSet& files, diagnostics::Reporter& report, Includes& includes, Tree& tree) {
     for (std::size_t i = 0; i < tree.items.size(); ++i) {

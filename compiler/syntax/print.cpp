@@ -76,10 +76,10 @@ std::string print_delay(const Delay& delay) {
 
 std::string print_result(const HeadAggregate& aggregate) {
     if (aggregate.function.empty()) {
-        const std::string parameter = aggregate.initial == nullptr ? "" : "(" + print(*aggregate.initial) + ")";
+        const std::string parameter = aggregate.parameter == nullptr ? "" : "(" + print(*aggregate.parameter) + ")";
         return fmt::format("{}{} => {}", aggregate.op, parameter, aggregate.result.text);
     }
-    const std::string initial = aggregate.initial == nullptr ? "" : print(*aggregate.initial) + " ";
+    const std::string initial = aggregate.parameter == nullptr ? "" : print(*aggregate.parameter) + " ";
     return fmt::format("{} {} {}=> {}", aggregate.op, aggregate.function, initial, aggregate.result.text);
 }
 

@@ -183,7 +183,7 @@ struct Comprehension {
 struct HeadAggregate {
     std::string op;
     std::string function;
-    ExprPtr initial;
+    ExprPtr parameter;
     Name result;
 };  // sum => S, custom f 0 => V, min_k(3) => L
 // [ sum => S, count => C | X | body | head1 | head2 ]: head1 once per match, head2 once with the results.

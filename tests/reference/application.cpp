@@ -17,12 +17,12 @@ using check::VariableId;
 Application::Application(const check::Rule& rule, const Sight& sight, std::vector<Bag>& linear)
     : program_(*sight.scene.program),
       rule_(rule),
-      sight_{sight.scene, sight.facts, &linear, sight.before, sight.links_before, sight.home},
+      sight_{sight.scene, sight.facts, &linear, sight.before, sight.links_before, sight.site},
       linear_(linear) {}
 
-bool Application::run(std::int64_t home) {
+bool Application::run(std::int64_t site) {
     Environment env(rule_.variables.count());
-    env[rule_.home.index()] = value_of(home);
+    env[rule_.site.index()] = value_of(site);
     const std::vector<Match> all = matches(rule_.body, env, rule_.select == Select::None ? Which::First : Which::All);
     if (all.empty() || failed) return false;
     const Match& chosen = *select(all);
@@ -123,17 +123,17 @@ void Application::each_match(const Head& h, const Environment& env, const Visit&
 void Application::aggregate(const Head& h, const Environment& env, const Bodies& bodies) {
     Bodies inner = bodies;
     inner.push_back(&h.body);
-    std::vector<Values> values(h.folds.size());
+    std::vector<Values> values(h.aggregates.size());
     each_match(h, env, [&](const Environment& match) {
-        for (std::size_t i = 0; i < h.folds.size(); ++i)
-            values[i].push_back(h.folds[i].each.valid() ? *match[h.folds[i].each.index()] : value_of(std::int64_t{1}));
+        for (std::size_t i = 0; i < h.aggregates.size(); ++i)
+            values[i].push_back(h.aggregates[i].each.valid() ? *match[h.aggregates[i].each.index()] : value_of(std::int64_t{1}));
         heads(h.heads, match, inner);
     });
     Environment last = env;
-    for (std::size_t i = 0; i < h.folds.size(); ++i) {
-        const check::Fold& f = h.folds[i];
+    for (std::size_t i = 0; i < h.aggregates.size(); ++i) {
+        const check::HeadAggregate& f = h.aggregates[i];
         FoldRule rule{.aggregate = f.aggregate, .type = rule_.variables[f.each.valid() ? f.each : f.result].type, .function = f.function};
-        if (f.initial.op != Op::Anonymous) rule.initial = evaluate(sight_.scene, f.initial, env);
+        if (f.parameter.op != Op::Anonymous) rule.parameter = evaluate(sight_.scene, f.parameter, env);
         const Folded folded = fold(sight_.scene, rule, values[i]);
         failed = failed || folded.failed;
         if (failed || !folded.value) return;
@@ -145,7 +145,7 @@ void Application::aggregate(const Head& h, const Environment& env, const Bodies&
 // ---- where facts go
 
 std::vector<std::int64_t> Application::way(VariableId goal, const Environment& env, const Bodies& bodies) const {
-    if (goal == rule_.home) return {};
+    if (goal == rule_.site) return {};
     std::map<VariableId, std::set<VariableId>> links;
     for (const std::vector<Clause>* body : bodies)
         for (const Clause& c : *body) {
@@ -156,8 +156,8 @@ std::vector<std::int64_t> Application::way(VariableId goal, const Environment& e
             links[b].insert(a);
         }
     // Breadth first.
-    std::map<VariableId, std::vector<VariableId>> ways{{rule_.home, {}}};
-    std::vector<VariableId> reached{rule_.home};
+    std::map<VariableId, std::vector<VariableId>> ways{{rule_.site, {}}};
+    std::vector<VariableId> reached{rule_.site};
     for (std::size_t i = 0; i < reached.size() && !ways.contains(goal); ++i)
         for (const VariableId next : links[reached[i]]) {
             if (ways.contains(next)) continue;
@@ -167,7 +167,7 @@ std::vector<std::int64_t> Application::way(VariableId goal, const Environment& e
         }
     std::vector<std::int64_t> catoms;
     for (const VariableId v : ways[goal]) catoms.push_back(env[v.index()]->integer());
-    // A place that no link of the bodies leads to is next to the home, or the fact is dropped.
+    // A place that no link of the bodies leads to is next to the execution site, or the fact is dropped.
     if (catoms.empty()) catoms.push_back(env[goal.index()]->integer());
     return catoms;
 }

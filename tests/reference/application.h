@@ -9,7 +9,7 @@ namespace meld::reference {
 struct Made {
     PredicateId predicate;
     Row row;
-    std::vector<std::int64_t> way = {};  // The catoms it goes through, with where it goes; none: it is made at home.
+    std::vector<std::int64_t> way = {};  // The catoms it goes through, with where it goes; none: it is made where the rule runs.
     std::int64_t delay = 0;              // In ticks from now.
 };
 
@@ -20,7 +20,7 @@ class Application {
 
     // False: there is no way to satisfy the body, and nothing has been done. All of what it makes is made when it is
     // through, so none of its own comprehensions sees it.
-    bool run(std::int64_t home);
+    bool run(std::int64_t site);
 
     std::vector<Made> made;
     bool failed = false;
@@ -45,7 +45,7 @@ class Application {
     // long as something is left; else there is one for every way.
     template <class Visit>
     void each_match(const check::Head& h, const Environment& env, const Visit& visit);
-    // The catoms on a shortest way over the links of the bodies from the rule's home to the place of a head.
+    // The catoms on a shortest way over the links of the bodies from the rule's execution site to the place of a head.
     std::vector<std::int64_t> way(check::VariableId goal, const Environment& env, const Bodies& bodies) const;
 
     const Program& program_;

@@ -23,7 +23,7 @@ Block view_block(Random& random, const std::vector<Known>& known, int names);
 Block rounds_block(Random& random, const std::vector<Known>& known, int names);
 // Sets that derive each other, locally and over links.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
-// Recursive min and max, with groups and what rides along.
+// Recursive min and max, with groups and payloads.
 Block best_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // Recursive min and max whose values improve through what follows from them.
 Block improving_block(Random& random, const std::vector<Known>& known, int names);

@@ -196,15 +196,15 @@ Folded fold(const Scene& scene, const FoldRule& rule, const Values& values) {
     if (rule.aggregate == Aggregate::Collect) return {.value = value_of(values)};
     if (rule.aggregate == Aggregate::Avg) return values.empty() ? Folded{} : Folded{.value = value_of(mean(values))};
     if (rule.aggregate == Aggregate::MinK || rule.aggregate == Aggregate::MaxK) {
-        if (!rule.initial) return {.failed = true};
-        return {.value = value_of(best_of(values, rule.initial->integer(), rule.aggregate == Aggregate::MinK))};
+        if (!rule.parameter) return {.failed = true};
+        return {.value = value_of(best_of(values, rule.parameter->integer(), rule.aggregate == Aggregate::MinK))};
     }
     if (rule.aggregate == Aggregate::And || rule.aggregate == Aggregate::Or) {
         const bool and_all = rule.aggregate == Aggregate::And;
         const auto differs = [&](const Value& v) { return v.truth() != and_all; };
         return {.value = value_of(std::any_of(values.begin(), values.end(), differs) ? !and_all : and_all)};
     }
-    Result total = rule.initial;
+    Result total = rule.parameter;
     if (rule.aggregate == Aggregate::Sum) total = is_real(rule.type) ? value_of(0.0) : value_of(I{0});
     for (const Value& v : values) {
         if (rule.aggregate == Aggregate::Sum)

@@ -31,7 +31,7 @@ struct FoldRule {
     check::Aggregate aggregate = check::Aggregate::None;
     check::Type type = check::Type::Int;  // Of a value.
     check::FunctionId function = {};      // Custom,
-    std::optional<Value> initial = {};    // and where it starts; of MinK and MaxK, how many values they keep.
+    std::optional<Value> parameter = {};  // and where it starts; of MinK and MaxK, how many values they keep.
 };
 // The mean of ints or floats, of which there are some.
 double mean(const Values& values);

@@ -37,8 +37,8 @@ class Sample {
         for (const check::Rule& rule : program.rules) {
             if (rule.linear || !mine(block, program.predicates[rule.heads[0].atom.predicate].name)) continue;
             bool any = false;
-            for (const auto& [home, links] : scene.links) {
-                static_cast<void>(derive(rule, {scene, facts}, home, [&](const Derived&, const Environment&) { return !(any = true); }));
+            for (const auto& [site, links] : scene.links) {
+                static_cast<void>(derive(rule, {scene, facts}, site, [&](const Derived&, const Environment&) { return !(any = true); }));
                 if (any) break;
             }
             if (!any) return false;

@@ -46,7 +46,7 @@ class LinearRules {
     }
 
   private:
-    // What cannot be delivered is told.
+    // What cannot be delivered comes back.
     void undelivered(const Token& t) {
         block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name,
                                                                             t.counts ? ", int" : "", t.carries ? ", list int" : "")});

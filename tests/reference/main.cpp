@@ -23,7 +23,7 @@ struct Options {
     std::uint64_t first = 1, seeds = 200, worlds = 3;
     double minutes = 0;          // 0: as long as it takes.
     int jobs = 1;                // Processes that work at once.
-    std::uint64_t shipped = 10;  // One in so many programs is compiled as it is shipped, the others as quickly as can be.
+    std::uint64_t shipped = 10;  // One program in N is compiled as it is shipped, the others as quickly as can be.
     int shrink_attempts = 3000;
     std::string out = "random_failures";
     std::string replay, show;
@@ -237,7 +237,7 @@ int main(int argc, char** argv) {
     app.add_option("--worlds", options.worlds, "Worlds for each program");
     app.add_option("--minutes", options.minutes, "Stop after this many");
     app.add_option("--jobs", options.jobs, "Processes that work at once")->check(CLI::Range(1, 256));
-    app.add_option("--shipped", options.shipped, "Compile one in so many programs at the level of meldc, the others at -O0; 0: none");
+    app.add_option("--shipped", options.shipped, "Compile one program in N at the level of meldc, the others at -O0; 0: none");
     app.add_option("--out", options.out, "Where failing trials are written");
     app.add_option("--replay", options.replay, "Run a written trial again");
     app.add_option("--show", shown, "Print the trial of a seed");

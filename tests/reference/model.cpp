@@ -6,9 +6,9 @@
 namespace meld::reference {
 
 using check::Aggregate;
-using check::Component;
 using check::Predicate;
 using check::Rule;
+using check::Stratum;
 
 namespace {
 
@@ -73,12 +73,12 @@ bool folded(const Scene& scene, const Predicate& p, const std::vector<Row>& grou
 }
 
 // The neighbours whose contributions a group at this catom must have.
-std::set<std::int64_t> waited_for(const Scene& scene, const Facts& facts, const Predicate& p, std::int64_t home) {
+std::set<std::int64_t> waited_for(const Scene& scene, const Facts& facts, const Predicate& p, std::int64_t site) {
     std::set<std::int64_t> out;
     if (!p.complete_link.valid()) return out;
     const bool touching = scene.program->predicates[p.complete_link].world != check::WorldSource::None;
-    for (const Link& link : scene.links.at(home)) {
-        const auto [from, to] = p.complete_outgoing ? std::pair(home, link.other) : std::pair(link.other, home);
+    for (const Link& link : scene.links.at(site)) {
+        const auto [from, to] = p.complete_outgoing ? std::pair(site, link.other) : std::pair(link.other, site);
         const Rows& routes = facts[p.complete_link.index()];
         const auto first = routes.lower_bound(Row{value_of(from), value_of(to)});
         if (touching || (first != routes.end() && (*first)[0].integer() == from && (*first)[1].integer() == to)) out.insert(link.other);
@@ -86,7 +86,7 @@ std::set<std::int64_t> waited_for(const Scene& scene, const Facts& facts, const 
     return out;
 }
 
-// The best of a group: the value, then the choice of history, then the least of what rides along.
+// The best of a group: the value, then the choice of history, then the least payload.
 Row best(const Predicate& p, const std::vector<Row>& group, const Rows* chosen) {
     const std::size_t at = p.aggregate_at;
     std::vector<Row> equals;
@@ -105,9 +105,9 @@ Row best(const Predicate& p, const std::vector<Row>& group, const Rows* chosen) 
 
 }  // namespace
 
-bool left_to_history(const Predicate& p, const Component& c) {
-    const bool rides = p.aggregate_at + 1 < p.arguments.size();
-    return p.aggregate == Aggregate::First || (keeps_best(p.aggregate) && rides && c.recursive);
+bool left_to_history(const Predicate& p, const Stratum& c) {
+    const bool payload = p.aggregate_at + 1 < p.arguments.size();
+    return p.aggregate == Aggregate::First || (keeps_best(p.aggregate) && payload && c.recursive);
 }
 
 bool reduce(const Scene& scene, const Facts& facts, const Predicate& p, const std::vector<Derived>& derived, const Rows* chosen,
@@ -194,10 +194,10 @@ std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const E
     return row;
 }
 
-bool derive(const Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Derived, const Environment&)>& visit) {
+bool derive(const Rule& rule, const Sight& sight, std::int64_t site, const std::function<bool(Derived, const Environment&)>& visit) {
     Solver solver(sight);
     Environment env(rule.variables.count());
-    env[rule.home.index()] = value_of(home);
+    env[rule.site.index()] = value_of(site);
     bool failed = false;
     solver.solve(rule.body, env, [&] {
         std::optional<Row> row = head_row(sight.scene, rule.heads[0].atom, env);
@@ -214,7 +214,7 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
     const Program& program = *scene.program;
     Model m;
     m.facts.resize(program.predicates.count());
-    for (const Component& c : program.components) {
+    for (const Stratum& c : program.strata) {
         bool changing = true, failed = false;
         for (int round = 0; changing; ++round) {
             if (round > kMaxRounds) {
@@ -232,8 +232,8 @@ Model make_model(const Scene& scene, const Facts& given, const Facts& chosen) {
                 const Rule& rule = program.rules[id];
                 const PredicateId head = rule.heads[0].atom.predicate;
                 const bool once = !program.predicates[head].needs_all();
-                for (const auto& [home, links] : scene.links) {
-                    const bool done = derive(rule, {scene, m.facts}, home, [&](Derived made, const Environment&) {
+                for (const auto& [site, links] : scene.links) {
+                    const bool done = derive(rule, {scene, m.facts}, site, [&](Derived made, const Environment&) {
                         if (!once || seen[head].insert(made.row).second) derived[head].push_back(std::move(made));
                         return ++count <= kMaxDerivations;
                     });

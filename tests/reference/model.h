@@ -1,5 +1,5 @@
-// What should hold when nothing changes any more: the rules applied to all facts at once, from nothing, component by
-// component, until nothing is new.
+// What should hold when nothing changes any more: the rules applied to all facts at once, from nothing, stratum by
+// stratum, until nothing is new.
 #pragma once
 
 #include <functional>
@@ -17,8 +17,8 @@ struct Model {
 
 // given: facts from outside and those that linear rules have made. chosen: which of several possible facts the runtime has
 // chosen where the language leaves it to history; taken if it is one of them, so that what follows from it is checked too.
-// That is the value of `first`, and what rides along with equal values of a recursive min or max, where the lowest rank
-// wins. A choice that is not possible, or hangs on itself, is not taken, and shows as a difference.
+// That is the value of `first`, and the payload of equal values of a recursive min or max, where the lowest rank
+// wins. A choice that is not possible, or depends on itself, is not taken, and shows as a difference.
 Model make_model(const Scene& scene, const Facts& given, const Facts& chosen);
 
 // What was given or derived, and of which neighbours it is a contribution.
@@ -32,11 +32,11 @@ bool reduce(const Scene& scene, const Facts& facts, const check::Predicate& p, c
             Rows& out);
 
 // Whether one of several facts that a group may have is chosen by history.
-bool left_to_history(const check::Predicate& p, const check::Component& component);
+bool left_to_history(const check::Predicate& p, const check::Stratum& stratum);
 
 // Calls visit(made, variables) for everything the view rule makes at one catom, until it returns false. Returns whether all
 // expressions met on the way had values; derivations with one that has none are left out.
-bool derive(const check::Rule& rule, const Sight& sight, std::int64_t home, const std::function<bool(Derived, const Environment&)>& visit);
+bool derive(const check::Rule& rule, const Sight& sight, std::int64_t site, const std::function<bool(Derived, const Environment&)>& visit);
 
 // The values of a head's arguments, or nothing where one has none.
 std::optional<Row> head_row(const Scene& scene, const check::Atom& head, const Environment& env);

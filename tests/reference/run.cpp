@@ -63,21 +63,21 @@ Found collect(sim::Subdomain& subdomain, const check::Program& program) {
 }
 
 // At most this many of each kind are reported.
-constexpr int kTold = 12;
+constexpr int kMaxShown = 12;
 
 template <class Container>
-void tell_missing(const check::Program& program, PredicateId p, const Container& from, const Container& in, const char* what,
+void list_missing(const check::Program& program, PredicateId p, const Container& from, const Container& in, const char* what,
                   std::string& text) {
     std::vector<Row> rows;
     std::set_difference(from.begin(), from.end(), in.begin(), in.end(), std::back_inserter(rows));
-    int told = 0;
-    for (const Row& row : rows) text += ++told <= kTold ? fmt::format("  {} {}\n", what, print(program, p, row)) : "";
+    int shown = 0;
+    for (const Row& row : rows) text += ++shown <= kMaxShown ? fmt::format("  {} {}\n", what, print(program, p, row)) : "";
 }
 
 template <class Container>
 void tell_difference(const check::Program& program, PredicateId p, const Container& expected, const Container& found, std::string& text) {
-    tell_missing(program, p, expected, found, "missing:", text);
-    tell_missing(program, p, found, expected, "should not hold:", text);
+    list_missing(program, p, expected, found, "missing:", text);
+    list_missing(program, p, found, expected, "should not hold:", text);
 }
 
 // Whether the runtime stores the predicate under its name. What is stable it need not: rules read what waits.

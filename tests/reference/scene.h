@@ -1,4 +1,4 @@
-// What stands where: links, and what the world tells every catom of itself.
+// What stands where: links, and what every catom senses of the world.
 #pragma once
 
 #include <map>

@@ -187,7 +187,7 @@ bool Solver::try_aggregate(const Clause& clause, Clauses rest, Environment& env,
         return false;
     });
     FoldRule rule{.aggregate = clause.aggregate, .type = clause.test.type, .function = clause.fold};
-    if (clause.initial.op != Op::Anonymous && !(rule.initial = value(clause.initial, env))) return false;
+    if (clause.parameter.op != Op::Anonymous && !(rule.parameter = value(clause.parameter, env))) return false;
     const Folded folded = fold(scene_, rule, values);
     const bool undefined = inner.failed_ || folded.failed;
     failed_ = failed_ || undefined;
@@ -293,12 +293,12 @@ std::vector<Row> Solver::linked(const Atom& atom, const std::optional<Value>& pl
         if (with_port) rows.back().push_back(value_of(std::int64_t{port}));
     };
     const bool from_here =
-        atom.arguments[0].variable == sight_.home || (atom.arguments[1].is_variable() && atom.arguments[1].variable == sight_.home);
+        atom.arguments[0].variable == sight_.site || (atom.arguments[1].is_variable() && atom.arguments[1].variable == sight_.site);
     const Links& links = sight_.links_before == nullptr || from_here ? scene_.links : *sight_.links_before;
     if (place) {
         if (const auto found = links.find(place->integer()); found != links.end())
             for (const Link& link : found->second) add(place->integer(), link.other, link.port);
-        // What a neighbour tells are facts like all others.
+        // What a neighbour sends are facts like all others.
         if (!from_here) std::sort(rows.begin(), rows.end());
         return rows;
     }

@@ -21,7 +21,7 @@ struct Sight {
     const std::vector<Bag>* linear = nullptr;  // Of one catom, by predicate.
     const Facts* before = nullptr;             // Persistent ones as they were before this tick; null: as they are.
     const Links* links_before = nullptr;       // What neighbours tell of their links, which is as late as all they tell;
-    check::VariableId home = {};               // links that do not begin or end here.
+    check::VariableId site = {};               // links that do not begin or end here.
 };
 
 class Solver {

@@ -7,9 +7,9 @@
 namespace meld::reference {
 
 using check::Clause;
-using check::Component;
 using check::Predicate;
 using check::Rule;
+using check::Stratum;
 using check::VariableId;
 using check::WorldSource;
 
@@ -38,28 +38,28 @@ Ticks::Catom Ticks::empty() const {
 
 // ---- which views are certain
 
-// Some atom is neither at the home nor at a catom that a link of the body joins to it directly; or it is a world fact of a
+// Some atom is neither at the execution site nor at a catom that a link of the body joins to it directly; or it is a world fact of a
 // neighbour, which travels like any other.
 bool Ticks::looks_far(const Rule& rule) const {
-    std::set<VariableId> near{rule.home};
+    std::set<VariableId> near{rule.site};
     check::each_atom(rule.body, [&](const check::Atom& a, bool) {
         if (!program_.predicates[a.predicate].route || !a.arguments[1].is_variable()) return;
-        if (a.arguments[0].variable == rule.home) near.insert(a.arguments[1].variable);
-        if (a.arguments[1].variable == rule.home) near.insert(a.arguments[0].variable);
+        if (a.arguments[0].variable == rule.site) near.insert(a.arguments[1].variable);
+        if (a.arguments[1].variable == rule.site) near.insert(a.arguments[0].variable);
     });
     bool far = false;
     check::each_atom(rule.body, [&](const check::Atom& a, bool) {
         const Predicate& p = program_.predicates[a.predicate];
         const VariableId at = a.arguments[0].variable;
-        if (at == rule.home) return;
-        const bool back = is_neighbor(p) && a.arguments[1].is_variable() && a.arguments[1].variable == rule.home;
+        if (at == rule.site) return;
+        const bool back = is_neighbor(p) && a.arguments[1].is_variable() && a.arguments[1].variable == rule.site;
         far = far || !near.contains(at) || (p.world != WorldSource::None && !back);
     });
     return far;
 }
 
 void Ticks::find_certain() {
-    for (const Component& c : program_.components) {
+    for (const Stratum& c : program_.strata) {
         bool certain = !(c.recursive && c.links);
         for (const check::RuleId id : c.rules) {
             const Rule& rule = program_.rules[id];
@@ -120,7 +120,7 @@ void Ticks::step(const Scene& now) {
         Catom& catom = catoms_.try_emplace(id, empty()).first->second;
         catom.before = catom.views;
         for (const Rule& rule : program_.rules)
-            if (born && rule.birth) fire(rule, scene, visible(scene, id, catom), id, catom);
+            if (born && rule.initial_fact) fire(rule, scene, visible(scene, id, catom), id, catom);
         evaluate(scene, id, catom);
     }
     shown_.clear();
@@ -138,7 +138,7 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
         failed_ = failed_ || would_read_undefined(catom);
         const Facts seen = visible(scene, id, catom);
         const bool fired = !ran_away_ && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) {
-            return rule.linear && !rule.birth && fire(rule, scene, seen, id, catom);
+            return rule.linear && !rule.initial_fact && fire(rule, scene, seen, id, catom);
         });
         if (!fired) return;
     }
@@ -157,7 +157,7 @@ void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) 
         give(fact.predicate, std::move(fact.row));
 }
 
-// Where the link is gone, so is the fact, or it is told here, with the catom that it was for.
+// Where the link is gone, so is the fact, or it comes back here, with the catom that it was for.
 void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
     const std::vector<Link>& links = scene.links.at(from);
     const bool there = std::any_of(links.begin(), links.end(), [&](const Link& link) { return link.other == message.way[0]; });
@@ -207,7 +207,7 @@ void Ticks::settle(const Scene& scene, std::int64_t id, Catom& catom) {
     catom.views.assign(before.size(), {});
     catom.undefined.clear();
     Facts seen = visible(scene, id, catom);
-    for (const Component& c : program_.components) {
+    for (const Stratum& c : program_.strata) {
         if (!certain_[c.predicates[0].index()]) continue;
         for (bool changing = true; changing;) {
             for (const PredicateId p : c.predicates) catom.undefined.erase(p);
@@ -262,21 +262,21 @@ bool Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::
 // Some linear rule whose linear facts are there reads a view of which a derivation has no value, or one derived from it here.
 bool Ticks::would_read_undefined(const Catom& catom) const {
     std::set<PredicateId> unsure = catom.undefined;
-    const auto reads = [&](const std::vector<Clause>& body, VariableId home) {
+    const auto reads = [&](const std::vector<Clause>& body, VariableId site) {
         bool any = false;
         check::each_atom(
-            body, [&](const check::Atom& a, bool) { any = any || (a.arguments[0].variable == home && unsure.contains(a.predicate)); });
+            body, [&](const check::Atom& a, bool) { any = any || (a.arguments[0].variable == site && unsure.contains(a.predicate)); });
         return any;
     };
     for (std::size_t before = 0; before != unsure.size();) {
         before = unsure.size();
         for (const Rule& rule : program_.rules)
-            if (!rule.linear && reads(rule.body, rule.home)) unsure.insert(rule.heads[0].atom.predicate);
+            if (!rule.linear && reads(rule.body, rule.site)) unsure.insert(rule.heads[0].atom.predicate);
     }
     return !unsure.empty() && std::any_of(program_.rules.begin(), program_.rules.end(), [&](const Rule& rule) {
-        if (!rule.linear || rule.birth) return false;
-        bool any = reads(rule.body, rule.home);
-        check::each_head(rule.heads, [&](const check::Head& h) { any = any || reads(h.body, rule.home); });
+        if (!rule.linear || rule.initial_fact) return false;
+        bool any = reads(rule.body, rule.site);
+        check::each_head(rule.heads, [&](const check::Head& h) { any = any || reads(h.body, rule.site); });
         return any && std::all_of(rule.body.begin(), rule.body.end(), [&](const Clause& c) {
                    return c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].linear() ||
                           !catom.linear[c.atom.predicate.index()].empty();
@@ -285,7 +285,7 @@ bool Ticks::would_read_undefined(const Catom& catom) const {
 }
 
 bool Ticks::fire(const Rule& rule, const Scene& scene, const Facts& seen, std::int64_t id, Catom& catom) {
-    Application application(rule, {scene, seen, nullptr, &catom.before, &links_before_, rule.home}, catom.linear);
+    Application application(rule, {scene, seen, nullptr, &catom.before, &links_before_, rule.site}, catom.linear);
     const bool fired = application.run(id);
     failed_ = failed_ || application.failed;
     for (Made& m : application.made) put(scene, id, catom, std::move(m));

@@ -386,8 +386,8 @@ Block best_recursion_block(Random& random, const std::vector<Known>& known, int 
         }
     }
     if (!group && chance(random, 20)) {
-        // A set within the same component. What it leads to is worse than what it comes from; or, where it asks only whether there
-        // is a value, better than all others. Then values that were replaced must still lead on, which what rides along may not.
+        // A set within the same stratum. What it leads to is worse than what it comes from; or, where it asks only whether there
+        // is a value, better than all others. Then values that were replaced must still lead on, which payloads need not.
         const std::string name = fmt::format("m{}", names + ways);
         const bool better = !(guarded && handed_on) && chance(random, 50);
         block.declarations.push_back({name, signature(name, {})});

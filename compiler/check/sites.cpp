@@ -1,4 +1,4 @@
-// Pass 3: locality. Gives each rule its home catom and refuses bodies whose catoms no link connects to it.
+// Pass 3: locality. Gives each rule its execution site and rejects bodies whose catoms no link connects to it.
 // A link is an atom of a route predicate (neighbor, or one declared `route`) whose second argument is a variable; it is
 // followed in both directions, because neighbours hear each other.
 #include <algorithm>
@@ -15,12 +15,12 @@ using diagnostics::Kind;
 
 namespace {
 
-class Homes {
+class Sites {
   public:
-    Homes(const Program& program, Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
+    Sites(const Program& program, Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
 
     void run() {
-        if (!rule_.linear || rule_.birth)
+        if (!rule_.linear || rule_.initial_fact)
             view();
         else
             linear();
@@ -68,9 +68,9 @@ class Homes {
 
     // Every atom must be at a reached catom; `graph` holds the links of the bodies around.
     void check_body(const std::vector<Clause>& body, Graph graph) {
-        MELD_EXPECT(rule_.home.valid(), "rule {} runs nowhere yet", rule_.name);
+        MELD_EXPECT(rule_.site.valid(), "rule {} runs nowhere yet", rule_.name);
         links(body, graph);
-        const std::set<VariableId> seen = reached(graph, rule_.home);
+        const std::set<VariableId> seen = reached(graph, rule_.site);
         for (const Clause& c : body) {
             check_body(c.inner, graph);
             if (c.kind == Clause::Kind::Delta) check_delta(c);
@@ -87,21 +87,21 @@ class Homes {
     void check_delta(const Clause& c) {
         MELD_EXPECT(c.kind == Clause::Kind::Delta, "rule {}: not a delta", rule_.name);
         const VariableId at = c.atom.arguments[0].variable;
-        if (at == rule_.home || !refused_.insert(at).second) return;
+        if (at == rule_.site || !refused_.insert(at).second) return;
         auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
-                              fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.home), shown(at)));
-        d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
+                              fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.site), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
         d.help = "note the change there by a rule of its own, and read that";
     }
 
     void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
         auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span,
-                              fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.home), shown(at)));
-        d.labels.push_back({rule_.variables[rule_.home].span, fmt::format("the rule runs at {}", shown(rule_.home))});
+                              fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.site), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
         if (blame_pointer(body, at, d)) return;
-        d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+        d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
                      ? "join the catoms by `neighbor`"
-                     : fmt::format("add `{}`, or another route between them", link(name(rule_.home), name(at)));
+                     : fmt::format("add `{}`, or another route between them", link(name(rule_.site), name(at)));
     }
 
     // A predicate that names the catom where a link would is not declared as one.
@@ -135,12 +135,12 @@ class Homes {
     void view() {
         MELD_EXPECT(rule_.heads.size() == 1 && rule_.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule_.name);
         const Head& head = rule_.heads[0];
-        rule_.home = head.atom.arguments[0].variable;
+        rule_.site = head.atom.arguments[0].variable;
         const bool waits = program_.predicates[head.atom.predicate].complete_link.valid();
         if (waits) name_neighbours();
         Graph graph;
         links(rule_.body, graph);
-        const std::set<VariableId> seen = reached(graph, rule_.home);
+        const std::set<VariableId> seen = reached(graph, rule_.site);
         bool any = false, met = false;
         for (const Clause& c : rule_.body)
             if (c.kind == Clause::Kind::Atom) {
@@ -149,25 +149,25 @@ class Homes {
             }
         if (any && !met) {
             auto& d = report_.add(Kind::HeadUnrelated, head.atom.arguments[0].span,
-                                  fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.home)));
+                                  fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.site)));
             for (const Clause& c : rule_.body)
                 if (c.kind == Clause::Kind::Atom) {
                     const VariableId at = c.atom.arguments[0].variable;
                     d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
-                    d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+                    d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
                                  ? "a head must be at a catom of the body or its neighbour"
-                                 : fmt::format("add `{}`", link(name(at), name(rule_.home)));
+                                 : fmt::format("add `{}`", link(name(at), name(rule_.site)));
                     break;
                 }
-            blame_pointer(rule_.body, rule_.home, d);
+            blame_pointer(rule_.body, rule_.site, d);
             return;
         }
         check_body(rule_.body, {});
         warn_of_far_route(head, graph, seen);
         if (!waits) return;
-        if (const auto near = graph.find(rule_.home); near != graph.end())
+        if (const auto near = graph.find(rule_.site); near != graph.end())
             rule_.contributors.assign(near->second.begin(), near->second.end());
-        std::erase(rule_.contributors, rule_.home);
+        std::erase(rule_.contributors, rule_.site);
     }
 
     // An aggregate that waits must know whom it has heard from, also where the rule says neighbor(A, _).
@@ -187,12 +187,12 @@ class Homes {
         const Predicate& p = program_.predicates[head.atom.predicate];
         if (!p.route || head.atom.arguments.size() < 2 || !head.atom.arguments[1].is_variable()) return;
         const VariableId to = head.atom.arguments[1].variable;
-        const auto near = graph.find(rule_.home);
-        if (to == rule_.home || !seen.contains(to) || (near != graph.end() && near->second.contains(to))) return;
+        const auto near = graph.find(rule_.site);
+        if (to == rule_.site || !seen.contains(to) || (near != graph.end() && near->second.contains(to))) return;
         auto& d = report_.add(
             Kind::FarRoute, head.atom.span,
             fmt::format("{} may be more than one link away from {}: rules that follow `{}` see its facts only while the two touch",
-                        shown(to), shown(rule_.home), p.name));
+                        shown(to), shown(rule_.site), p.name));
         d.labels.push_back({p.span, fmt::format("`{}` is declared as a route", p.name)});
         d.help = "leave out `route`, and join through the catom in between where its facts are needed";
     }
@@ -217,7 +217,7 @@ class Homes {
         each_head(rule_.heads, [&](const Head& h) { each_atom(h.body, consumed); });
         if (two) return;
         MELD_CHECK(first != nullptr, "linear rule {} consumes nothing", rule_.name);
-        rule_.home = first->arguments[0].variable;
+        rule_.site = first->arguments[0].variable;
         Graph graph;
         links(rule_.body, graph);
         check_body(rule_.body, {});
@@ -240,7 +240,7 @@ class Homes {
             }
             const Predicate& p = program_.predicates[h.atom.predicate];
             const VariableId at = h.atom.arguments[0].variable;
-            if (at == rule_.home) continue;
+            if (at == rule_.site) continue;
             if (made_.contains(at)) {
                 if (refused_.insert(at).second)
                     report_
@@ -252,20 +252,20 @@ class Homes {
             if (p.kind == PredicateKind::Action) {
                 report_
                     .add(Kind::ActionElsewhere, h.atom.span,
-                         fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.home)))
+                         fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.site)))
                     .help = "send a linear fact there, and let it act by a rule of its own";
                 continue;
             }
             if (!refused_.insert(at).second) continue;
-            if (reached(graph, rule_.home).contains(at)) {
+            if (reached(graph, rule_.site).contains(at)) {
                 refused_.erase(at);
                 continue;
             }
             auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                                   fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
-            d.help = name(at).starts_with("_") || name(rule_.home).starts_with("_")
+            d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
                          ? "a head must be at a catom of the body or its neighbour"
-                         : fmt::format("add `{}`", link(name(rule_.home), name(at)));
+                         : fmt::format("add `{}`", link(name(rule_.site), name(at)));
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
         }
     }
@@ -304,10 +304,10 @@ void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& rep
 
 }  // namespace
 
-void find_homes(Program& program, diagnostics::Reporter& report) {
+void find_sites(Program& program, diagnostics::Reporter& report) {
     for (Rule& rule : program.rules) {
         const std::size_t errors = report.error_count();
-        Homes(program, rule, report).run();
+        Sites(program, rule, report).run();
         rule.refused = report.error_count() > errors;
     }
     refuse_silent_neighbours(program, report);

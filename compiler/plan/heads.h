@@ -1,0 +1,103 @@
+// What a rule makes where its steps end, each kind of head a small struct with the concrete syntax in which --emit=plan prints it.
+#pragma once
+
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "compiler/plan/steps.h"
+
+namespace meld::plan {
+
+struct HeadPlan;
+
+// -> dist(B, D + 1)                       a fact, a message or an action
+struct MakeFact {
+    PredicateId predicate = {};
+    VariableId place = {};
+    std::vector<Term> arguments = {};           // After the catom.
+    std::vector<VariableId> contributors = {};  // As of the rule.
+};
+
+// -> for all                              the heads, for each way to satisfy the steps
+//      dist(B, D)
+//        -> seen(A, D)
+struct ForAll {
+    std::vector<Step> steps = {};
+    std::vector<HeadPlan> heads = {};
+};
+
+// -> for all                              the same; then the results of all ways, and once the last heads
+//      dist(B, D)
+//    S = sum D
+// -> total(A, S)
+struct AggregateAll {
+    ForAll each = {};
+    std::vector<check::HeadAggregate> aggregates = {};
+    std::vector<HeadPlan> results = {};
+};
+
+// -> if D > 3
+//      -> far(A)
+//    else
+//      -> near(A)
+struct Choose {
+    Term condition = {};
+    std::vector<HeadPlan> heads = {};
+    std::vector<HeadPlan> others = {};
+};
+
+// -> D = X + 1                            a value for the heads
+//      -> dist(A, D)
+struct With {
+    VariableId variable = {};
+    Term value = {};
+    std::vector<HeadPlan> heads = {};
+};
+
+struct HeadPlan {
+    std::variant<MakeFact, ForAll, AggregateAll, Choose, With> what;
+};
+
+// The head as a T, or null.
+template <class T>
+const T* as(const HeadPlan& head) {
+    return std::get_if<T>(&head.what);
+}
+template <class T>
+T* as(HeadPlan& head) {
+    return std::get_if<T>(&head.what);
+}
+
+template <class AnyHead, class... F>
+void visit_head(AnyHead& head, F&&... functions) {
+    std::visit(Overloaded{std::forward<F>(functions)...}, head.what);
+}
+
+// Every head, those inside of others too: visit(const HeadPlan&).
+template <class Visit>
+void each_head_plan(const std::vector<HeadPlan>& heads, const Visit& visit) {
+    for (const HeadPlan& h : heads) {
+        visit(h);
+        visit_head(
+            h, [](const MakeFact&) {}, [&](const ForAll& all) { each_head_plan(all.heads, visit); },
+            [&](const AggregateAll& all) {
+                each_head_plan(all.each.heads, visit);
+                each_head_plan(all.results, visit);
+            },
+            [&](const Choose& choose) {
+                each_head_plan(choose.heads, visit);
+                each_head_plan(choose.others, visit);
+            },
+            [&](const With& with) { each_head_plan(with.heads, visit); });
+    }
+}
+
+// The steps for which a head repeats its inner heads; null for all but those.
+inline const std::vector<Step>* steps_of(const HeadPlan& head) {
+    if (const ForAll* all = as<ForAll>(head)) return &all->steps;
+    if (const AggregateAll* all = as<AggregateAll>(head)) return &all->each.steps;
+    return nullptr;
+}
+
+}  // namespace meld::plan
