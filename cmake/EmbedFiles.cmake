@@ -1,14 +1,13 @@
-# Run as a script: cmake -DOUT=file.cpp -DNAMES=a,b -DFILES=x,y -DLIBRARIES=z -P EmbedFiles.cmake
+# Run as a script: cmake -DOUT=file.cpp -DROOT=dir -DPRELUDE=a -DEXTERN=b -DLIBRARIES=x,y -DHEADERS=z -P EmbedFiles.cmake
 # Writes a C++ file that holds each file's text as a raw string, so that the programs need no files beside them.
-# NAMES are the variables of FILES; LIBRARIES become the table kLibraries, each by the name of its file.
-string(REPLACE "," ";" NAMES "${NAMES}")
-string(REPLACE "," ";" FILES "${FILES}")
+# LIBRARIES and HEADERS become tables: libraries by the name of the file, headers by their path below ROOT.
 string(REPLACE "," ";" LIBRARIES "${LIBRARIES}")
+string(REPLACE "," ";" HEADERS "${HEADERS}")
 set(text "// Made by cmake/EmbedFiles.cmake.\n#include \"compiler/driver/embedded.h\"\n\nnamespace meld::driver {\n\n")
 
 function(raw_string file result)
   file(READ ${file} content)
-  # A raw string literal may hold at most 65,536 bytes; long files are split at newlines.
+  # A raw string literal may hold at most 65,536 bytes; long files are split.
   string(LENGTH "${content}" length)
   set(pieces "")
   set(at 0)
@@ -20,15 +19,24 @@ function(raw_string file result)
   set(${result} "${pieces}" PARENT_SCOPE)
 endfunction()
 
-foreach(name file IN ZIP_LISTS NAMES FILES)
-  raw_string(${file} pieces)
-  string(APPEND text "const char ${name}[] = ${pieces};\n\n")
-endforeach()
-string(APPEND text "static const EmbeddedLibrary libraries[] = {\n")
+raw_string(${PRELUDE} pieces)
+string(APPEND text "const char kPrelude[] = ${pieces};\n\n")
+raw_string(${EXTERN} pieces)
+string(APPEND text "const char kExtern[] = ${pieces};\n\n")
+
+string(APPEND text "static const EmbeddedText libraries[] = {\n")
 foreach(file IN LISTS LIBRARIES)
   get_filename_component(name ${file} NAME_WE)
   raw_string(${file} pieces)
   string(APPEND text "{\"${name}\", ${pieces}},\n")
 endforeach()
-string(APPEND text "};\nconst std::span<const EmbeddedLibrary> kLibraries = libraries;\n\n}  // namespace meld::driver\n")
+string(APPEND text "};\nconst std::span<const EmbeddedText> kLibraries = libraries;\n\n")
+
+string(APPEND text "static const EmbeddedText headers[] = {\n")
+foreach(file IN LISTS HEADERS)
+  file(RELATIVE_PATH name ${ROOT} ${file})
+  raw_string(${file} pieces)
+  string(APPEND text "{\"${name}\", ${pieces}},\n")
+endforeach()
+string(APPEND text "};\nconst std::span<const EmbeddedText> kModuleHeaders = headers;\n\n}  // namespace meld::driver\n")
 file(WRITE ${OUT} "${text}")

@@ -89,12 +89,9 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> module_headers() {
-    return {{"runtime/kernel/views.h", kKernelViews},          {"runtime/kernel/deltas.h", kKernelDeltas},
-            {"runtime/kernel/fronts.h", kKernelFronts},        {"runtime/kernel/aggregates.h", kKernelAggregates},
-            {"runtime/kernel/exact_mean.h", kKernelExactMean}, {"runtime/kernel/rows.h", kKernelRows},
-            {"runtime/kernel/library.h", kKernelLibrary},      {"runtime/kernel/lists.h", kKernelLists},
-            {"runtime/kernel/values.h", kKernelValues},        {"runtime/abi/module_abi.h", kModuleAbi},
-            {"runtime/abi/storage_abi.h", kStorageAbi},        {"runtime/abi/geometry_abi.h", kGeometryAbi}};
+    std::vector<std::pair<std::string, std::string>> headers;
+    for (const EmbeddedText& header : kModuleHeaders) headers.emplace_back(header.name, header.text);
+    return headers;
 }
 
 std::optional<Stage> stage_named(const std::string& name) {

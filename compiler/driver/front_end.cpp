@@ -15,7 +15,7 @@ namespace {
 
 std::vector<syntax::Library> libraries() {
     std::vector<syntax::Library> result;
-    for (const EmbeddedLibrary& library : kLibraries) result.push_back({library.name, library.text});
+    for (const EmbeddedText& library : kLibraries) result.push_back({library.name, library.text});
     return result;
 }
 

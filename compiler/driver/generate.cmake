@@ -1,31 +1,20 @@
 # The prelude, the libraries and the headers of emitted code, embedded in meldc.
 set(embedded ${CMAKE_BINARY_DIR}/generated/compiler/driver/embedded.cpp)
-set(embedded_names kPrelude kGeometryAbi kStorageAbi kModuleAbi kKernelValues kKernelLists kKernelLibrary kKernelExactMean
-  kKernelRows kKernelAggregates kKernelViews kKernelDeltas kKernelFronts kExtern)
-set(embedded_files
-  ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld
+set(embedded_prelude ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld)
+set(embedded_extern ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
+file(GLOB embedded_headers CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/runtime/kernel/*.h)
+list(APPEND embedded_headers
   ${CMAKE_SOURCE_DIR}/runtime/abi/geometry_abi.h
   ${CMAKE_SOURCE_DIR}/runtime/abi/storage_abi.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/module_abi.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/values.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/lists.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/library.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/exact_mean.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/rows.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/aggregates.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/views.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/deltas.h
-  ${CMAKE_SOURCE_DIR}/runtime/kernel/fronts.h
-  ${CMAKE_SOURCE_DIR}/runtime/abi/extern.h)
+  ${CMAKE_SOURCE_DIR}/runtime/abi/module_abi.h)
 file(GLOB embedded_libraries CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/stdlib/*.meld)
-list(REMOVE_ITEM embedded_libraries ${CMAKE_SOURCE_DIR}/stdlib/prelude.meld)
+list(REMOVE_ITEM embedded_libraries ${embedded_prelude})
+list(JOIN embedded_headers "," embedded_headers_text)
 list(JOIN embedded_libraries "," embedded_libraries_text)
-list(JOIN embedded_names "," embedded_names_text)
-list(JOIN embedded_files "," embedded_files_text)
 add_custom_command(
   OUTPUT ${embedded}
-  COMMAND ${CMAKE_COMMAND} -DOUT=${embedded} -DNAMES=${embedded_names_text} -DFILES=${embedded_files_text}
-    -DLIBRARIES=${embedded_libraries_text} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
-  DEPENDS ${embedded_files} ${embedded_libraries} ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
+  COMMAND ${CMAKE_COMMAND} -DOUT=${embedded} -DROOT=${CMAKE_SOURCE_DIR} -DPRELUDE=${embedded_prelude} -DEXTERN=${embedded_extern}
+    -DLIBRARIES=${embedded_libraries_text} -DHEADERS=${embedded_headers_text} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
+  DEPENDS ${embedded_prelude} ${embedded_extern} ${embedded_headers} ${embedded_libraries} ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake
   VERBATIM)
 list(APPEND generated ${embedded})

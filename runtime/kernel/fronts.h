@@ -1,5 +1,5 @@
 // Strata in which a better value of a min or max may follow from the one it replaces: groups keep their front, the
-// derivations (value, rank) that no other beats in both. Included by views.h; what T is, is said in rows.h, and beside it:
+// derivations (value, rank) that no other beats in both. What T is, is said in rows.h, and beside it:
 // group(a, b) orders the groups alone, key(a, b) also the values, better(a, b) compares the values, hash(row) names the group.
 #pragma once
 
@@ -26,7 +26,7 @@ struct FrontOrder {
     }
 };
 
-// Takes the steps of Mutual (views.h) beside the other predicates of the stratum.
+// Takes the steps of Mutual (mutual.h) beside the other predicates of the stratum.
 template <class T>
 struct Front : Mutual<T> {
     using Row = typename T::Row;

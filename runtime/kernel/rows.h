@@ -1,4 +1,4 @@
-// Rows in scratch memory, their order, and how the candidates of a group become one row. Included by views.h.
+// Rows in scratch memory, their order, and how the candidates of a group become one row.
 //
 // T describes a predicate: Row (plain data, with `rank` where kRanked and `from`, the ports of the neighbours it comes from,
 // where kWaits), key(a, b) orders the group, better(a, b) the aggregated value, same(a, b) compares all but the rank,

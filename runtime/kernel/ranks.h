@@ -1,0 +1,154 @@
+// Recursion over links: ranks and quarantine (docs/design.md, "Ranks and quarantine"). A group keeps a value while something of
+// lower rank supports it, and what it lost is trusted again only after all that stood on it must have gone.
+#pragma once
+
+#include "runtime/kernel/relation.h"
+
+namespace meld {
+
+// The first tick at which a proposal may give its group a value; 0: at once.
+inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {
+    if (lost == nullptr || rank <= lost->least_rank) return 0;
+    return lost->time + (i64{rank} - i64{lost->least_rank} + 1) * latency + 1;
+}
+// The tombstone of a group that loses a value of this rank now. `known` is the one it has, or null.
+inline Tombstone after_loss(const Tombstone* known, u32 rank, i64 now) {
+    return {known != nullptr && known->least_rank < rank ? known->least_rank : rank, now};
+}
+
+template <class T>
+const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& out) {
+    if constexpr (!T::kLinks)
+        return nullptr;
+    else if (!e.subdomain->tombstones)
+        return nullptr;
+    else
+        return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
+}
+
+inline void wake_at(Eval& e, i64 tick) {
+    if (tick != 0) e.host->wake(&e, tick, kDirtyWake);
+}
+
+// Whether the time has come; if not, the catom is looked at again when it has.
+inline bool due(Eval& e, i64 tick) {
+    if (tick > e.subdomain->now) e.host->wake(&e, tick, kDirtyWake);
+    return tick <= e.subdomain->now;
+}
+
+// One more than the largest rank among body facts.
+inline u32 rank_above(u32 a) { return a + 1; }
+inline u32 rank_above(u32 a, u32 b) { return (a > b ? a : b) + 1; }
+template <class... More>
+u32 rank_above(u32 a, u32 b, More... more) {
+    return rank_above(a > b ? a : b, more...);
+}
+
+inline void note_rank(Eval& e, u32 rank) {
+    if (rank > e.greatest_rank) e.greatest_rank = rank;
+}
+
+// Decides one group that no rule of the same catom reads back: `current` may be null; proposals are in any order.
+// Returns whether `out` holds a value.
+template <class T>
+bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+    using Row = typename T::Row;
+    const i64 now = e.subdomain->now;
+    const u32 latency = e.subdomain->latency;
+    Tombstone memory{};
+    const Tombstone* lost = nullptr;
+    bool asked = false;
+    const auto remembered = [&](const Row& group) {
+        if (!asked) lost = lost_before<T>(e, group, memory);
+        asked = true;
+        return lost;
+    };
+    const Row* best = nullptr;
+    if (current != nullptr) {
+        bool supported = false, superseded = false;
+        for (u32 i = 0; i < n; ++i) {
+            if (T::same(proposals[i], *current))
+                supported |= proposals[i].rank <= current->rank;
+            else if (T::better(proposals[i], *current))
+                superseded = superseded || trusted_from(remembered(proposals[i]), proposals[i].rank, latency) <= now;
+        }
+        if (supported)
+            best = current;
+        else if (!superseded) {
+            if constexpr (T::kLinks) {
+                remembered(*current);
+                memory = after_loss(lost, current->rank, now);
+                lost = &memory;
+                e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
+            }
+        }
+    }
+    bool quarantined = false;
+    for (u32 i = 0; i < n; ++i) {
+        const Row& p = proposals[i];
+        if (best != nullptr) {
+            if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
+        }
+        if (trusted_from(remembered(p), p.rank, latency) > now)
+            quarantined = true;
+        else
+            best = &p;
+    }
+    if (quarantined) {
+        i64 wake = 0;
+        for (u32 i = 0; i < n; ++i) {
+            if (best != nullptr && !T::better(proposals[i], *best)) continue;
+            const i64 ready = trusted_from(remembered(proposals[i]), proposals[i].rank, latency);
+            if (ready > now && (wake == 0 || ready < wake)) wake = ready;
+        }
+        if constexpr (T::kFollowed)
+            e.host->wake_group(&e, wake, T::kPredicate, proposals);
+        else
+            wake_at(e, wake);
+    }
+    if (best == nullptr) return false;
+    out = *best;
+    note_rank(e, out.rank);
+    return true;
+}
+
+// A recursive predicate whose rules read it only at neighbours: each group is decided once.
+template <class T>
+MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
+    using Row = typename T::Row;
+    Row* p = r.proposed.rows;
+    const u32 n = r.proposed.count;
+    if constexpr (!T::kKeyed) {
+        Row* out = static_cast<Row*>(scratch(e, sizeof(Row)));
+        const bool holds = decide_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
+        r.proposed.reset();
+        if (holds == (r.count == 1) && (!holds || (T::same(*out, r.rows[0]) && out->rank == r.rows[0].rank))) return false;
+        r.replace(out, holds ? 1 : 0);
+        return true;
+    } else {
+        sort_rows(e, p, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+        RowList<Row> next;
+        next.reset();
+        bool changed = false;
+        u32 i = 0, held = 0;
+        while (i < n || held < r.count) {
+            // The next group in order is a held one, a proposed one, or both.
+            const int side = i == n ? 1 : held == r.count ? -1 : T::key(p[i], r.rows[held]);
+            const Row* current = side >= 0 ? &r.rows[held] : nullptr;
+            const u32 from = i;
+            if (side <= 0)
+                while (i < n && T::key(p[i], p[from]) == 0) ++i;
+            Row out;
+            const bool holds = decide_group<T>(e, current, p + from, i - from, out);
+            if (holds) next.add(e, out);
+            changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
+            if (current != nullptr) ++held;
+        }
+        check_fact_limit(e, next.count, r.rule);
+        r.proposed.reset();
+        if (changed) r.replace(next.rows, next.count);
+        return changed;
+    }
+}
+
+}  // namespace meld
