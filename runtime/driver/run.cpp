@@ -174,6 +174,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && !simulation.summary().undefined.empty())
         log::warning("the run ended before the facts settled, and {}", simulation.summary().undefined);
+    if (speaks && !simulation.summary().dead_link.empty())
+        log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
+                     simulation.summary().dead_link);
     Result<void> printed;
     if (speaks && options.json)
         printed = print(stdout, summary_json(simulation.summary(), world.path, comm.processes(), options.threads));

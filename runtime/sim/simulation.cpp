@@ -6,6 +6,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
+#include "runtime/sim/core/dead_links.h"
 
 namespace meld::sim {
 
@@ -152,6 +153,11 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         tick_.end_early();
     else if (subdomain_.totals.undefined)
         summary_.undefined = eval::describe(subdomain_.module, tick_.first_undefined());
+    if (summary_.ending == Ending::Quiet && subdomain_.world.motion.kind == "none") {
+        DeadLinks dead(subdomain_);
+        dead.look_at_all();
+        summary_.dead_link = dead.warning();
+    }
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
             module->finish(subdomain_);

@@ -46,6 +46,8 @@ struct Summary {
     std::vector<std::string> outcomes;
     // Of a run that ended before quiescence: the first derivation of a view that had no value then, described; or empty.
     std::string undefined;
+    // Of a run that came to rest where nothing moves: the first route that leads to a catom which does not touch; or empty.
+    std::string dead_link;
 };
 
 class Simulation {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/base/bytes.h"
+#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 
@@ -40,11 +41,39 @@ void DeadLinks::found(Order order, Catom from, u64 to, u32 predicate, const std:
     const u64 id = subdomain_.ensemble.id(from);
     const std::string why = to < subdomain_.next_id() ? fmt::format("@{} and @{} do not touch", id, to)
                                                       : fmt::format("the world has only @0 to @{}", subdomain_.next_id() - 1);
-    first_ = {order, fmt::format("{}: {}(@{}, @{}{}) is a route that leads nowhere, since {}", place, p.name, id, to,
-                                 p.arity > 1 ? ", ..." : "", why)};
+    first_ = {order, fmt::format("{}{}(@{}, @{}{}) is a route that leads nowhere, since {}", place.empty() ? "" : place + ": ", p.name, id,
+                                 to, p.arity > 1 ? ", ..." : "", why)};
+}
+
+void DeadLinks::look_at_all() {
+    for (u32 i = 0; i < subdomain_.module.predicate_count; ++i) {
+        const PredicateInfo& p = subdomain_.module.predicates[i];
+        if (!p.route || p.auxiliary || p.kind == PredicateKind::Linear) continue;
+        for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
+            if (!subdomain_.owned(c)) continue;
+            tuple::each_fact(subdomain_.module, subdomain_.columns, subdomain_.geometry(), i, c, [&](const Value* values) {
+                const u64 to = values[0].catom;
+                if (dead(c, to)) found({i, subdomain_.ensemble.id(c)}, c, to, i, "");
+            });
+        }
+    }
+}
+
+std::string DeadLinks::warning() const {
+    const std::optional<All> all = of_all_processes();
+    if (!all) return "";
+    return all->first + (all->count > 1 ? fmt::format(" (and {} more)", all->count - 1) : "");
 }
 
 Result<void> DeadLinks::verdict() const {
+    const std::string first = warning();
+    if (first.empty()) return {};
+    return fail(first,
+                "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
+                "declare the predicate without `route`. Worlds that are any graph are not supported yet");
+}
+
+std::optional<DeadLinks::All> DeadLinks::of_all_processes() const {
     ByteWriter mine;
     mine.write(count_);
     mine.write(first_ ? first_->order.first : ~u64{0});
@@ -62,10 +91,8 @@ Result<void> DeadLinks::verdict() const {
         least = {major, minor};
         text = std::move(theirs);
     }
-    if (count == 0) return {};
-    return fail(text + (count > 1 ? fmt::format(" (and {} more)", count - 1) : ""),
-                "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
-                "declare the predicate without `route`. Worlds that are any graph are not supported yet");
+    if (count == 0) return std::nullopt;
+    return All{text, count};
 }
 
 }  // namespace meld::sim

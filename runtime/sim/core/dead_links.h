@@ -1,5 +1,6 @@
-// Facts of routes, from the program's text or the world, that lead to a catom which theirs does not touch. Facts travel between
-// catoms that touch, so where nothing moves, nothing would ever be read or sent along them.
+// Facts of routes that lead to a catom which theirs does not touch. Facts travel between catoms that touch, so where nothing moves,
+// nothing would ever be read or sent along them. Those of the program's text and of the world are an error at the start; those
+// that rules have derived are a warning at the end.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +22,10 @@ class DeadLinks {
     void look_at_given(std::size_t fact, Catom from, u32 predicate, u64 to);
     // Every process calls it. An error names the first of them all, in the order of text and world.
     Result<void> verdict() const;
+    // Looks at all facts of routes as they are now. Cost: a visit of each.
+    void look_at_all();
+    // Every process calls it. Says which is the first of them all, and how many there are; empty: none is.
+    std::string warning() const;
 
   private:
     using Order = std::pair<u64, u64>;
@@ -31,6 +36,13 @@ class DeadLinks {
         Order order;
         std::string text;
     };
+    // The first of all processes and the number of them all, or nothing.
+    struct All {
+        std::string first;
+        u64 count;
+    };
+    std::optional<All> of_all_processes() const;
+
     const Subdomain& subdomain_;
     std::optional<First> first_;
     u64 count_ = 0;
