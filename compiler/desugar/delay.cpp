@@ -125,7 +125,7 @@ class Delays {
                 made.arguments.push_back({Type::Int, ""});
                 rule.heads[0].atom.arguments.push_back({.op = Op::Variable, .type = Type::Int, .span = c.span, .variable = c.position});
             }
-            if (c.kind != Clause::Kind::Atom) continue;
+            if (c.kind != Clause::Kind::Atom && c.kind != Clause::Kind::Delta) continue;
             for (Term& t : c.atom.arguments) {
                 if (t.op == Op::Anonymous) {
                     t.op = Op::Variable;

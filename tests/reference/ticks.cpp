@@ -86,7 +86,7 @@ void Ticks::name_anonymous() {
         Rule named = rule;
         for (Clause& c : named.body)
             for (check::Term& t : c.atom.arguments) {
-                if (c.kind != Clause::Kind::Atom || t.op != check::Op::Anonymous) continue;
+                if ((c.kind != Clause::Kind::Atom && c.kind != Clause::Kind::Delta) || t.op != check::Op::Anonymous) continue;
                 t.op = check::Op::Variable;
                 t.variable = named.variables.add({"_", t.span, t.type});
             }
