@@ -85,6 +85,11 @@ class Delays {
         MELD_EXPECT(!rule.linear && rule.heads.size() == 1, "rule {}", rule.name);
         Head& head = rule.heads[0];
         const PredicateId p = head.atom.predicate;
+        if (program_.predicates[p].aggregate == Aggregate::Count) {
+            // What is counted is not computed, and changes nothing.
+            Term& counted = head.atom.arguments[program_.predicates[p].aggregate_at];
+            counted = {.op = Op::Int, .type = Type::Int, .span = counted.span, .integer = 1};
+        }
         Predicate made = auxiliary(program_.predicates[p], rule.name + ".since");
         for (std::size_t i = 0; i < made.arguments.size(); ++i) made.arguments[i].type = head.atom.arguments[i].type;
         if (program_.predicates[p].needs_all()) tell_apart(rule, made);
@@ -113,17 +118,22 @@ class Delays {
             if (made[i].is_variable() && made[i].variable == v) holds.rule.contributors.push_back(holds.body.atom.arguments[i].variable);
     }
 
-    // A sum and a count know every derivation, so each waits as a fact of its own.
+    // A sum and a count know every derivation, so each waits as a fact of its own: by the facts that the body has found, and the
+    // places of the elements of lists. What is computed of them is no part of it.
     static void tell_apart(Rule& rule, Predicate& made) {
         std::set<VariableId> given;
         for (const Term& t : rule.heads[0].atom.arguments)
             if (t.is_variable()) given.insert(t.variable);
+        const auto keep = [&](Term t) {
+            if (t.is_variable() && !given.insert(t.variable).second) return;
+            made.arguments.push_back({t.type, ""});
+            rule.heads[0].atom.arguments.push_back(std::move(t));
+        };
         for (Clause& c : rule.body) {
             if (c.kind == Clause::Kind::Element) {
                 // Equal elements of a list are derivations of their own.
                 c.position = rule.variables.add({"_", c.span, Type::Int});
-                made.arguments.push_back({Type::Int, ""});
-                rule.heads[0].atom.arguments.push_back({.op = Op::Variable, .type = Type::Int, .span = c.span, .variable = c.position});
+                keep({.op = Op::Variable, .type = Type::Int, .span = c.span, .variable = c.position});
             }
             if (c.kind != Clause::Kind::Atom && c.kind != Clause::Kind::Delta) continue;
             for (Term& t : c.atom.arguments) {
@@ -131,9 +141,15 @@ class Delays {
                     t.op = Op::Variable;
                     t.variable = rule.variables.add({"_", t.span, t.type});
                 }
-                if (!t.is_variable() || !given.insert(t.variable).second) continue;
-                made.arguments.push_back({t.type, ""});
-                rule.heads[0].atom.arguments.push_back(t);
+                if (t.is_variable()) keep(t);
+            }
+        }
+        for (const Clause& c : rule.body) {
+            if (c.kind != Clause::Kind::Atom && c.kind != Clause::Kind::Delta) continue;
+            for (const Term& t : c.atom.arguments) {
+                bool known = true;
+                each_variable(t, [&](VariableId v) { known = known && given.contains(v); });
+                if (!known) keep(t);
             }
         }
     }

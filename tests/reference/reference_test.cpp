@@ -38,6 +38,7 @@ constexpr const char* kMoreProgram = R"(
 type source(node, int).
 type near(node, sum int).
 type late(node, int).
+type slow(node, sum int).
 type risen(node, int).
 type linear coin(node, int).
 type linear purse(node, int, list int).
@@ -48,6 +49,7 @@ type told(node, int).
 type ticket(node, node).
 near(A, X) :- neighbor(A, B), source(B, X).
 late(A, N)@+2 :- near(A, N), C = count : { neighbor(A, _) }, C < 4.
+slow(A, X)@+2 :- source(A, X), delta(N; source(A, N)) < 1, C = count : { neighbor(A, B), source(B, _) }, C >= 0.
 risen(A, X) :- source(A, X), delta(N; near(A, N)) < 1.
 coin(A, 1). coin(A, 2). coin(A, 3). coin(A, 4).
 purse(A, 0, []).
@@ -76,7 +78,8 @@ TEST(Tester, NoticesOtherPrograms) {
                               {"walker(A, 0) -o", "walker(A, 1) -o"},
                               {"min int", "max int"}});
     expect_noticed(kMoreProgram, {{"@+2", "@+3"},
-                                  {") < 1", ") < 0"},
+                                  {"source(A, N)) < 1", "source(A, N)) < 0"},
+                                  {"near(A, N)) < 1", "near(A, N)) < 0"},
                                   {"desc", "asc"},
                                   {"if N > 1", "if N > 2"},
                                   {"> 0 -o", "> 9 -o"},

@@ -165,8 +165,10 @@ double Solver::change_of(const Clause& clause, const Row& row) const {
 bool Solver::try_elements(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
     const std::optional<Value> list = value(clause.test, env);
     if (!list) return false;
+    std::int64_t position = 0;
     for (const Value& element : list->items()) {
         const Mark mark(*this, env);
+        if (clause.position.valid()) bind(clause.position.index(), value_of(position++), env);
         std::optional<Value>& variable = env[clause.variable.index()];
         if (variable && *variable != element) continue;
         if (!variable) bind(clause.variable.index(), element, env);

@@ -19,6 +19,18 @@ constexpr int kMaxFirings = 3000;
 
 bool is_neighbor(const Predicate& p) { return p.world == WorldSource::Neighbor || p.world == WorldSource::NeighborPort; }
 
+bool finds_facts(const Clause& c) { return c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta; }
+
+// What tells one way to satisfy a body from the others: the facts that it has found, and the places of elements in lists. What is
+// computed of them is no part of it.
+void add_found(const Scene& scene, const std::vector<Clause>& body, const Environment& env, Row& out) {
+    for (const Clause& c : body) {
+        if (c.kind == Clause::Kind::Element) out.push_back(*env[c.position.index()]);
+        if (!finds_facts(c)) continue;
+        for (const check::Term& t : c.atom.arguments) out.push_back(*evaluate(scene, t, env));
+    }
+}
+
 // It is a number that the compiler knows, or depends on how long a tick is.
 std::int64_t evaluate_delay(const Scene& scene, const check::Term& delay) { return evaluate(scene, delay, {})->integer(); }
 
@@ -26,7 +38,7 @@ std::int64_t evaluate_delay(const Scene& scene, const check::Term& delay) { retu
 
 Ticks::Ticks(const Program& program, std::uint64_t seed) : program_(program), seed_(seed), certain_(program.predicates.count(), true) {
     find_certain();
-    name_anonymous();
+    tell_apart();
     for (const PredicateId p : program.predicates.ids())
         if (program.predicates[p].returns.valid()) returned_[program.predicates[p].returns] = p;
 }
@@ -78,18 +90,21 @@ void Ticks::find_certain() {
 }
 
 // Facts that differ only in what the rule does not look at are derivations of their own.
-void Ticks::name_anonymous() {
+void Ticks::tell_apart() {
     for (const check::RuleId id : program_.rules.ids()) {
         const Rule& rule = program_.rules[id];
         if (rule.linear || rule.heads[0].delay.op == check::Op::Anonymous || !program_.predicates[rule.heads[0].atom.predicate].needs_all())
             continue;
         Rule named = rule;
-        for (Clause& c : named.body)
+        for (Clause& c : named.body) {
+            if (c.kind == Clause::Kind::Element) c.position = named.variables.add({"_", c.span, check::Type::Int});
+            if (!finds_facts(c)) continue;
             for (check::Term& t : c.atom.arguments) {
-                if ((c.kind != Clause::Kind::Atom && c.kind != Clause::Kind::Delta) || t.op != check::Op::Anonymous) continue;
+                if (t.op != check::Op::Anonymous) continue;
                 t.op = check::Op::Variable;
                 t.variable = named.variables.add({"_", t.span, t.type});
             }
+        }
         counted_.emplace(id, std::move(named));
     }
 }
@@ -241,20 +256,19 @@ bool Ticks::derive_at(const Scene& scene, std::int64_t id, Catom& catom, check::
     const check::Head& head = program_.rules[rule].heads[0];
     const bool delayed = head.delay.op != check::Op::Anonymous, counted = counted_.contains(rule);
     std::map<Row, std::int64_t> since;
-    const bool done = derive(counted ? counted_.at(rule) : program_.rules[rule], {scene, seen, nullptr, &catom.before}, id,
-                             [&](Derived made, const Environment& env) {
-                                 if (delayed) {
-                                     Row key = made.row;
-                                     for (const std::optional<Value>& v : env)
-                                         if (counted && v) key.push_back(*v);
-                                     const auto held = catom.since[rule].find(key);
-                                     const std::int64_t from = held == catom.since[rule].end() ? scene.tick : held->second;
-                                     since[key] = from;
-                                     if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
-                                 }
-                                 rows.push_back(std::move(made));
-                                 return true;
-                             });
+    const Rule& derived = counted ? counted_.at(rule) : program_.rules[rule];
+    const bool done = derive(derived, {scene, seen, nullptr, &catom.before}, id, [&](Derived made, const Environment& env) {
+        if (delayed) {
+            Row key = made.row;
+            if (counted) add_found(scene, derived.body, env, key);
+            const auto held = catom.since[rule].find(key);
+            const std::int64_t from = held == catom.since[rule].end() ? scene.tick : held->second;
+            since[key] = from;
+            if (from + evaluate_delay(scene, head.delay) > scene.tick) return true;
+        }
+        rows.push_back(std::move(made));
+        return true;
+    });
     if (delayed) catom.since[rule] = std::move(since);
     return done;
 }

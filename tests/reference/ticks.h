@@ -56,13 +56,13 @@ class Ticks {
         std::vector<Message> passing = {};     // To be handed on.
         std::set<PredicateId> undefined = {};  // Views of which some derivation has no value.
         // Of delayed views, by rule: since when each derivation has held. It is the head's row, and where derivations are
-        // counted, all variables of the body behind it.
+        // counted, behind it the facts that the body found and the places of elements in lists.
         std::map<check::RuleId, std::map<Row, std::int64_t>> since = {};
     };
 
     Catom empty() const;
     void find_certain();
-    void name_anonymous();
+    void tell_apart();
     bool looks_far(const check::Rule& rule) const;
     void evaluate(const Scene& scene, std::int64_t id, Catom& catom);
     void put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made);
@@ -77,8 +77,9 @@ class Ticks {
     Facts visible(const Scene& scene, std::int64_t id, const Catom& catom) const;
 
     const Program& program_;
-    std::map<check::RuleId, check::Rule> counted_;  // Delayed rules whose derivations count, with a variable for each `_`.
-    std::map<PredicateId, PredicateId> returned_;   // Where undelivered facts of a predicate go.
+    // Delayed rules whose derivations count, with a variable for each `_` and each place in a list.
+    std::map<check::RuleId, check::Rule> counted_;
+    std::map<PredicateId, PredicateId> returned_;  // Where undelivered facts of a predicate go.
     std::uint64_t seed_;
     std::vector<bool> certain_;
     std::map<std::int64_t, Catom> catoms_;
