@@ -54,9 +54,28 @@ bool holds(const Solid& solid, const Vec3& p) {
     return std::visit([&p](const auto& s) { return contains(s, p); }, solid);
 }
 
+// From a point to a box; 0 inside.
+double distance_to(const Box& box, const Vec3& p) {
+    double square = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double outside = std::max({box.low[i] - p[i], p[i] - box.high[i], 0.0});
+        square += outside * outside;
+    }
+    return std::sqrt(square);
+}
+
+// A part is asked only if its box is nearer than what is known; the nearer of two first.
 double distance(const Union& s, const Vec3& p) {
+    const auto box_of = [&p](const Shape& part) { return part.root() ? distance_to(part.root()->bounds, p) : kInfinity; };
     double least = kInfinity;
-    for (const Shape& part : s.parts) least = std::min(least, distance_of(part, p));
+    const auto ask = [&](const Shape& part) {
+        if (box_of(part) < least) least = std::min(least, distance_of(part, p));
+    };
+    const bool swapped = s.parts.size() == 2 && box_of(s.parts[1]) < box_of(s.parts[0]);
+    if (swapped)
+        std::for_each(s.parts.rbegin(), s.parts.rend(), ask);
+    else
+        std::for_each(s.parts.begin(), s.parts.end(), ask);
     return least;
 }
 double distance(const Intersection& s, const Vec3& p) {
@@ -149,9 +168,32 @@ BallAround ball_around(const Box& box) {
     return {centre, std::sqrt(square) + kSlack * size};
 }
 
+// A union of many parts as a tree of unions that lie together, so that a question goes down a few branches alone.
+Union in_groups(std::vector<Shape> parts) {
+    constexpr std::size_t kFew = 4;
+    std::erase_if(parts, [](const Shape& part) { return part.bounds().empty(); });
+    if (parts.size() <= kFew) return {std::move(parts)};
+    const auto middle = [](const Shape& part, std::size_t axis) { return part.bounds().low[axis] / 2 + part.bounds().high[axis] / 2; };
+    std::size_t along = 0;
+    double longest = -1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto [low, high] = std::minmax_element(parts.begin(), parts.end(),
+                                                     [&](const Shape& a, const Shape& b) { return middle(a, axis) < middle(b, axis); });
+        const double length = middle(*high, axis) - middle(*low, axis);
+        if (length <= longest) continue;
+        longest = length;
+        along = axis;
+    }
+    std::stable_sort(parts.begin(), parts.end(), [&](const Shape& a, const Shape& b) { return middle(a, along) < middle(b, along); });
+    const auto half = parts.begin() + static_cast<std::ptrdiff_t>(parts.size() / 2);
+    std::vector<Shape> low(parts.begin(), half), high(half, parts.end());
+    return {{make_shape(in_groups(std::move(low)), ""), make_shape(in_groups(std::move(high)), "")}};
+}
+
 }  // namespace
 
 Shape make_shape(Solid solid, std::string text) {
+    if (auto* all = std::get_if<Union>(&solid)) *all = in_groups(std::move(all->parts));
     const Box box = std::visit([](const auto& s) { return bounds(s); }, solid);
     return Shape(std::make_shared<const Shape::Node>(Shape::Node{std::move(solid), box, std::move(text)}));
 }

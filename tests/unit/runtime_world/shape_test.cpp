@@ -1,7 +1,9 @@
 #include "runtime/world/shape.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -126,6 +128,31 @@ TEST(Shape, NeverMisjudgesABox) {
         }
         EXPECT_GT(judged, 300) << text;
     }
+}
+
+// Many bodies are asked in groups, and answer as one after the other would.
+TEST(Shape, UnitesManyPartsAsFew) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> place(-30, 30), size(0.5, 6);
+    std::vector<Shape> parts;
+    for (int i = 0; i < 500; ++i)
+        parts.push_back(shape(fmt::format("move({}({}), {}, {}, {})", i % 2 ? "sphere" : "torus", i % 2 ? "r=2" : "4, 1", place(random),
+                                          place(random), place(random))));
+    parts.push_back(parts[7]);
+    const Shape all = Shape::unite(parts);
+    int held = 0, skipped = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const Vec3 p = {place(random), place(random), place(random)};
+        const bool any = std::any_of(parts.begin(), parts.end(), [&](const Shape& part) { return part.contains(p); });
+        ASSERT_EQ(all.contains(p), any);
+        held += any;
+        const double half = size(random) / 2;
+        const Box box = {{p[0] - half, p[1] - half, p[2] - half}, {p[0] + half, p[1] + half, p[2] + half}};
+        skipped += !all.may_touch(box);
+        EXPECT_TRUE(all.may_touch(box) || !any);
+    }
+    EXPECT_GT(held, 1'000);
+    EXPECT_GT(skipped, 100);
 }
 
 TEST(Shape, IsConnectedWhereItShouldBe) {
