@@ -12,6 +12,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/error.h"
+#include "runtime/base/leftovers.h"
 
 namespace meld::interrupt {
 
@@ -25,6 +26,7 @@ std::atomic<int> first{0};
 std::atomic<std::int64_t> first_ns{0};
 std::atomic<Answer> answer{Answer::AtOnce};
 std::atomic<const char*> last_words{nullptr};
+std::atomic<int> repeated_signal{0};
 timer_t patience;
 std::atomic<bool> handling{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free &&
@@ -39,6 +41,7 @@ std::int64_t now_ns() {
 int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_cast<int>(ExitCode::Interrupted); }
 
 [[noreturn]] void leave(int signal) {
+    Leftover::remove_all();
     const char* words = last_words.load();
     // Where standard error takes nothing, nobody can be told.
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
@@ -57,6 +60,7 @@ void on_interrupt(int signal) {
     int none = 0;
     const bool is_first = first.compare_exchange_strong(none, signal);
     const Answer now = answer.load();
+    if (!is_first && signal == repeated_signal.load()) return;
     if (!is_first) leave(first.load());
     if (now == Answer::AtOnce) leave(signal);
     first_ns.store(now_ns());
@@ -70,8 +74,9 @@ void on_end_of_patience(int) {
 
 }  // namespace
 
-void handle(std::initializer_list<int> signals) {
+void handle(std::initializer_list<int> signals, int repeated) {
     MELD_CHECK(!handling.exchange(true), "interrupts are handled already");
+    repeated_signal.store(repeated);
     sigevent event{};
     event.sigev_notify = SIGEV_SIGNAL;
     event.sigev_signo = kPatienceEnds;
@@ -111,6 +116,15 @@ Answering::Answering(Answer now) : before_(answer.exchange(now)) {
 Answering::~Answering() {
     answer.store(before_);
     if (received() != 0 && before_ == Answer::Soon) arm();
+}
+
+Undivided::Undivided() : had_received_(received() != 0), before_(answer.exchange(Answer::Patiently)) {}
+
+Undivided::~Undivided() {
+    answer.store(before_);
+    if (had_received_ || received() == 0) return;
+    if (before_ == Answer::AtOnce) leave(received());
+    if (before_ == Answer::Soon) arm();
 }
 
 }  // namespace meld::interrupt

@@ -1,6 +1,6 @@
 // How a run is asked to end: Ctrl-C, and the signals of those who started it. What the first one does depends on what the process is
 // doing; the second one always ends it at once. An end at once is the system's: no destructor runs, so it is for times at which
-// nothing is half written.
+// nothing is half written; files that are no results yet go (runtime/base/leftovers.h).
 #pragma once
 
 #include <initializer_list>
@@ -22,8 +22,9 @@ inline constexpr double kPatience_s = 1.7;
 inline constexpr double kStep_s = 0.7;
 
 // From now on these signals are answered, AtOnce at first; not those that the process was started to ignore, as `nohup` asks for.
-// Call it once, from the main thread, before there are others.
-void handle(std::initializer_list<int> signals);
+// `repeated` is one that its sender may repeat, or send by two ways: it is never the second. Call it once, from the main thread, before
+// there are others.
+void handle(std::initializer_list<int> signals, int repeated = 0);
 
 // Written to standard error when the process is ended; a text that lives for ever, or nullptr for silence, which is so at first.
 void set_last_words(const char* words);
@@ -44,6 +45,20 @@ class Answering {
     Answering& operator=(const Answering&) = delete;
 
   private:
+    Answer before_;
+};
+
+// While it lives, a signal waits: for a few steps of which none may be the last. A signal that would have ended the process does so
+// after them. On the thread of Answering, and one within the other with these.
+class Undivided {
+  public:
+    Undivided();
+    ~Undivided();
+    Undivided(const Undivided&) = delete;
+    Undivided& operator=(const Undivided&) = delete;
+
+  private:
+    bool had_received_;
     Answer before_;
 };
 

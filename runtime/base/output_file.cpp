@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/interrupt.h"
 
 namespace meld {
 
@@ -160,9 +161,11 @@ Result<OutputFile> OutputFile::open_regular(const std::string& shown, const std:
         return file;
     }
     if (appears == Appears::AtOnce) {
+        const interrupt::Undivided undivided;
         file.descriptor_ = ::open(target.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (file.descriptor_ < 0) return tl::unexpected(cannot_write(shown, errno));
         file.at_target_ = true;
+        file.leftover_ = Leftover(target);
     }
     return file;
 }
@@ -172,11 +175,13 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       target_(std::move(other.target_)),
       beside_(std::move(other.beside_)),
       lock_(std::move(other.lock_)),
+      leftover_(std::move(other.leftover_)),
       durability_(other.durability_),
       appears_(other.appears_),
       descriptor_(std::exchange(other.descriptor_, -1)),
       stream_(other.stream_),
       at_target_(other.at_target_),
+      appeared_(other.appeared_),
       written_(other.written_),
       committed_(other.committed_),
       error_(other.error_),
@@ -185,10 +190,9 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
 
 OutputFile::~OutputFile() {
     if (descriptor_ < 0) return;
-    const bool stays = committed_ || (appears_ == Appears::AtOnce && written_);
-    if (stays && !committed_) give_to_system();
+    if (stays() && !committed_) give_to_system();
     ::close(descriptor_);
-    if (!stream_ && !stays) unlink(at_target_ ? target_.c_str() : beside_.c_str());
+    if (!stream_ && !stays()) unlink(at_target_ ? target_.c_str() : beside_.c_str());
 }
 
 void OutputFile::set_error(int error_number) {
@@ -200,12 +204,15 @@ bool OutputFile::make_file() {
     if (descriptor_ >= 0 || error_ != 0) return error_ == 0;
     struct stat status{};
     const bool replaces = stat(target_.c_str(), &status) == 0;
+    const interrupt::Undivided undivided;
     do {
         beside_ = name_beside(target_);
         descriptor_ = ::open(beside_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, replaces ? 0600 : 0666);
     } while (descriptor_ < 0 && errno == EEXIST);
     if (descriptor_ < 0) set_error(errno);
-    if (descriptor_ < 0 || !replaces) return error_ == 0;
+    if (descriptor_ < 0) return false;
+    leftover_ = Leftover(beside_);
+    if (!replaces) return error_ == 0;
     const bool other_owner = status.st_uid != geteuid() || status.st_gid != getegid();
     // A group that this user is not in cannot be kept; then the mode gives nothing to the new one that it did not give to all.
     const bool owned = !other_owner || fchown(descriptor_, status.st_uid, status.st_gid) == 0;
@@ -219,8 +226,13 @@ void OutputFile::give_to_system() {
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
     if (error_ == 0 && !write_all(descriptor_, waiting_)) set_error(errno);
     offset_ += waiting_.size();
-    written_ = true;
+    note_written();
     waiting_.clear();
+}
+
+void OutputFile::note_written() {
+    written_ = true;
+    if (stays()) leftover_ = {};
 }
 
 void OutputFile::write(std::string_view text) {
@@ -253,8 +265,29 @@ Result<std::string> OutputFile::place() {
     return at_target_ ? target_ : beside_;
 }
 
+Result<void> OutputFile::appear() {
+    MELD_EXPECT(appears_ == Appears::OnceReadable && !stream_ && !committed_);
+    if (appeared_) return {};
+    make_file();
+    if (auto flushed = flush(); !flushed) return flushed;
+    const interrupt::Undivided undivided;
+    appeared_ = true;
+    if (stays()) leftover_ = {};
+    struct stat status{};
+    // What was there before stays until commit().
+    if (stat(target_.c_str(), &status) == 0) return {};
+    if (rename(beside_.c_str(), target_.c_str()) != 0) {
+        set_error(errno);
+        return tl::unexpected(cannot_write(shown_, error_));
+    }
+    at_target_ = true;
+    if (!stays()) leftover_ = Leftover(target_);
+    return {};
+}
+
 Result<void> OutputFile::commit() {
     MELD_EXPECT(!committed_);
+    const interrupt::Undivided undivided;
     if (!stream_) make_file();
     if (auto flushed = flush(); !flushed) return flushed;
     if (!stream_ && !at_target_ && rename(beside_.c_str(), target_.c_str()) != 0) {
@@ -262,6 +295,7 @@ Result<void> OutputFile::commit() {
         return tl::unexpected(cannot_write(shown_, error_));
     }
     committed_ = true;
+    leftover_ = {};
     if (stream_ || durability_ == Durability::Process) return {};
     // The new name is in the folder.
     const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "runtime/base/error.h"
+#include "runtime/base/leftovers.h"
 #include "runtime/base/output_lock.h"
 
 namespace meld {
@@ -29,6 +30,8 @@ enum class Appears {
     // From the start on, and it stays if anything has been written, also without commit(): results that grow during a run. Where a
     // file is already, the new one grows beside it and replaces it at commit().
     AtOnce,
+    // The same from appear() on, for what cannot be read before. Without it nothing has changed.
+    OnceReadable,
 };
 
 // Whether results must survive that the machine stops, not only the process.
@@ -49,6 +52,8 @@ class OutputFile {
     void replace_from(std::uint64_t offset, std::string_view text);
     // All that has been written is given to the system or, if it must survive the machine, to the disk.
     Result<void> flush();
+    // What there is can be read, and stays if anything has been written: see Appears::OnceReadable. Only the first call counts.
+    Result<void> appear();
     // The file is whole: it gets its mode and owner and its place. Nothing may be written afterwards.
     Result<void> commit();
 
@@ -59,7 +64,7 @@ class OutputFile {
     // Where a regular file will be, links followed.
     const std::string& target() const { return target_; }
     // The file at place() has been written by somebody else.
-    void note_written() { written_ = true; }
+    void note_written();
 
   private:
     OutputFile(std::string shown, Durability durability) : shown_(std::move(shown)), durability_(durability) {}
@@ -67,16 +72,20 @@ class OutputFile {
     bool make_file();
     void give_to_system();
     void set_error(int error_number);
+    // If the process ends before commit().
+    bool stays() const { return committed_ || (written_ && (appears_ == Appears::AtOnce || appeared_)); }
 
     std::string shown_;   // As the user wrote it.
     std::string target_;  // Links followed; of a regular file.
     std::string beside_;  // While the bytes are not at the target.
     std::optional<OutputLock> lock_;
+    Leftover leftover_;
     Durability durability_;
     Appears appears_ = Appears::Whole;
     int descriptor_ = -1;
     bool stream_ = false;
     bool at_target_ = false;
+    bool appeared_ = false;
     bool written_ = false;
     bool committed_ = false;
     int error_ = 0;

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "runtime/base/interrupt.h"
 #include "runtime/base/output_file.h"
 
 namespace meld {
@@ -38,6 +39,7 @@ bool still_there(const std::string& file, int descriptor) {
 Result<OutputLock> OutputLock::take(const std::string& path, const std::string& shown) {
     const std::size_t name = path.rfind('/') + 1;
     const std::string file = path.substr(0, name) + "." + path.substr(name, kMostOfAName) + ".claymeld-lock";
+    const interrupt::Undivided undivided;
     while (true) {
         const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
         if (descriptor < 0) return tl::unexpected(cannot_write(shown, errno));
@@ -61,9 +63,11 @@ Result<OutputLock> OutputLock::take(const std::string& path, const std::string& 
     }
 }
 
-OutputLock::OutputLock(OutputLock&& other) noexcept : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+OutputLock::OutputLock(OutputLock&& other) noexcept
+    : leftover_(std::move(other.leftover_)), file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
+    std::swap(leftover_, other.leftover_);
     std::swap(file_, other.file_);
     std::swap(descriptor_, other.descriptor_);
     return *this;
@@ -72,8 +76,10 @@ OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
 // Removed while it is held, so that it is never another's.
 OutputLock::~OutputLock() {
     if (descriptor_ < 0) return;
+    const interrupt::Undivided undivided;
     if (still_there(file_, descriptor_)) unlink(file_.c_str());
     ::close(descriptor_);
+    leftover_ = {};
 }
 
 }  // namespace meld

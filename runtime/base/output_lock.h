@@ -4,6 +4,7 @@
 #include <string>
 
 #include "runtime/base/error.h"
+#include "runtime/base/leftovers.h"
 
 namespace meld {
 
@@ -20,8 +21,9 @@ class OutputLock {
     ~OutputLock();
 
   private:
-    OutputLock(std::string file, int descriptor) : file_(std::move(file)), descriptor_(descriptor) {}
+    OutputLock(std::string file, int descriptor) : leftover_(file), file_(std::move(file)), descriptor_(descriptor) {}
 
+    Leftover leftover_;
     std::string file_;
     int descriptor_;
 };

@@ -133,8 +133,17 @@ struct Recording::State {
     void write_texts();
     std::optional<std::string> reserve(std::uint64_t bytes);
     std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const;
+    Result<void> appear();
     tl::unexpected<Error> cannot_write(const std::string& why) const;
 };
+
+// With its first step the file gets its name: the library makes some tables only then, and links to them before they are written.
+Result<void> Recording::State::appear() {
+    output->note_written();
+    if (auto readable = output->appear(); !readable) return readable;
+    place = *output->place();
+    return {};
+}
 
 tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) const {
     std::string cure = why.find("space") == std::string::npos ? "" : "Free some space, record fewer predicates or less often";
@@ -373,7 +382,7 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     for (const std::string& file : {path, path + kSidecar, path + kLinesSidecar})
         if (OutputFile::names_stream(file))
             return fail(fmt::format("cannot write {}: a recording is no stream, and this is no regular file", file), "Choose another path");
-    auto output = OutputFile::open(path, Appears::AtOnce, info.durability);
+    auto output = OutputFile::open(path, Appears::OnceReadable, info.durability);
     if (!output) return tl::unexpected(output.error());
     auto place = output->place();
     if (!place) return tl::unexpected(place.error());
@@ -421,10 +430,13 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     state.write_row_of_step(time, part);
     const std::vector<XdmfSlab> slabs = state.write_array_offsets(all, rows);
     state.steps->commit();
-    state.output->note_written();
     if (state.file->failed()) {
         state.failure = state.cannot_write(state.file->failure()).value();
         return tl::unexpected(*state.failure);
+    }
+    if (const auto readable = state.appear(); !readable) {
+        state.failure = readable.error();
+        return readable;
     }
     auto listed = state.sidecar->add_step(time, rows, state.slab_of_points(), slabs);
     if (listed && state.line_sidecar)

@@ -85,7 +85,7 @@ std::string grid(double time, const std::string& topology, const std::string& po
 }  // namespace
 
 Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::string& data_file, Durability durability) {
-    auto file = OutputFile::open(path, Appears::AtOnce, durability);
+    auto file = OutputFile::open(path, Appears::OnceReadable, durability);
     if (!file) return tl::unexpected(file.error());
     XdmfSidecar sidecar(std::move(*file), data_file);
     sidecar.end_of_steps_ = kBegin.size();
@@ -123,7 +123,7 @@ Result<void> XdmfSidecar::append(std::string text) {
     text += kEnd;
     file_.replace_from(end_of_steps_, text);
     end_of_steps_ = end_of_steps;
-    return file_.flush();
+    return file_.appear().and_then([&] { return file_.flush(); });
 }
 
 }  // namespace meld::record

@@ -73,6 +73,34 @@ TEST_F(OutputFileTest, GrowsAtItsPathWhereNothingIsLost) {
     EXPECT_FALSE(fs::exists(path("b"))) << "nothing has been written";
 }
 
+TEST_F(OutputFileTest, TakesItsPathOnceItCanBeRead) {
+    {
+        auto file = OutputFile::open(path("a"), Appears::OnceReadable);
+        ASSERT_TRUE(file);
+        file->write("head\n");
+        EXPECT_TRUE(file->flush());
+        EXPECT_FALSE(fs::exists(path("a")));
+        EXPECT_TRUE(file->appear());
+        EXPECT_EQ(text("a"), "head\n");
+        EXPECT_EQ(file->place(), path("a"));
+        file->write("result\n");
+    }
+    EXPECT_EQ(text("a"), "head\nresult\n");
+    {
+        auto file = OutputFile::open(path("a"), Appears::OnceReadable);
+        ASSERT_TRUE(file);
+        file->write("new");
+        EXPECT_TRUE(file->appear());
+        EXPECT_EQ(text("a"), "head\nresult\n") << "it is kept until the new one is whole";
+        EXPECT_TRUE(file->commit());
+    }
+    EXPECT_EQ(text("a"), "new");
+    {
+        ASSERT_TRUE(OutputFile::open(path("b"), Appears::OnceReadable)->place());
+    }
+    EXPECT_EQ(files(), 1u);
+}
+
 TEST_F(OutputFileTest, GrowsBesideWhatIsThere) {
     put("a.log", "old");
     auto file = OutputFile::open(path("a.log"), Appears::AtOnce);

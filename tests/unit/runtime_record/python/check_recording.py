@@ -253,7 +253,7 @@ def check_killed(writer, folder):
         xml.parse(path + ".xdmf")
 
 
-WRITE, LENGTH, SAID = range(3)
+WRITE, LENGTH, SAID, NAMED = range(4)
 
 
 def listed_writes(path):
@@ -293,19 +293,22 @@ def check_every_write(writer, folder, steps=40, stride=11, every=False):
     path, log = os.path.join(folder, "a.vtkhdf"), os.path.join(folder, "log")
     subprocess.run([writer, str(steps), path], check=True, stdout=subprocess.PIPE, env={**os.environ, "WRITE_LOG": log})
     inode, killed = os.stat(path).st_ino, os.path.join(folder, "killed.vtkhdf")
-    said, seen, tried, begun = 0, 0, 0, False
+    said, seen, tried = 0, 0, 0
+    # Before the file has its name nobody looks for it.
+    named = not any(where == inode and kind == NAMED for where, kind, _, _ in listed_writes(log))
     with open(killed, "wb", buffering=0) as file:
         for number, (where, kind, at, data) in enumerate(listed_writes(log)):
             if kind == SAID:
-                said, begun = int(data.split()[-1]), True
+                said = int(data.split()[-1])
             if where != inode or kind == SAID:
                 continue
+            if kind == NAMED:
+                named = True
             if kind == WRITE:
                 os.pwrite(file.fileno(), data, at)
-            else:
+            elif kind == LENGTH:
                 os.ftruncate(file.fileno(), at)
-            # Before the first step is told there may be nothing yet.
-            if begun and number % stride == 0:
+            if named and (kind == NAMED or said == 0 or number % stride == 0):
                 try:
                     seen = max(seen, check_some_steps(killed, said, steps, every))
                 except Exception as error:

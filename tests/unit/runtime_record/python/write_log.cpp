@@ -1,6 +1,6 @@
 // Linked into a program: lists every write to a file that it makes, in the order in which the kernel sees them, in the file named by
 // WRITE_LOG. Whoever applies the first n of them has what a process killed after its n-th write leaves behind. Standard output is listed
-// too, so that one knows what the program had said by then.
+// too, so that one knows what the program had said by then, and so are new names, with the name.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -12,7 +12,7 @@
 
 namespace {
 
-enum class Kind : std::uint64_t { Write, Length, Said };
+enum class Kind : std::uint64_t { Write, Length, Said, Named };
 
 // inode, kind, offset or length, bytes that follow.
 struct Entry {
@@ -77,5 +77,14 @@ int fallocate64(int descriptor, int mode, off64_t offset, off64_t length) {
     return result;
 }
 int fallocate(int descriptor, int mode, off_t offset, off_t length) { return fallocate64(descriptor, mode, offset, length); }
+
+int rename(const char* from, const char* to) noexcept {
+    static const auto call = next<int(const char*, const char*)>("rename");
+    const int file = open(from, O_RDONLY | O_CLOEXEC);
+    const int result = call(from, to);
+    if (result == 0 && file >= 0) list(file, Kind::Named, 0, to, std::strlen(to));
+    if (file >= 0) close(file);
+    return result;
+}
 
 }  // extern "C"

@@ -1,0 +1,28 @@
+// Files that are no results yet: temporary ones, locks, and what has just been begun. They go when the process is ended at once.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+namespace meld {
+
+// While it lives, the file at this path goes when the process is ended by runtime/base/interrupt.h.
+class Leftover {
+  public:
+    Leftover() = default;
+    explicit Leftover(const std::string& path);
+    Leftover(Leftover&& other) noexcept;
+    Leftover& operator=(Leftover&& other) noexcept;
+    ~Leftover();
+
+    // A handler of signals calls it, and ends the process after that.
+    static void remove_all();
+
+  private:
+    struct Entry;
+    static std::atomic<Entry*> newest;
+
+    Entry* entry_ = nullptr;
+};
+
+}  // namespace meld
