@@ -12,10 +12,12 @@
 #include <cstring>
 #include <ctime>
 #include <map>
+#include <optional>
 #include <string_view>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/progress.h"
+#include "runtime/comm/ending.h"
 #include "runtime/comm/relay.h"
 
 extern char** environ;
@@ -109,40 +111,54 @@ sigset_t awaited_signals() {
     _exit(kCannotStart);
 }
 
-// Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
-LaunchOutcome wait_for(pid_t child, const sigset_t& awaited, Relay& relay) {
+// How mpirun ended, if it has. A child that nobody can wait for could not be started.
+std::optional<LaunchOutcome> outcome_of(pid_t child) {
+    int status = 0;
+    const pid_t ended = waitpid(child, &status, WNOHANG);
     LaunchOutcome outcome;
-    bool forced = false;
-    bool told_to_end = false;
+    if (ended == 0 || (ended < 0 && errno == EINTR)) return std::nullopt;
+    if (ended < 0) outcome.exit_code = kCannotStart;
+    if (ended == child && WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
+    if (ended == child && WIFSIGNALED(status)) {
+        outcome.launcher_signal = WTERMSIG(status);
+        outcome.exit_code = 128 + outcome.launcher_signal;
+    }
+    return outcome;
+}
+
+// Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
+LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& awaited, Relay& relay) {
+    Ending ending(child, program);
+    int interrupted_by = 0;
     int looks_unheard = 0;
     while (true) {
-        int status = 0;
-        const pid_t ended = waitpid(child, &status, WNOHANG);
-        if (ended == child && WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
-        if (ended == child && WIFSIGNALED(status)) {
-            outcome.launcher_signal = WTERMSIG(status);
-            outcome.exit_code = 128 + outcome.launcher_signal;
+        std::optional<LaunchOutcome> outcome = outcome_of(child);
+        const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
+        // One that has ended both this process and mpirun is told of, too.
+        for (int signal = 0; (signal = sigtimedwait(&awaited, nullptr, &at_once)) > 0;) {
+            if (signal == SIGCHLD) continue;
+            if (interrupted_by == 0) interrupted_by = signal;
+            if (outcome) break;
+            if (ending.asked())
+                ending.insist();
+            else
+                ending.ask();
         }
-        if (ended < 0 && errno != EINTR) outcome.exit_code = kCannotStart;
-        if (ended == child || (ended < 0 && errno != EINTR)) {
+        if (outcome) {
+            outcome->interrupted_by = interrupted_by;
+            outcome->heard = ending.heard();
+            const bool killed = ending.killed();
+            if (killed || outcome->launcher_signal != 0) ending.clean_up();
+            if (killed) *outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .heard = ending.heard()};
             // Whatever mpirun makes of processes that it had to end.
-            if (forced && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
-            return outcome;
+            if (ending.insisted() && outcome->exit_code != 0) outcome->exit_code = 128 + SIGTERM;
+            return *outcome;
         }
-
         relay.pass(kLookMilliseconds);
         // Nobody hears what the processes say: they end as if the user had asked for it, unless they are at their end anyway. A signal
         // that reaches mpirun while it ends makes it crash.
-        if (relay.output_error() != 0 && !told_to_end && ++looks_unheard > kLooksUntilToldToEnd) {
-            told_to_end = true;
-            if (outcome.interrupted_by == 0) kill(child, kEndWellSignal);
-        }
-        const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
-        const int signal = sigtimedwait(&awaited, nullptr, &at_once);
-        if (signal <= 0 || signal == SIGCHLD) continue;
-        forced = told_to_end || outcome.interrupted_by != 0;
-        kill(child, forced ? SIGTERM : kEndWellSignal);
-        if (outcome.interrupted_by == 0) outcome.interrupted_by = signal;
+        if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) ending.ask();
+        ending.look();
     }
 }
 
@@ -170,7 +186,7 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command)
     const pid_t child = fork();
     if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);
     relay.leave_child();
-    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, awaited, relay);
+    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, command[0], awaited, relay);
     relay.finish();
     outcome.output_error = relay.output_error();
 

@@ -8,15 +8,17 @@
 namespace meld::comm {
 
 // What the processes receive when the user wants the run to end well: at the next tick boundary, with checkpoint and summary.
-// (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT.
+// (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT; it may come twice.
 inline constexpr int kEndWellSignal = SIGUSR1;
 
 struct LaunchOutcome {
     // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; 127 when mpirun cannot be
-    // started.
+    // started; 130 when the processes had been asked to end and had, but mpirun had not; 143 when they had to be ended.
     int exit_code = 0;
     // The first signal by which the user asked for the end, or 0. The processes may have finished all the same, with code 0.
     int interrupted_by = 0;
+    // A process has been told to end, and has said what came of it; otherwise none had come so far.
+    bool heard = false;
     // The signal that ended mpirun itself, or 0; one that ends a process makes it an exit code. Open MPI 4.1 crashes at its own end now
     // and then, when the processes are through.
     int launcher_signal = 0;
@@ -27,8 +29,9 @@ struct LaunchOutcome {
 // Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
 // through as they are (and when stderr is a terminal, the processes are told so, see runtime/base/progress.h); standard input goes to
 // process 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP that is not ignored is given to the processes as
-// kEndWellSignal, the second ends them at once. If this process dies, so do they; if its standard output takes nothing any more, they
-// end as at a first signal. Call it from a process that has no other threads and has not started MPI itself.
+// kEndWellSignal, the second ends them at once. Processes that do not handle it yet are ended; what does not end is killed within two
+// seconds, but for a process that takes its time for its results. If this process dies, so do they; if its standard output takes nothing
+// any more, they end as at a first signal. Call it from a process that has no other threads and children and has not started MPI itself.
 LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command);
 
 // Why a run of processes ended with this code, for codes that no command of ours documents: "a process was killed (signal 9), ...".

@@ -1,10 +1,12 @@
 // The communicator of real processes. One thread of each process calls it (MPI_THREAD_FUNNELED).
 #include <malloc.h>
 #include <mpi.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -63,6 +65,8 @@ void initialise() {
     if (initialised != 0) return;
     yield_if_oversubscribed();
     keep_freed_memory();
+    // Also one that mpirun has just begun to start ends with it.
+    if (under_mpi()) prctl(PR_SET_PDEATHSIG, SIGTERM);
     int provided = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
     MELD_CHECK(provided >= MPI_THREAD_FUNNELED, "the MPI library provides thread level {}", provided);

@@ -10,11 +10,10 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include "runtime/base/progress.h"
 #include "runtime/base/units.h"
+#include "runtime/comm/offspring.h"
 
 namespace meld::comm {
 
@@ -30,16 +29,6 @@ struct Address {
     int pid = 0;
     int file = -1;
 };
-
-// What the kernel calls the state of a process: 'T' is stopped. '?' if it cannot be seen.
-char state_of(int pid) {
-    std::ifstream file(fmt::format("/proc/{}/stat", pid));
-    std::ostringstream text;
-    text << file.rdbuf();
-    // The name before it may hold anything, also a parenthesis.
-    const std::size_t end = text.str().rfind(") ");
-    return end == std::string::npos || end + 2 >= text.str().size() ? '?' : text.str()[end + 2];
-}
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -37,7 +37,7 @@ namespace {
 
 // The process that speaks for the run also says so when it is ended at once.
 void handle_interrupts(bool speaks) {
-    interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal});
+    interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal}, comm::kEndWellSignal);
     if (speaks) interrupt::set_last_words("meldsim: interrupted before its end\n");
 }
 
@@ -223,7 +223,7 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
 // The processes say themselves that they were interrupted, unless they had not come so far.
 int after_interrupt(const comm::LaunchOutcome& outcome) {
     const int interrupted = static_cast<int>(ExitCode::Interrupted), terminated = 128 + SIGTERM;
-    if (outcome.exit_code != interrupted && outcome.exit_code != terminated) tell({"interrupted before its end"});
+    if (!outcome.heard || (outcome.exit_code != interrupted && outcome.exit_code != terminated)) tell({"interrupted before its end"});
     return outcome.interrupted_by == SIGTERM ? terminated : interrupted;
 }
 
@@ -232,10 +232,14 @@ int after_interrupt(const comm::LaunchOutcome& outcome) {
 int run_command(RunOptions options) {
     if (const auto distinct = check_outputs(options, world_path(options)); !distinct) return tell(distinct.error());
     if (comm::under_mpi()) {
-        // Before that, a signal is mpirun's to tell.
+        // Outlives the communicator, whose end waits for mpirun.
+        std::optional<interrupt::Answering> soon;
         const auto comm = comm::make_mpi();
+        // Before that, a signal is mpirun's to tell.
         handle_interrupts(comm->process() == 0);
-        return run_processes(options, *comm);
+        const int code = run_processes(options, *comm);
+        soon.emplace(interrupt::Answer::Soon);
+        return code;
     }
     handle_interrupts(true);
     if (options.processes == 1) {

@@ -9,6 +9,7 @@ import argparse
 import os
 import pathlib
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -60,9 +61,10 @@ class Case(cli_test.Case):
         for name in ("d", "f", "r", "r.xdmf"):
             (self.folder / name).unlink(missing_ok=True)
 
-    def start(self, *arguments):
+    def start(self, *arguments, environment=None):
         # What parts share lies where nobody else's does. A session of its own, so that its processes can be told.
-        environment = dict(os.environ, OMPI_MCA_btl_vader_backing_directory=str(self.folder / "shm"), CLAYMELD_CACHE=TOOLS.cache)
+        environment = dict(os.environ, OMPI_MCA_btl_vader_backing_directory=str(self.folder / "shm"), CLAYMELD_CACHE=TOOLS.cache,
+                           **environment or {})
         if "--new" in arguments:
             environment["CLAYMELD_CACHE"] = str(self.folder / "cache")
         run = subprocess.Popen([TOOLS.meldsim, "run", *(str(a) for a in arguments if a != "--new")], cwd=self.folder, env=environment,
@@ -110,7 +112,7 @@ class Case(cli_test.Case):
             lines = (self.folder / "f").read_text().splitlines()
             self.assertEqual(lines, sorted((f"p(@{i}, {last})." for i in range(100)), key=lambda line: int(line[3:line.index(",")])))
             facts = last
-        mine = {"forever.meld", "long.meld", "small.toml", "large.toml", "p.meld", "w.toml", "d", "f", "r", "r.xdmf", "shm"}
+        mine = {"forever.meld", "long.meld", "small.toml", "large.toml", "p.meld", "w.toml", "d", "f", "r", "r.xdmf", "shm", "bin"}
         self.assertLessEqual({p.name for p in self.folder.iterdir() if p.name != "cache"}, mine, "files are left")
         return facts
 
@@ -185,10 +187,77 @@ class Interrupts(Case):
         self.ended(ignore, [143])
 
 
+class Launcher(Case):
+    """Whatever mpirun makes of it: a script in its place that says what the next one does."""
+    OUTPUTS = (*Interrupts.OUTPUTS, "--quiet")
+
+    def put_in_place_of_mpirun(self, script):
+        folder = self.folder / "bin"
+        folder.mkdir(exist_ok=True)
+        path = folder / "mpirun"
+        path.write_text(f"#!/bin/bash\nreal={shutil.which('mpirun')}\n{script}\n")
+        path.chmod(0o755)
+        return {"PATH": f"{folder}:{os.environ['PATH']}"}
+
+    def mpirun_of(self, run):
+        return next(pid for pid in processes_of(run.pid) if pathlib.Path(f"/proc/{pid}/comm").read_text() == "mpirun\n")
+
+    def test_that_hears_nothing(self):
+        for sent, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            run = self.start("forever.meld", "-n", 2, *self.OUTPUTS,
+                             environment=self.put_in_place_of_mpirun("trap '' TERM INT HUP USR1\ntouch begun\nsleep 1000"))
+            self.wait_for((self.folder / "begun").exists, run)
+            run.send_signal(sent)
+            _, err = self.ended(run, [code])
+            self.assertEqual(err, "meldsim: interrupted before its end\n")
+            (self.folder / "begun").unlink()
+
+    def test_that_loses_the_first_signal(self):
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS,
+                         environment=self.put_in_place_of_mpirun('trap "" USR1\ntouch begun\nsleep 0.3\nexec $real "$@"'))
+        self.wait_for((self.folder / "begun").exists, run)
+        (self.folder / "begun").unlink()
+        run.send_signal(signal.SIGTERM)
+        self.ended(run, [143])
+
+    def test_that_does_not_end_when_the_processes_have(self):
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS,
+                         environment=self.put_in_place_of_mpirun('trap "" USR1 TERM\n$real "$@"\nsleep 1000'))
+        self.ticks_are_made(run)
+        run.send_signal(signal.SIGINT)
+        self.ended(run, [130])
+        self.assertIsNotNone(self.check_outputs())
+
+    def test_that_is_stopped(self):
+        self.forget_outputs()
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)
+        self.ticks_are_made(run)
+        os.kill(self.mpirun_of(run), signal.SIGSTOP)
+        run.send_signal(signal.SIGTERM)
+        self.ended(run, [143])
+        self.assertIsNotNone(self.check_outputs())
+
+    def test_that_is_killed(self):
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)
+        self.ticks_are_made(run)
+        os.kill(self.mpirun_of(run), signal.SIGKILL)
+        _, err = self.ended(run, [137])
+        self.assertIn("mpirun itself was ended by signal 9", err)
+
+    def test_with_processes_that_are_stopped(self):
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)
+        self.ticks_are_made(run)
+        mpirun = self.mpirun_of(run)
+        for pid in processes_of(run.pid) - {run.pid, mpirun}:
+            os.kill(pid, signal.SIGSTOP)
+        run.send_signal(signal.SIGTERM)
+        self.ended(run, [143])
+
+
 class Random(Case):
     def test_at_random_moments(self):
         generator = random.Random(TOOLS.seed)
-        whole = 0
+        whole, longest = 0, (0, "")
         for turn in range(TOOLS.runs):
             n, sent = generator.choice((1, 2)), generator.choice((signal.SIGINT, signal.SIGTERM))
             delay, group = generator.uniform(0, 1.5), generator.random() < 0.3
@@ -196,11 +265,14 @@ class Random(Case):
                 self.forget_outputs()
                 run = self.start("forever.meld", "-n", n, *Interrupts.OUTPUTS, "--quiet")
                 time.sleep(delay)
+                begin = time.monotonic()
                 (os.killpg if group else os.kill)(run.pid, sent)
                 # Before it has come to handle them, a signal ends it as the system does.
                 self.ended(run, [130 if sent == signal.SIGINT else 143, -sent])
+                longest = max(longest, (time.monotonic() - begin, f"{n} processes, {sent.name} after {delay:.3f} s, group: {group}"))
                 whole += self.check_outputs() is not None
-        print(f"{TOOLS.runs} runs, {whole} of them had begun and wrote their facts", file=sys.stderr)
+        print(f"{TOOLS.runs} runs, {whole} of them had begun and wrote their facts; "
+              f"the longest end took {longest[0]:.2f} s, of {longest[1]}", file=sys.stderr)
         self.assertGreater(whole, 0)
 
 

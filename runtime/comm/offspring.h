@@ -1,0 +1,30 @@
+// What a process has started, as the system tells.
+#pragma once
+
+#include <sys/types.h>
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace meld::comm {
+
+// What the kernel calls the state of a process: 'T' is stopped, 'Z' has ended and not been waited for. '?' if it cannot be seen.
+char state_of(pid_t process);
+
+// Its children, their children and so on, without those that have ended. It looks at all processes of the machine: microseconds each.
+std::vector<pid_t> offspring_of(pid_t process);
+
+// The file of a program; 0, 0 if there is none. It stays the same file when another takes its path.
+using ProgramFile = std::pair<dev_t, ino_t>;
+ProgramFile program_at(const std::string& path);
+ProgramFile program_of(pid_t process);
+
+// Whether it has a handler for the signal.
+bool catches(pid_t process, int signal);
+
+// The files in memory by which Open MPI's processes on a machine exchange messages, as far as this one has opened them.
+std::set<std::string> exchange_files_of(pid_t process);
+
+}  // namespace meld::comm
