@@ -45,7 +45,7 @@ int fail_with(const Error& error) {
     return static_cast<int>(error.code);
 }
 
-// A screen or two; what is at its end is read first, and what is cured at its start often cures the rest.
+// A screen or two: readers begin at the end, and curing the first mistakes often cures the rest.
 constexpr std::size_t kMostMessages = 50;
 
 // Diagnostics go to standard error as text, or to standard output as JSON.
@@ -79,7 +79,7 @@ Result<void> copy_module(const std::string& module, const std::string& path) {
     return write_file(path, *bytes);
 }
 
-// What is read, and what is written.
+// The files to read must differ from the file to write.
 Result<void> check_paths(const Options& options) {
     std::vector<NamedPath> paths = {{"the program", options.file}, {"-o", options.output, NamedPath::Written}};
     for (const std::string& file : options.compile.link) paths.push_back({"--link", file});
@@ -113,7 +113,7 @@ int run_compile(Options& options) {
     show(c, options);
     if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
     if (options.compile.last != Stage::Module) {
-        // C++ escapes what its texts hold by itself.
+        // The emitted C++ has escapes in its string literals already.
         std::cout << (options.compile.last == Stage::Cpp ? c.result : visible(c.result));
         return 0;
     }
@@ -149,7 +149,7 @@ cli::Choices choices() {
     return all;
 }
 
-// The language server is a program of its own: it loads LLVM, which meldc itself does not need. Returns only if it cannot be started.
+// The language server is a separate program: it loads LLVM, which meldc itself does not need. Returns only if it cannot be started.
 int run_language_server() {
     std::error_code error;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -165,7 +165,7 @@ int run_program(int argc, char** argv) {
         "meldc checks, compiles, formats and explains Meld programs.\n\nExample: meldc compile examples/meld/gradient.meld --explain-rules",
         "meldc"};
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 1 program wrong, 2 usage or files, 4 limit, memory or disk, 70 a bug of meldc.");
+    app.footer("Exit codes: 0 success, 1 an error in the program, 2 usage or files, 4 limit, memory or disk, 70 a bug of meldc.");
 
     CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
     CLI::App* compile = app.add_subcommand(
@@ -179,14 +179,16 @@ int run_program(int argc, char** argv) {
             ->take_all()
             ->allow_extra_args(false);
     }
-    compile->add_option("-o,--output", options.output, "Write the module here; without it, its path in the cache is printed")
+    compile
+        ->add_option("-o,--output", options.output,
+                     "Write the module to this file; by default it stays in the cache, and its path is printed")
         ->type_name("FILE");
     compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
     compile->add_flag("--explain-rules", options.explain_rules,
                       "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
     compile
         ->add_option("-O", options.compile.optimisation,
-                     "Optimisation of the module, 0 to 3; without it 2 for short modules and 1 for long ones")
+                     "Optimization of the module, 0 to 3; the default is 2 for short modules and 1 for long ones")
         ->check(cli::whole_number(0, 3));
     compile->add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
         ->type_name("PASS");
@@ -196,7 +198,7 @@ int run_program(int argc, char** argv) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
-    compile->add_flag("--quiet", options.quiet, "No progress line");
+    compile->add_flag("--quiet", options.quiet, "Print no progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain =
         app.add_subcommand("explain", "Explain a message: what it means, a wrong program and its cure.\nExample: meldc explain E0501");
@@ -204,14 +206,15 @@ int run_program(int argc, char** argv) {
 
     CLI::App* format =
         app.add_subcommand("fmt", "Format programs; comments and meaning stay the same.\nExample: meldc fmt examples/meld/gradient.meld");
-    format->add_option("FILE", options.format.files, "Programs, .meld files, which are replaced; - for standard input to standard output")
+    format
+        ->add_option("FILE", options.format.files, "Programs, .meld files, to format in place; - formats standard input to standard output")
         ->required();
-    format->add_flag("--check", options.format.check, "Change nothing: name the files that would change, and exit with 1 if there are any");
+    format->add_flag("--check", options.format.check, "Change nothing; list the files that would change, and exit with 1 if there are any");
     format->add_flag("--stdout", options.format.to_stdout, "Print the result instead of replacing the file");
     CLI::App* lsp =
         app.add_subcommand("lsp", "Serve an editor over standard input and output (Language Server Protocol).\nExample: meldc lsp --stdio");
     bool over_stdio = true;
-    lsp->add_flag("--stdio", over_stdio, "Serve over standard input and output; the only way, and the default");
+    lsp->add_flag("--stdio", over_stdio, "Serve over standard input and output, which is the default and the only way");
 
     cli::add_common(app);
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;

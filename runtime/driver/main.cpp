@@ -22,14 +22,14 @@ int run_program(int argc, char** argv) {
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 fine, 1 program wrong, 2 usage or world, 4 limit, memory or disk, 5 module refused, 70 a bug of meldsim, 130 "
-        "interrupted, 143 terminated.");
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, 5 an unusable module, 70 a bug of "
+        "meldsim, 130 interrupted, 143 terminated.");
 
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
                                      "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
-    r->add_option("--world", run.world, "The world, a .toml file; without it PROGRAM's own .toml, else a cube of 1,000 catoms")
+    r->add_option("--world", run.world, "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms")
         ->type_name("FILE");
     r->add_option("-I,--library", run.library_paths, "Search this folder for the program's includes and libraries; repeatable")
         ->type_name("DIR")
@@ -42,7 +42,7 @@ int run_program(int argc, char** argv) {
         ->check(cli::whole_number(1, 100000))
         ->capture_default_str();
     r->add_option("--threads", run.threads, "Worker threads in each process")->check(cli::whole_number(1, 1024))->capture_default_str();
-    r->add_option("--set", run.set, "Give a constant of the program another value: name=value")
+    r->add_option("--set", run.set, "Replace the value of a constant of the program; repeatable")
         ->type_name("NAME=VALUE")
         ->take_all()
         ->allow_extra_args(false);
@@ -64,20 +64,24 @@ int run_program(int argc, char** argv) {
     r->add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one a line, sorted; - for standard output")->type_name("FILE");
+    r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one per line, sorted; - for standard output")
+        ->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
     r->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
     r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
-    r->add_flag("--json", run.json, "The summary as JSON");
-    r->add_flag("--quiet", run.quiet, "No progress line and no summary");
+    r->add_flag("--json", run.json, "Print the summary as JSON");
+    r->add_flag("--quiet", run.quiet, "Print no progress line and no summary");
     r->add_option("--module", run.module)->group("");
 
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
     w->add_option("FILE", world_path, "The world, a .toml file")->required();
     std::vector<std::string> world_extensions;
-    w->add_option("--extension", world_extensions, "As of meldsim run; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+    w->add_option("--extension", world_extensions, "As for meldsim run; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
 
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};

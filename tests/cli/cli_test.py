@@ -59,7 +59,7 @@ class Usage(Case):
         for arguments in (["meldc", "--help"], ["meldsim", "--help"]):
             out, err = self.call(*arguments)
             self.assertIn("Example: ", out)
-            self.assertIn("Exit codes: 0 fine, 1 program wrong, 2 usage", out)
+            self.assertIn("Exit codes: 0 success, 1 an error in the program, 2 usage", out)
             self.assertEqual(err, "")
         for tool, command in (("meldc", "check"), ("meldc", "compile"), ("meldc", "explain"), ("meldc", "fmt"), ("meldc", "lsp"),
                               ("meldsim", "run"), ("meldsim", "world"), ("meldsim", "help"), ("meldc", "completion")):
