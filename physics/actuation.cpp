@@ -1,4 +1,4 @@
-// Forces between magnets and plates, in double precision and as the formulas stand in books.
+// Forces between magnets and plates, in double precision, by the textbook formulas.
 #include "physics/actuation.h"
 
 #include <fmt/format.h>
@@ -22,16 +22,16 @@ void add(Interaction& sum, const Interaction& more) {
     sum.energy_j += more.energy_j;
 }
 
-// An interaction whose forces act at `first` and `second`, about other points: the levers lead from there to where they act.
+// An interaction whose forces act at `first` and `second`, moved to other points: the levers lead from there to where the forces act.
 Interaction moved(Interaction interaction, Vec3 first_lever, Vec3 second_lever) {
     interaction.first_torque_nm = interaction.first_torque_nm - cross(first_lever, interaction.force_n);
     interaction.second_torque_nm = interaction.second_torque_nm + cross(second_lever, interaction.force_n);
     return interaction;
 }
 
-// An interaction whose energy falls as `power` of the distance along a line, so ended that nothing is left at `reach`: the energy is
-// taken (1 - x)^2 times, x = (distance / reach)^power, and the force is its derivative, which along the line is the former force
-// 1 - x^2 times. So both fall all the way, and what goes in comes out again.
+// An interaction whose energy falls as `power` of the distance along a line, cut off smoothly at `reach`: the energy is multiplied by (1 -
+// x)^2, x = (distance / reach)^power, and the force is its derivative, which along the line is the former force times 1 - x^2. So both fall
+// monotonically, and energy is conserved.
 Interaction ended(const Interaction& whole, Vec3 apart, double distance, double reach, int power) {
     if (!(distance < reach)) return {};
     double x = 1;
@@ -41,8 +41,8 @@ Interaction ended(const Interaction& whole, Vec3 apart, double distance, double 
             kept * whole.energy_j};
 }
 
-// Levers lead from the surface points to where something acts. Depths add to the reach: it ends where the surfaces of two that face
-// each other are the range apart, and nowhere acts between bodies with a wider gap.
+// Levers lead from the surface points to where something acts. Depths add to the reach: it ends where the surfaces of two features that
+// face each other are the range apart, so nothing acts between bodies with a wider gap.
 Interaction two_dipoles(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double range) {
     const Vec3 first_lever = -first.depth_m * a.direction, second_lever = -second.depth_m * b.direction;
     const Vec3 apart = (b.surface + second_lever) - (a.surface + first_lever);
@@ -64,8 +64,8 @@ Interaction two_poles(const Feature& first, const FeaturePose& a, const Feature&
     return sum;
 }
 
-// Plates pull along the line between their surface points, or straight on when they touch. What separates them electrically is the gap
-// and the dielectric.
+// Plates pull along the line between their surface points, or straight on when they touch. They are separated electrically by the gap and
+// the dielectric.
 Interaction two_plates(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double range,
                        double& charge_j) {
     constexpr double kTouching_m = 1e-9;

@@ -1,5 +1,5 @@
-// What a body can pull with: magnets, electrostatic plates and latches on its surface, each pointing somewhere in the body's
-// frame. Bodies of one make share a table of features; which of them are on is each body's own.
+// What a body can pull with: magnets, electrostatic plates and latches on its surface, each with a direction in the body's frame. Bodies of
+// one kind share a table of features; which of them are on belongs to each body.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@
 namespace meld::physics {
 
 enum class FeatureKind : std::uint8_t {
-    // A point dipole `depth_m` below the surface, with moment strength, A m^2, along the direction (out, unless reversed).
+    // A point dipole `depth_m` below the surface, with moment strength, A m^2, along the direction (outwards, unless reversed).
     Dipole,
     // Two poles of strength, A m, the outer `depth_m` below the surface, the other `length_m` deeper. For gaps below the length.
     TwoPole,
     // A plate of area_m2 at the surface under `cover_m` of dielectric, at strength, V, when on, or -strength where reversed.
     Plate,
-    // Holds with up to strength, N, once it has met another latch.
+    // Holds with a force of up to strength, N, once it has met another latch.
     Latch,
 };
 
@@ -31,10 +31,10 @@ struct Feature {
     double area_m2 = 0.01;
     double cover_m = 1e-4;
     double permittivity = 3;
-    // Two features that face each other do not act across a wider gap; their force falls to nothing there. For a latch: how wide a gap
-    // it closes.
+    // Two features that face each other do not act across a wider gap; their force falls to zero there. For a latch: the widest gap that it
+    // closes.
     double range_m = 0.1;
-    // Drawn while on, and at each switching on.
+    // Power while on, and energy of each switching on.
     double power_w = 0;
     double switching_j = 0;
 };
@@ -44,15 +44,15 @@ inline constexpr std::size_t kMaxFeatures = 32;
 // How deep below the surface a feature acts, m.
 double depth_of(const Feature& feature);
 
-// Directions to the neighbours in the lattices that ensembles use: 6 (cubic), 12 (face-centred cubic), or 24 (the corners of
-// a rhombicuboctahedron, a dense cover). Unit vectors.
+// Directions to the neighbours in the lattices that ensembles use: 6 (cubic), 12 (face-centred cubic), or 24 (the corners of a
+// rhombicuboctahedron, a dense cover). Unit vectors.
 std::vector<Vec3> feature_directions(int count);
 
-// The table with a checked copy of the features, directions made unit vectors; the error names the feature.
+// The table with a checked copy of the features and unit directions; the error names the feature.
 Result<std::vector<Feature>> check_features(std::vector<Feature> features);
 
-// What two features do to each other: the force on the second (the first gets the opposite), the torques about each feature's
-// own place, and the energy of the arrangement.
+// What two features do to each other: the force on the second (the first gets the opposite), the torques about the point of each feature,
+// and the energy of the arrangement.
 struct Interaction {
     Vec3 force_n;
     Vec3 first_torque_nm;
@@ -73,16 +73,16 @@ struct PlatePull {
 };
 PlatePull plates(const Feature& first, const Feature& second, double volts, double gap_m);
 
-// Two features in the world: places of their surface points and unit directions. `signs`: whether each is reversed.
+// Two features in the world: surface points and unit directions. `signs`: whether each is reversed.
 struct FeaturePose {
     Vec3 surface;
     Vec3 direction;
     double sign;
 };
-// The interaction about the surface points (torques of forces that act deeper are included), ended at the lesser of the ranges: along
-// the line between two dipoles, poles or plates, an attraction or repulsion falls with their distance all the way, to 0. Of plates,
-// unlike polarities attract and like ones of one voltage do nothing. Latches and features of unlike kind do nothing here. `charge_j`
-// receives C V^2 of plates.
+// The interaction about the surface points (including the torques of forces that act deeper), cut off at the smaller of the ranges: along
+// the line between two dipoles, poles or plates, an attraction or repulsion falls monotonically with their distance, to 0. Plates of unlike
+// polarity attract; like plates of one voltage do nothing. Latches and features of different kinds do nothing here. `charge_j` receives C
+// V^2 of plates.
 Interaction interact(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose,
                      double& charge_j);
 

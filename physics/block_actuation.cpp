@@ -1,5 +1,5 @@
-// Magnets, plates and latches along the candidate pairs. Forces go to per-body sums in colour order, so no two threads add to
-// one body and the order of additions is the world's; latches go into the contact rows.
+// Magnets, plates and latches along the candidate pairs. Forces are added to per-body sums in colour order, so no two threads add to one
+// body and the order of additions depends only on the world; latches act through the contact rows.
 #include <algorithm>
 
 #include "physics/actuation.h"

@@ -24,22 +24,22 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kSlotsPerJob = 16384;
-// Contacts are looked for this far ahead, as a share of the smallest diameter: a body at a third of its diameter per tick
-// is stopped at the surface instead of inside it.
+// Contacts are searched this far ahead, as a share of the smallest diameter: a body that moves a third of its diameter per tick is stopped
+// at the surface instead of inside it.
 constexpr double kLookAheadShare = 0.02;
 
-// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxing sweep stops those that
-// would touch in the next.
+// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxation sweep stops those that would touch
+// in the next step.
 constexpr double kStepsAhead = 2;
 
-// A blow goes through about two touching bodies a sweep; what is left of it after the last sweep is stopped without restitution.
+// A blow passes through about two touching bodies per sweep; the rest after the last sweep is stopped without restitution.
 constexpr int kBounceSweeps = 4;
 
-// Bodies that come less far than this, as a share of the smallest diameter, while a list is used are found in time when they
+// Bodies that travel less far than this while a list is used, as a share of the smallest diameter, are found in time although they may
 // overlap a little.
 constexpr double kSlowShare = 0.375;
 
-// A new list holds what fast bodies may meet in the step, and what a relaxing sweep then keeps from touching in the next substep.
+// A new list holds what fast bodies may meet in the step, and what a relaxation sweep then keeps from touching in the next substep.
 double ahead_of_fast_s(const StepTimes& times) { return times.dt_s + times.substep_s(); }
 
 float squared(double value) { return static_cast<float>(value * value); }
@@ -54,7 +54,7 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
     const auto coloured = [&](Kind kind) {
         for (int colour = 0; colour < kColours; ++colour) stages.push_back({.kind = kind, .colour = colour});
     };
-    // Before anything that would take the approach away: the sweeps of a solver that knows no restitution, and the relaxing one.
+    // Before anything that would change the approach: the sweeps of a solver without restitution, and the relaxation sweep.
     const auto bounce = [&] {
         for (int left = bounces ? kBounceSweeps : 0; left > 0; --left) {
             stages.push_back({.kind = Kind::FindBounces, .bounce_stages = left * (1 + kColours) - 1});
@@ -107,7 +107,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return {};
         }
         case Stage::Kind::Accelerate: {
-            // A cold solver begins each substep with nothing: impulses that bodies have not felt would count as if they had.
+            // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
             if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
             const StageClock clock(world_.times.move);
             const Wrench* wrenches = bodies.wrenches.empty() ? nullptr : bodies.wrenches.data();
@@ -211,7 +211,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
     if (!fresh_)
         if (auto refreshed = refresh(times, workers); !refreshed) return refreshed;
-    // All must forget after a step that failed; a step of another length would make impulses of another size.
+    // After a failed step all impulses must be forgotten; a step of another length would need impulses of another size.
     if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
@@ -219,7 +219,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
 
 double BlockEngine::reach_m() const { return std::max(kLookAheadShare * 2 * smallest_radius_m_, world_.feature_range_m()); }
 
-// Old when what has moved, and may move in this step, could bring together two bodies that the list does not hold.
+// Old when the movement so far and in this step could bring together two bodies that the list does not hold.
 bool BlockEngine::list_is_old(const StepTimes& times) const {
     if (reach_m() > margin_m_) return true;
     double farthest = 0;
@@ -244,7 +244,7 @@ GridShape BlockEngine::next_shape() const {
 
 void BlockEngine::set_velocities(const Velocities& all, const StepTimes& times) {
     frame_m_s_ = all.mean();
-    // What is faster ends the step.
+    // A faster body ends the step with an error.
     farthest_path_m_ = std::min(all.greatest_beside_mean(), world_.settings.max_speed_m_s) * ahead_of_fast_s(times);
 }
 
@@ -390,7 +390,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         int lane;
         ObstacleLane what;
     };
-    // The parts of one contact lie in different batches, for they share the body; they are brought together by (body, obstacle).
+    // The parts of one contact lie in different batches, because they share the body; sorting by (body, obstacle) brings them together.
     thread_local std::vector<Lane> found;
     found.clear();
     for (std::size_t n = 0; n < batches.size(); ++n)
@@ -411,7 +411,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         while (!single && end < found.size() && found[end].batch->a[found[end].lane] == slot && found[end].what.obstacle == obstacle) ++end;
         const Place& p = bodies.place[slot];
         const BodyId id = bodies.properties[slot].id;
-        // On uneven ground a look too far ahead would find more contacts than a body has lanes for.
+        // On uneven ground, looking too far ahead would find more contacts than a body has lanes for.
         const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
         int count = 0;
         try {
@@ -422,8 +422,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         for (int c = 0; c < count; ++c)
             if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine)
                 fails(id, fine.error());
-        // What comes from farther away would be on the other side of a wall before anything is noticed, and of what is near only
-        // its way says what it will touch.
+        // A body from farther away would be behind a wall before it is noticed, and for a near one only its path tells what it will touch.
         const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
         const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
         if (apart && dot(path, path) > ahead * ahead && world_.obstacles.can_be_met(obstacle)) {
@@ -435,7 +434,7 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
         for (std::size_t n = begin; n < end; ++n) {
             Batch& batch = *found[n].batch;
             const int i = found[n].lane;
-            // Each lane takes the contact whose normal is most like its last one.
+            // Each lane takes the contact whose normal is most similar to its last one.
             int best = -1;
             double likeness = -2;
             for (int c = 0; c < count; ++c) {

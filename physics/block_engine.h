@@ -1,7 +1,7 @@
-// The engine for millions: blocks of space, coloured so that blocks of one colour share no body, solved colour after colour.
+// The engine for millions of bodies: blocks of space, coloured so that blocks of one colour share no body, solved one colour at a time.
 //
-// A step is a list of stages, each a loop over blocks with nothing between the blocks; so it can be taken stage by stage, with
-// an exchange of velocities between processes after each coloured stage (subdomain.h).
+// A step is a list of stages. Each is a loop over independent blocks, so a caller can run a step stage by stage and exchange velocities
+// between processes after each coloured stage (subdomain.h).
 #pragma once
 
 #include <algorithm>
@@ -39,10 +39,10 @@ class BlockEngine final : public Engine {
     std::vector<Stage> plan(const StepTimes& times) const;
     Result<void> run(const Stage& stage, const StepTimes& times, Workers& workers);
     StepReport report() const;
-    // What the last stage FindBounces found: the colours of the blocks with contacts that would bounce, as bits.
+    // The result of the last stage FindBounces: the colours of the blocks with contacts that would bounce, as bits.
     std::uint8_t bouncing_colours() const { return bouncing_colours_; }
 
-    // Before a rebuild, alike on all subdomains: the velocities of the whole world's bodies.
+    // Before a rebuild, with the same argument on all subdomains: the velocities of the whole world's bodies.
     void set_velocities(const Velocities& all, const StepTimes& times);
     const BlockGrid& grid() const { return grid_; }
     bool must_rebuild(const StepTimes& times) const { return rebuild_ || list_is_old(times); }
@@ -50,28 +50,29 @@ class BlockEngine final : public Engine {
   private:
     friend class Subdomain;
 
-    // What is known of a block besides its bodies.
+    // The state of a block besides its bodies.
     struct BlockState {
-        // Over the last tick, infinite if unknown; since the candidate list was made.
+        // The greatest speed in the last tick, infinite if unknown; the greatest drift since the candidate list was made.
         float speed_squared = 0;
         float drift_squared = 0;
         std::uint16_t still_ticks = 0;
-        // When it is decided whether it will stay: after this many still ticks, if the greatest speed of their last quarter is not well
-        // above that of the second. What begins to roll or to be pulled grows faster at any pace.
+        // When to decide whether it stays: after this many still ticks, if the greatest speed of their last quarter is not well above that
+        // of the second. A body that begins to roll or to be pulled speeds up, however slowly.
         std::uint16_t decide_at = 0;
         float first_speed_squared = 0, second_speed_squared = 0;
         bool stays = false;
-        // It and all around stay.
+        // This block and all blocks around it stay.
         bool rests = false;
         bool asleep = false;
-        // Its pairs are solved here; false for blocks that another subdomain owns.
+        // This subdomain solves its pairs; false for blocks that another subdomain owns.
         bool owned = true;
-        // Awake, or asleep beside one that is awake: its contacts are solved.
+        // Awake, or asleep next to an awake block: its contacts are solved.
         bool active = true;
         bool has_features = false;
     };
 
-    // A body that moves in a block where nearly all are still: where it was when the watch on it began, and how fast it has been since.
+    // A body that moves in a block where nearly all are still: where it was when the engine began to watch it, and its greatest speed
+    // since.
     struct Rattler {
         std::uint32_t slot;
         Drift at;
@@ -89,18 +90,18 @@ class BlockEngine final : public Engine {
     Result<void> rebuild(const StepTimes& times, Workers& workers);
     void keep_last_good(Workers& workers);
     RadiusRange radii_of_world() const;
-    // How the next rebuild will cut space.
+    // How the next rebuild will divide space.
     GridShape next_shape() const;
     // The speed below which a body counts as still in steps of this length.
     double still_speed_m_s(double dt_s) const;
     void count_still_ticks(double dt_s);
-    // Whether the bodies of this block that are not still are few, slow, and have long stayed in their cages.
+    // Whether the bodies of this block that are not still are few, slow, and have not left their cages for long.
     bool only_rattles(std::uint32_t block, float still_squared, double dt_s);
-    // What the bodies of a new block know of their stillness.
+    // The stillness of a new block's bodies.
     void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
     bool has_moving_fixed_body(const Block& block) const;
     void note_stillness();
-    // Slots have changed: drops what is known by block.
+    // Slots have changed: drops what is stored by block.
     void forget_blocks();
     void find_resting();
     void update_sleep();
@@ -111,17 +112,17 @@ class BlockEngine final : public Engine {
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
     Result<void> refresh(const StepTimes& times, Workers& workers);
-    // The error: a body that ODE fails at, or that is too deep in an obstacle, and what to say; of several the lowest.
+    // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
     void find_bounces(const BounceRule& rule, Workers& workers);
-    // Gaps and normals of pairs of fast bodies that are still apart: those at which they will meet.
+    // Gaps and normals of pairs of fast bodies that are still apart: those of the place where they will meet.
     void refresh_fast(std::uint32_t block, double dt_s);
     void bounce_block(std::uint32_t block, const BounceRule& rule);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
-    // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, obstacle(batch, lane, normal force, what
-    // it is) for each that touches an obstacle.
+    // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, and obstacle(batch, lane, normal force, obstacle
+    // lane) for each body that touches an obstacle.
     template <class Pair, class Obstacle>
     void each_touch(std::size_t block, const Pair& pair, const Obstacle& obstacle) const;
     double list_reach_m() const { return margin_m_ + skin_m_; }
@@ -144,19 +145,19 @@ class BlockEngine final : public Engine {
     std::array<std::vector<std::uint32_t>, kColours> coloured_;
     double smallest_radius_m_ = 0.5;
     double skin_m_ = 0, margin_m_ = 0;
-    // How far bodies may come before the next list, beside a frame that moves with all of them.
+    // How far a body may travel before the next list, relative to a frame that moves with all of them.
     double farthest_path_m_ = 0;
     Vec3 frame_m_s_;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
-    // Whether this subdomain owns a block; empty where the world is not divided.
+    // Whether this subdomain owns a block; empty if the world is not divided.
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };
 
-// Several blocks make a job, so that small blocks are not all overhead; few enough that all workers have some.
+// Several blocks make a job, so that small blocks are not all overhead, but few enough that all workers have some.
 template <class F>
 void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f) {
     constexpr std::size_t kMaxBlocksPerJob = 16;

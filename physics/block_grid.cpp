@@ -26,7 +26,7 @@ struct BlockGrid::Sorting {
     Buffer<std::uint64_t> key;
     Buffer<std::uint16_t> cell;
     Buffer<std::uint32_t> block;
-    // The keys met by each job, without repetition of the last.
+    // The keys met by each job; a key is not repeated directly after itself.
     std::vector<std::vector<std::uint64_t>> met;
 };
 
@@ -37,10 +37,10 @@ GridShape GridShape::fitting(double min_radius_m, double max_radius_m, double re
     const double coarsest = 1 << (kMaxLevels - 1);
     GridShape shape;
     shape.cell_m = std::max(smallest, largest / coarsest);
-    // Doubled, so that blocks seldom change with the speed of the fastest.
+    // Doubled, so that the blocks seldom change with the speed of the fastest body.
     while (shape.block_m() / 2 < largest + paths_m) shape.cell_m *= 2;
     while (shape.cell_m * (1 << (shape.levels - 1)) < largest && shape.levels < kMaxLevels) ++shape.levels;
-    // The solver's colours rely on it: a pair reaches into the next block at most.
+    // The colours of the solver rely on this: a pair reaches into the next block at most.
     MELD_ENSURE(largest <= shape.cell_m * (1 << (shape.levels - 1)) * (1 + 1e-12), "{} in cells of {}", largest, shape.cell_m);
     return shape;
 }
@@ -157,7 +157,7 @@ void BlockGrid::link_blocks(Workers& workers) {
     });
 }
 
-// Counts the bodies of each block and scatters their slots; within a block the order is left to chance until it is sorted.
+// Counts the bodies of each block and scatters their slots; the order within a block is arbitrary until it is sorted.
 void BlockGrid::assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>& order) {
     const std::size_t count = sorting.key.size();
     sorting.block.resize(count);

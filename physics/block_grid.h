@@ -1,9 +1,9 @@
-// The sparse grid of blocks: space cut into blocks of 8x8x8 cells, of which only those with bodies exist.
+// The sparse grid of blocks: space divided into blocks of 8x8x8 cells, of which only those with bodies exist.
 //
-// Bodies are sorted by block, then level, cell and id, so a block's bodies are one range of slots and the order depends on
-// the world alone. A cell of level k has 2^k times the edge of the smallest; a body lives in the level whose cells are at
-// least its diameter plus the reach. Blocks are coloured by the parity of their coordinates: what two blocks of one colour
-// touch is disjoint as long as pairs reach at most half a block.
+// Bodies are sorted by block, then level, cell and id, so a block's bodies are one range of slots and the order depends only on the world.
+// A cell of level k has 2^k times the edge of the smallest; a body belongs to the level whose cells are at least its diameter plus the
+// reach. Blocks are coloured by the parity of their coordinates: two blocks of one colour touch disjoint bodies, as long as pairs reach at
+// most half a block.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct BlockCoordinates {
 // Coordinates packed into a word that orders blocks by z, y, x. Each lies in -kFarthestBlock .. kFarthestBlock.
 inline constexpr std::int32_t kFarthestBlock = (1 << 20) - 2;
 constexpr std::uint64_t pack(BlockCoordinates c) {
-    // Blocks around the farthest ones are asked for too.
+    // The blocks around the farthest ones are looked up too.
     MELD_EXPECT(c.x >= -kFarthestBlock - 1 && c.x <= kFarthestBlock + 1 && c.y >= -kFarthestBlock - 1 && c.y <= kFarthestBlock + 1 &&
                     c.z >= -kFarthestBlock - 1 && c.z <= kFarthestBlock + 1,
                 "block {} {} {}", c.x, c.y, c.z);
@@ -61,16 +61,16 @@ struct GridShape {
     int levels = 1;
 
     double block_m() const { return cell_m * kBlockCells; }
-    // Cells fitting bodies of these radii when pairs up to `reach_m` apart (surface to surface) are wanted. Bodies more than
-    // four times larger than the smallest make all cells larger. So do bodies of which two may come paths_m together before the
-    // next search: all pairs lie within half a block.
+    // Cells that fit bodies of these radii, for pairs up to `reach_m` apart (surface to surface). Bodies more than four times larger than
+    // the smallest make all cells larger, and so do bodies of which two may travel paths_m together before the next search: all pairs lie
+    // within half a block.
     static GridShape fitting(double min_radius_m, double max_radius_m, double reach_m, double paths_m = 0);
 };
 
 class BlockGrid {
   public:
-    // Sorts the bodies into blocks; those flagged kRemoved are dropped. The error names a body whose place is not a number or
-    // too far away; nothing has changed then. `order` receives the former slot of each body.
+    // Sorts the bodies into blocks; those flagged kRemoved are dropped. The error names a body whose position is not a number or too far
+    // away; nothing has changed then. `order` receives the former slot of each body.
     Result<void> build(Bodies& bodies, const GridShape& shape, double reach_m, Workers& workers, Buffer<std::uint32_t>& order);
 
     const GridShape& shape() const { return shape_; }
@@ -84,7 +84,7 @@ class BlockGrid {
         return {&rows_[block * kRowEntries], kRowEntries};
     }
     std::span<const std::uint16_t> cells() const { return cells_; }
-    // Rows and cells serve the search for pairs only; this frees them.
+    // Rows and cells are used only by the search for pairs; this frees them.
     void forget_cells();
 
     Vec3 origin(const Block& block) const;
@@ -108,7 +108,7 @@ class BlockGrid {
     Buffer<std::uint16_t> cells_;
 };
 
-// First cell and first row of a level within a block, and its cells a side.
+// First cell and first row of a level within a block, and its number of cells per side.
 constexpr int cells_a_side(int level) { return kBlockCells >> level; }
 constexpr int first_cell(int level) { return level == 0 ? 0 : level == 1 ? 512 : 576; }
 constexpr int first_row(int level) { return level == 0 ? 0 : level == 1 ? 64 : 80; }

@@ -36,7 +36,7 @@ void BlockEngine::find_events(Workers& workers) {
     const Bodies& bodies = world_.bodies;
     std::vector<Chunks<TouchEvent>> found(static_cast<std::size_t>(workers.threads()));
     const auto compare = [&](const Batch& batch, const Lanes& bounced, std::uint8_t& touching, const auto& report) {
-        // What bounces off turns round a little before the surface.
+        // A body that bounces turns round a little before the surface.
         const LaneMask are_near = (batch.gap < near) | (batch.normal_impulse > 0.0f) | (bounced > 0.0f), are_far = batch.gap >= far;
         int now = 0;
         for (int i = 0; i < kLanes; ++i) now |= (are_near[i] != 0 || (are_far[i] == 0 && (touching >> i & 1) != 0) ? 1 : 0) << i;
@@ -115,10 +115,10 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
             });
 }
 
-// Blocks of one colour touch no body in common, so no two workers add to one sum.
+// Blocks of one colour share no body, so no two workers add to one sum.
 void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const {
     MELD_EXPECT(of_slot.size() == world_.bodies.count(), "{} sums of {} bodies", of_slot.size(), world_.bodies.count());
-    // Also those that sleep, in which everything presses as it did.
+    // Also in sleeping blocks, whose contacts press as before.
     std::array<std::vector<std::uint32_t>, kColours> coloured;
     for (std::uint32_t block = 0; block < states_.size(); ++block)
         coloured[static_cast<std::size_t>(colour_of(unpack(grid_.blocks()[block].key)))].push_back(block);

@@ -1,5 +1,5 @@
-// Which blocks sleep. A block sleeps when it and all blocks around have been still for some ticks and do not grow faster; so every
-// sleeping block that something awake can touch has only still neighbours, and its bodies can be taken for fixed.
+// Which blocks sleep. A block sleeps when it and all blocks around it have been still for some ticks and do not speed up. So every sleeping
+// block that an awake body can touch has only still neighbours, and its bodies can be treated as fixed.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -23,7 +23,7 @@ void BlockEngine::set_asleep(std::uint32_t index, bool asleep) {
     }
 }
 
-// A new candidate list begins with what each body knows of its former block, all awake.
+// With a new candidate list, each block starts from what its bodies remember of their former blocks, and all are awake.
 void BlockEngine::note_stillness() {
     for (std::size_t b = 0; b < states_.size(); ++b) {
         const Block& block = grid_.blocks()[b];
@@ -40,9 +40,9 @@ void BlockEngine::forget_blocks() {
     for (auto& list : coloured_) list.clear();
 }
 
-// Follows size and gravity. A body that nothing holds gains g T while its block is watched, so a quarter of that is not still.
-// Without gravity a slow body may go on for ever, so unless the world names a speed, only what rounding moves is still: at 1e-5
-// diameters a second, one diameter takes a day.
+// Follows size and gravity. A body that nothing holds gains g T while its block is watched, so a quarter of that is not still. Without
+// gravity a slow body may move on for ever, so unless the world names a speed, only movement by rounding counts as still: at 1e-5 diameters
+// a second, one diameter takes a day.
 double BlockEngine::still_speed_m_s(double dt_s) const {
     constexpr double kShareOfFall = 0.25;
     constexpr double kRounding_diameters_s = 1e-5;
@@ -74,7 +74,7 @@ void BlockEngine::count_still_ticks(double dt_s) {
             state.decide_at = static_cast<std::uint16_t>(std::min(enough, 0x1000) + 1);
             state.first_speed_squared = state.second_speed_squared = 0;
         }
-        // The second and the last quarter of the watch; in the first what has just landed may still be sinking in.
+        // The second and the last quarter of the watch; in the first, a body that has just landed may still be sinking in.
         const int quarter = (4 * state.still_ticks - 1) / state.decide_at;
         if (quarter == 1) state.first_speed_squared = std::max(state.first_speed_squared, speed_squared);
         if (quarter == 3) state.second_speed_squared = std::max(state.second_speed_squared, speed_squared);
@@ -89,9 +89,9 @@ void BlockEngine::count_still_ticks(double dt_s) {
     }
 }
 
-// In a pile some bodies carry nothing and go to and fro in a cage of others, without rolling resistance for ever. A cage shows in that
-// such a body comes less far than its speed would take it, in a time long enough for a swing or two; what rolls away does not
-// stay behind, however slowly it rolls. If they are few, the block may sleep, and they with it.
+// In a pile some bodies carry nothing and move to and fro in a cage of others, without rolling resistance for ever. A caged body travels
+// less far than its speed would take it, in a time long enough for a swing or two; a rolling body does travel that far, however slowly. If
+// caged bodies are few, the block may sleep, and they with it.
 bool BlockEngine::only_rattles(std::uint32_t index, float still_squared, double dt_s) {
     constexpr float kFastest = 8;
     constexpr std::size_t kFew = 16;
@@ -134,13 +134,13 @@ bool BlockEngine::only_rattles(std::uint32_t index, float still_squared, double 
         const auto way = static_cast<double>(std::hypot(now.x - r.at.x, now.y - r.at.y, now.z - r.at.z));
         return way < kComesNotFar * ticks * dt_s * std::sqrt(static_cast<double>(r.peak_squared));
     });
-    // Perhaps it swings more slowly.
+    // Perhaps its swings take longer.
     if (!cages.hold) watch(std::min(2 * cages.watch_ticks, kLongestWatches * world_.settings.sleep_ticks));
     return cages.hold;
 }
 
-// Former speeds are not known any more, so the second quarter of the watch ends with the next tick; but where lists are made often,
-// what has been still for long is let sleep.
+// Former speeds are no longer known, so the second quarter of the watch ends with the next tick. But if lists are made often, blocks that
+// have long been still may sleep.
 void BlockEngine::resume_stillness(BlockState& state, std::uint16_t still_ticks) const {
     constexpr int kLongAsWatches = 2;
     const int enough = std::min(world_.settings.sleep_ticks, 0x1000), still = still_ticks;
@@ -165,7 +165,7 @@ bool BlockEngine::has_moving_fixed_body(const Block& block) const {
 
 void BlockEngine::find_resting() {
     const int enough = world_.settings.sleep_ticks;
-    // What a fixed body carries or pushes does not stay, however slowly that moves.
+    // What a fixed body carries or pushes moves, however slowly.
     for (std::uint32_t b = 0; b < states_.size(); ++b)
         if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(grid_.blocks()[b])) {
             state.stays = false;
@@ -205,7 +205,7 @@ void BlockEngine::list_blocks() {
     MELD_ENSURE(awake_.size() <= states_.size() && active_.size() <= states_.size());
 }
 
-// Wakes the body's block, and with it those around.
+// Wakes the body's block and the blocks around it.
 void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
     fresh_ = fresh_ && !moved;
     if (rebuild_ || moved) {
@@ -232,7 +232,7 @@ void BlockEngine::state_restored() {
     forget_ = true;
     fresh_ = false;
     rebuild_ = true;
-    // A body may have slept in the state that is back and not in the one that was left, or the other way round.
+    // A body may have been asleep in the state that is restored and awake in the failed one, or the other way round.
     for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) world_.bodies.restore_masses(slot);
     for (BlockState& state : states_) state.asleep = false, state.still_ticks = 0, state.stays = false;
     cages_.clear();

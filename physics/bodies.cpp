@@ -1,4 +1,4 @@
-// Adding bodies to the arrays and bringing the arrays into another order.
+// Adding bodies to the arrays and reordering the arrays.
 #include "physics/bodies.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The bodies as arrays, one entry a slot. Slots follow space (the block grid sorts them), so neighbours are near in memory;
-// the caller's ids stay. These arrays are the state of the world; ODE's objects are copies made of them when needed.
+// The bodies as arrays, one entry per slot. Slots follow space (the block grid sorts them), so neighbours are near in memory; the caller's
+// ids do not change. These arrays are the state of the world; ODE's objects are copies made when needed.
 #pragma once
 
 #include <cstddef>
@@ -39,10 +39,10 @@ struct alignas(16) Orientation {
     float w, x, y, z;
 };
 
-// A body's still ticks where its block stays where it is, and the most that are counted before.
+// The number of still ticks of a body: kStays if its block stays where it is, otherwise counted up to kStillAtMost.
 inline constexpr std::uint16_t kStays = 0xffff, kStillAtMost = 0xfffe;
 
-// What seldom changes about a body.
+// Properties of a body that seldom change.
 struct BodyProperties {
     std::uint32_t id;
     float mass;
@@ -76,12 +76,12 @@ class Bodies {
         return slot_of_id_[id];
     }
 
-    // Appends a body in the last slot; the entries behind the bodies go.
+    // Appends a body in the last slot; the entries behind the bodies are dropped.
     void add(const Place& where, const Orientation& turned, const BodyVelocity& moving, const BodyProperties& what);
     // Reserves memory for `bodies` bodies with ids below `ids`.
     void reserve(std::size_t bodies, std::size_t ids);
-    // Entry i of every array becomes what entry order[i] was; slots that `order` leaves out are dropped. There is room for
-    // `motionless` entries behind the bodies.
+    // Entry i of every array becomes the former entry order[i]; slots that `order` omits are dropped. There is room for `motionless`
+    // entries behind the bodies.
     void permute(std::span<const std::uint32_t> order, Workers& workers, std::size_t motionless = 0);
 
     // Sets the inverse masses that the body's properties imply; sleep sets them to 0.
@@ -100,16 +100,16 @@ class Bodies {
         std::uint16_t table = 0;
     };
 
-    // These two may be longer than count(): behind the bodies stands one motionless entry a block, for lanes without a body.
+    // These two may be longer than count(): behind the bodies is one motionless entry per block, for lanes without a body.
     Buffer<BodyVelocity> velocity;
     Buffer<Place> place;
     Buffer<Orientation> orientation;
     Buffer<BodyProperties> properties;
     Buffer<Drift> drift;
-    // Forces from outside, kept until changed.
+    // External forces, kept until changed.
     std::vector<Wrench> wrenches;
     std::vector<FeatureState> features;
-    // Energy drawn since the beginning, J.
+    // Energy drawn since the start, J.
     std::vector<double> energy;
 
     std::size_t bytes() const;

@@ -1,4 +1,4 @@
-// The passes over bodies: velocities under forces, then places and orientations.
+// The passes over bodies: velocities under forces, then positions and orientations.
 #include <algorithm>
 #include <cmath>
 #include <limits>

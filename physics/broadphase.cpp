@@ -1,4 +1,4 @@
-// The block grid as a broadphase of its own; the engine uses the same search and builds its contacts from it at once.
+// The block grid as a broadphase alone; the engine uses the same search and builds its contacts directly from it.
 #include "physics/broadphase.h"
 
 #include <algorithm>

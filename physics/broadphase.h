@@ -16,8 +16,8 @@ namespace meld::physics {
 class Broadphase {
   public:
     virtual ~Broadphase() = default;
-    // The pairs of slots whose surfaces are less than `reach_m` apart, each once, except those of two fixed bodies; in `pairs`,
-    // a list for each worker. May bring the bodies into another order.
+    // The pairs of slots whose surfaces are less than `reach_m` apart, each once, except those of two fixed bodies; `pairs` has a list for
+    // each worker. May reorder the bodies.
     virtual Result<void> find(Bodies& bodies, double reach_m, Workers& workers) = 0;
 
     std::vector<std::vector<BodyPair>> pairs;
@@ -32,23 +32,24 @@ struct RadiusRange {
 };
 RadiusRange radius_range(const Bodies& bodies);
 
-// The velocities of many bodies, m/s: their mean, beside which a crowd that moves as one is slow, and the least box that holds them.
+// The velocities of many bodies, m/s: their mean, relative to which a crowd that moves together is slow, and the smallest box that holds
+// them.
 class Velocities {
   public:
     void add(const Vec3& velocity);
     void add(const Velocities& others);
     Vec3 mean() const;
-    // None is faster than this beside the mean.
+    // No body is faster than this relative to the mean.
     double greatest_beside_mean() const;
 
   private:
     static constexpr double kNone = std::numeric_limits<double>::infinity();
     Vec3 least_{kNone, kNone, kNone}, most_{-kNone, -kNone, -kNone};
-    // The same in any order.
+    // Exact, so the same in any order.
     ExactSum x_, y_, z_;
     std::uint64_t count_ = 0;
 };
-// Of the bodies that are neither removed nor ghosts, and finite.
+// Of all finite bodies that are neither removed nor ghosts.
 Velocities velocities_of(const Bodies& bodies);
 
 }  // namespace meld::physics

@@ -1,5 +1,5 @@
-// A vector for large arrays: new elements are not initialized, so that the threads that fill it are the first to touch it, and
-// its memory is in huge pages where the system gives them (a tick of a million bodies takes a fifth less for it).
+// A vector for large arrays: new elements are not initialized, so that the threads that fill it are the first to touch it. Its memory is in
+// huge pages if the system provides them (this saves a fifth of a tick of a million bodies).
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace meld::physics {
 
 // Memory for large arrays, aligned to huge pages; throws std::bad_alloc.
 void* allocate_large(std::size_t bytes);
-// `bytes` as they were asked for.
+// `bytes` is the number that was asked for.
 void free_large(void* memory, std::size_t bytes);
 inline constexpr std::size_t kLargeBytes = std::size_t{4} << 20;
 
@@ -44,8 +44,8 @@ struct UninitializedAllocator : std::allocator<T> {
 template <class T>
 using Buffer = std::vector<T, UninitializedAllocator<T>>;
 
-// Gives back the pages of a large array up to entry `end`, which are used no more: they read as zeros from then on. `gone_bytes` is
-// what has been given back before; returns what has been now.
+// Returns the pages of a large array up to entry `end`, which are no longer used, to the system; they read as zeros from then on.
+// `gone_bytes` have been returned before; the result is the total returned by now.
 std::size_t give_back_pages(void* memory, std::size_t gone_bytes, std::size_t end_bytes);
 template <class T>
 std::size_t give_back_front(Buffer<T>& array, std::size_t gone_bytes, std::size_t end) {

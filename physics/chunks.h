@@ -1,5 +1,5 @@
-// A list that grows without being copied, for what is collected before its number is known: the items lie in chunks, each twice
-// as long as the one before up to a limit. A vector's growth would need half as much again while it copies.
+// A list that grows without being copied, for data whose amount is unknown in advance: the items are stored in chunks, each twice as long
+// as the one before up to a limit. A vector would need half as much memory again while it copies.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class Chunks {
         for (const Buffer<T>& chunk : chunks_)
             for (const T& item : chunk) f(item);
     }
-    // The same, and gives back what has been visited.
+    // The same, and frees what has been visited.
     template <class F>
     void consume(const F& f) {
         for (Buffer<T>& chunk : chunks_) {
@@ -40,8 +40,8 @@ class Chunks {
     }
 
   private:
-    // Chunks this long are mapped and unmapped one by one, so what is consumed goes in small pieces; shorter ones may stay with
-    // the allocator.
+    // Chunks of this length are mapped and unmapped one by one, so consumed data is freed in small pieces; shorter chunks may stay with the
+    // allocator.
     static constexpr std::size_t kMaxItems = 2 * kLargeBytes / sizeof(T);
     static constexpr std::size_t kFirstItems = 1024;
     std::vector<Buffer<T>> chunks_;

@@ -1,5 +1,5 @@
-// The passes over contacts. A body of radius r that turns with angular velocity w has surface velocity u = r w; at a contact with
-// normal n (from a to b) the surfaces move apart with v_b - v_a - (u_a + u_b) x n, so no lever arm is needed.
+// The passes over contacts. A body of radius r and angular velocity w has surface velocity u = r w; at a contact with normal n (from a to
+// b) the surfaces separate with v_b - v_a - (u_a + u_b) x n, so no lever arm is needed.
 #include "physics/kernels.h"
 
 namespace meld::physics {
@@ -95,15 +95,15 @@ MELD_INLINE void warm_start_kernel(std::span<const Batch> batches, BodyVelocity*
     }
 }
 
-// The inverse of a sum of inverse masses, 0 where it is 0: between two bodies that cannot move nothing changes, and the
-// impulses wait until one of them wakes.
+// The inverse of a sum of inverse masses, 0 if the sum is 0: between two bodies that cannot move nothing changes, and the impulses wait
+// until one of them wakes.
 MELD_INLINE Lanes mass_of(const Lanes& lightness) {
     constexpr float kLightest = 1e-30f;
     return keep(lightness > 0.0f, 1.0f / max_lanes(lightness, lanes(kLightest)));
 }
 
-// The change of the normal impulse that a contact asks for, before the impulse is kept from pulling. `holds`: lanes with a
-// latch, which pull a gap together as they push an overlap apart.
+// The change of the normal impulse that a contact needs, before the impulse is kept from pulling. `holds`: lanes with a latch, which pull a
+// gap together as they push an overlap apart.
 template <bool kAdhesive>
 MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
     const Lanes gap = batch.gap;
@@ -165,7 +165,7 @@ MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* ad
     sweep_batches<true>(batches, adhesion, step_s, velocities, rule);
 }
 
-// The lanes that bounce, of bodies that part at this speed.
+// The lanes that bounce, for bodies that separate at this speed.
 MELD_INLINE LaneMask bouncing_lanes(const Batch& batch, const Lanes& restitution, const Lanes& parting, const Lanes& lightness,
                                     const BounceRule& rule) {
     return (restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) & (batch.gap < rule.margin - rule.step_s * parting);
@@ -182,7 +182,7 @@ MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounc
         const LaneMask bouncing = bouncing_lanes(batch, bounces[n].restitution, parting, lightness, rule);
         if (!any(bouncing)) continue;
         const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
-        // What stops the slip of the surfaces, as far as friction can.
+        // The impulse that stops the slip of the surfaces, as far as friction can.
         const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
         const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
         constexpr float kNoSlipSquared = 1e-30f;
@@ -192,7 +192,7 @@ MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounc
         store(velocities, batch.a, a);
         store(velocities, batch.b, b);
         bounces[n].impulse += along;
-        // What pressed before does not press now.
+        // The impulse from before no longer presses.
         for (Lanes* kept : {&batch.normal_impulse, &batch.tx, &batch.ty, &batch.tz}) *kept = keep(~bouncing, *kept);
     }
 }

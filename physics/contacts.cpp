@@ -1,5 +1,5 @@
-// Laying out the batches: find each block's pairs, colour them greedily so that a batch's lanes share no body, and give the
-// contacts that were there before their impulses again.
+// Laying out the batches: find each block's pairs, colour them greedily so that a batch's lanes share no body, and give persisting contacts
+// their impulses.
 #include "physics/contacts.h"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ constexpr std::size_t kBlocksPerJob = 4;
 constexpr std::size_t kFewBatches = 256, kChunksOfFew = 8;
 constexpr std::size_t kMaxBatchesPerChunk = 2 * kLargeBytes / sizeof(Batch);
 constexpr int kContactColours = 64;
-// Pairs are coloured in segments, about two layers of a packed block each, so that a sweep goes up a pile and not over all of it
-// colour by colour: a fifth less residual for 2 % more lanes.
+// Pairs are coloured in segments of about two layers of a packed block, so that a sweep climbs a pile instead of crossing all of it colour
+// by colour: a fifth less residual for 2 % more lanes.
 constexpr std::size_t kSegmentPairs = 384;
 
 std::size_t jobs_for(std::size_t count, std::size_t per_job) { return (count + per_job - 1) / per_job; }
@@ -36,7 +36,7 @@ void begin(Batch& batch) {
     batch.gap = lanes(kNoContactGap);
 }
 
-// Gives a lane what it was before, if it was; `sign` is -1 where its body a is not the one with the lower id.
+// Gives a lane the impulses it had before, if it existed; `sign` is -1 if its body a is not the one with the lower id.
 void recall(const CachedContact* was, Batch& batch, std::uint8_t& touching, int i, float sign) {
     if (!was) return;
     batch.normal_impulse[i] = was->normal_impulse;
@@ -63,13 +63,13 @@ struct Contacts::Arena {
 
     // Room for the batches of a block.
     BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches) const;
-    // Room for lanes up to this one, without bodies as long as none are set; grows, for a crowd of overflowing pairs may need more
-    // lanes than anyone expects.
+    // Makes room for lanes up to this one, without bodies until they are set; grows, because a crowd of overflowing pairs may need more
+    // lanes than expected.
     void widen(std::size_t lane, std::uint32_t nobody) {
         if (lanes.size() <= lane) lanes.resize(lane + 1, {nobody, nobody});
     }
-    // Assigns each pair (indices below `bodies`; second may be kNoSlot) of a segment the first colour free at both, then puts
-    // colour after colour into whole batches. A pair that finds all colours taken gets a batch of its own. Calls place(lane, pair index).
+    // Assigns each pair of a segment (indices below `bodies`; second may be kNoSlot) the first colour free at both, then puts one colour
+    // after the other into whole batches. A pair that finds all colours taken gets a separate batch. Calls place(lane, pair index).
     template <class Place>
     std::size_t colour_lanes(std::size_t bodies, std::span<const BodyPair> pairs, const Place& place);
 };
@@ -115,7 +115,7 @@ Contacts::BlockBatches Contacts::Arena::room(std::vector<Chunk>& chunks, std::si
     MELD_EXPECT(batches_per_chunk > 0);
     if (chunks.empty() || chunks.back().batches.capacity() - chunks.back().batches.size() < batches) {
         Chunk& chunk = chunks.emplace_back();
-        // Few bodies touch obstacles as a rule.
+        // Usually few bodies touch obstacles.
         const bool few = &chunks == &obstacle_chunks && chunks.size() < kChunksOfFew;
         const std::size_t most = std::max(batches, few ? kFewBatches : batches_per_chunk);
         chunk.batches.reserve(most), chunk.touching.reserve(most);
@@ -137,7 +137,7 @@ void Contacts::Layout::number() {
     count = first;
 }
 
-// The reserved end of a chunk that has not been written is not resident yet.
+// The reserved end of a chunk is not resident until it is written.
 std::size_t Contacts::Layout::bytes() const {
     std::size_t sum = of_block.capacity() * sizeof(BlockBatches);
     for (const Chunk& chunk : chunks)

@@ -30,7 +30,7 @@ struct alignas(32) Batch {
     Lanes tx, ty, tz;
 };
 
-// The gap of a lane without a contact, m: so wide that nothing comes of it, so small that its products stay finite.
+// The gap of a lane without a contact, m: wide enough to have no effect, small enough that its products stay finite.
 inline constexpr float kNoContactGap = 1e6f;
 
 // Beside a batch where bodies can bounce: the share of the approach speed with which they separate, and the impulses of the
@@ -40,13 +40,13 @@ struct alignas(32) Bounce {
     Lanes impulse;
 };
 
-// What a lane of an obstacle batch meets: the obstacle, and which of several contacts with it.
+// What a lane of an obstacle batch touches: the obstacle, and which of several contacts with it.
 struct ObstacleLane {
     std::uint32_t obstacle;
     std::uint32_t part;
 };
 
-// The partner's code of an obstacle's contact; body ids are lower.
+// The code of an obstacle's contact as a partner; body ids are lower.
 constexpr std::uint32_t obstacle_code(ObstacleLane lane) {
     MELD_EXPECT(lane.part < kMaxSurfaceContacts && lane.obstacle < (1u << 29), "obstacle {}, contact {}", lane.obstacle, lane.part);
     return 0x80000000u | lane.obstacle << 2 | lane.part;
@@ -65,48 +65,48 @@ class Contacts {
         const Obstacles& obstacles;
         std::span<const Material> materials;
         PairSearch::Reach reach;
-        // Obstacles are looked for as far as a body may come in so much time besides.
+        // Obstacles are searched as far as a body may travel in this time, in addition.
         double ahead_s = 0;
     };
-    // Takes impulses and touch flags out of the batches and frees these; `lay_out` puts them into the new batches. Returns the contacts
+    // Takes impulses and touch flags out of the batches and frees the batches; `lay_out` puts them into the new ones. Returns the contacts
     // that touched a body flagged kRemoved, which end here.
     std::vector<CachedContact> take_out(const Bodies& bodies, Workers& workers);
-    // Lays out the batches of the pairs that the grid finds in the blocks for which `wanted` says so (null: all). The bodies get
-    // their motionless entries.
+    // Lays out the batches of the pairs that the grid finds in the blocks for which `wanted` is true (null: all). Adds the motionless
+    // entries to the bodies.
     void lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers);
-    // Between the two: the cached contacts that other subdomains need.
+    // Between take_out and lay_out: the cached contacts that other subdomains need.
     std::vector<CachedContact> cached_of(const std::vector<bool>& ids_wanted) const;
     void add_cached(std::vector<CachedContact> contacts);
-    // Forgets impulses and touch, for a state that did not come of the last one.
+    // Forgets impulses and touches, for a state that did not follow from the last one.
     void forget(Workers& workers);
 
     std::span<const Batch> pairs(std::size_t block) const { return const_cast<Contacts*>(this)->pairs(block); }
     std::span<Batch> pairs(std::size_t block) { return pairs_.batches(block); }
     std::span<const Batch> obstacle_contacts(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_contacts(block); }
     std::span<Batch> obstacle_contacts(std::size_t block) { return obstacles_.batches(block); }
-    // The lanes of a block's pair batches, eight for each, that hold fast bodies' pairs.
+    // The lanes of a block's pair batches, eight per batch, that hold pairs of fast bodies.
     std::span<const std::uint32_t> fast_lanes(std::size_t block) const {
         return block < fast_lanes_.size() ? std::span(fast_lanes_[block]) : std::span<const std::uint32_t>();
     }
-    // Eight for each batch with obstacles.
+    // Eight per batch with obstacles.
     const ObstacleLane* obstacle_lanes(std::size_t block) const { return obstacles_.at(block).lanes; }
-    // A byte a batch, a bit a lane: whether it touches.
+    // One byte per batch, one bit per lane: whether it touches.
     std::uint8_t* pair_touches(std::size_t block) const { return pairs_.at(block).touching; }
     std::uint8_t* obstacle_touches(std::size_t block) const { return obstacles_.at(block).touching; }
-    // The numbers of a block's first batches, counted in the order of the blocks.
+    // The index of a block's first batch, counting through all blocks.
     std::uint32_t first_pair_batch(std::size_t block) const { return pairs_.at(block).first; }
     std::uint32_t first_obstacle_batch(std::size_t block) const { return obstacles_.at(block).first; }
     std::size_t pair_batch_count() const { return pairs_.count; }
     std::size_t obstacle_batch_count() const { return obstacles_.count; }
     std::size_t candidate_count() const { return candidates_; }
 
-    // Of pair batches, empty unless some body has latches: the holding impulse of a lane per second, N.
+    // For pair batches, empty unless some body has latches: the holding impulse of a lane per second, N.
     Buffer<Lanes> adhesion;
 
     void need_adhesion();
-    // Makes the bounces if the batches are new, and clears their impulses.
+    // Creates the bounces if the batches are new, and clears their impulses.
     void begin_bounces(const Setup& setup);
-    // Those of a block's batches; empty unless some material bounces.
+    // The bounces of a block's batches; empty unless some material bounces.
     std::span<Bounce> pair_bounces(std::size_t block) { return bounces_from(first_pair_batch(block), pairs_.at(block).count); }
     std::span<Bounce> obstacle_bounces(std::size_t block) {
         return bounces_from(pairs_.count + first_obstacle_batch(block), obstacles_.at(block).count);
@@ -116,11 +116,11 @@ class Contacts {
     std::size_t bytes() const;
 
   private:
-    // Batches of several blocks, laid out by one worker, one after the other. They do not move, and are freed together.
+    // Batches of several blocks, laid out one after the other by one worker. They do not move, and are freed together.
     struct Chunk {
         Buffer<Batch> batches;
         Buffer<std::uint8_t> touching;
-        // Of batches with obstacles.
+        // For batches with obstacles.
         Buffer<ObstacleLane> lanes;
     };
     // Where a block's batches lie in a chunk.
@@ -130,7 +130,7 @@ class Contacts {
         ObstacleLane* lanes = nullptr;
         std::uint32_t first = 0, count = 0;
     };
-    // All batches of one kind. A list that has not been made has no blocks.
+    // All batches of one kind. A list that was never laid out has no blocks.
     struct Layout {
         std::vector<Chunk> chunks;
         std::vector<BlockBatches> of_block;
@@ -151,11 +151,11 @@ class Contacts {
         return std::span(bounces_).subspan(first, count);
     }
 
-    // First of all pair batches, then of those with obstacles.
+    // First those of all pair batches, then those of obstacle batches.
     Buffer<Bounce> bounces_;
     Layout pairs_, obstacles_;
     std::vector<Chunks<CachedContact>> cached_;
-    // By block; empty where nothing is fast.
+    // By block; empty if nothing is fast.
     std::vector<std::vector<std::uint32_t>> fast_lanes_;
     std::size_t candidates_ = 0;
 };

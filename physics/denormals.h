@@ -1,5 +1,5 @@
-// Denormal numbers taken for zero, within a scope and a thread. In a resting pile velocities halve for ever, and processors take
-// a hundred times as long for the denormal numbers at the end of that; no result that matters is so small.
+// Treats denormal numbers as zero, within a scope and a thread. In a resting pile velocities halve for ever, and processors take a hundred
+// times as long for the denormal numbers at the end; no result that matters is that small.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class FlushDenormals {
   private:
 #if defined(__SSE__)
     using Word = std::uint32_t;
-    // Results to zero, and operands.
+    // Flush results to zero, and operands too.
     static constexpr Word kFlush = 0x8040;
     static Word read() { return _mm_getcsr(); }
     static void write(Word word) { _mm_setcsr(word); }

@@ -16,11 +16,11 @@ namespace meld::physics {
 
 namespace {
 
-// A rate that makes any wider gap ask for nothing, yet whose products stay finite.
+// A rate so high that a wider gap never needs an impulse, while its products stay finite.
 constexpr float kNeverRate = 1e12f;
 
-// What no load presses together parts at this share of the speed of bodies that fall their own diameter; what latches hold, or a cold
-// solver pushes, at about that speed.
+// Overlaps that no load presses together open at this share of the speed of bodies that fall their own diameter; overlaps that latches hold
+// or a cold solver pushes, at about that speed.
 constexpr double kUnloadedShare = 0.03, kFreeShare = 3 / 3.132;
 
 double depenetration_speed_m_s(const Settings& settings, double diameter_m, double share) {
@@ -28,8 +28,8 @@ double depenetration_speed_m_s(const Settings& settings, double diameter_m, doub
     return share * natural_speed_m_s(diameter_m, natural_gravity_m_s2(length(settings.gravity_m_s2)));
 }
 
-// Above what gravity adds within a substep, or resting contacts would bounce for ever; without gravity, so slow that a body takes
-// minutes for its own diameter.
+// More than gravity adds within a substep, or resting contacts would bounce for ever; without gravity, so slow that a body takes minutes
+// for its own diameter.
 double min_bounce_speed_m_s(const Settings& settings, double substep_s, double diameter_m) {
     constexpr double kShare = 0.05 / 3.132, kSubstepsOfGravity = 2, kDiametersASubstep = 1e-5;
     if (settings.solver.min_bounce_speed_m_s > 0) return settings.solver.min_bounce_speed_m_s;
@@ -63,7 +63,7 @@ Rules rules_for(const Settings& settings, const StepTimes& times, double diamete
                        .max_latch_speed = free_speed,
                        .over_relaxation = static_cast<float>(solver.over_relaxation)};
     } else {
-        // A contact that holds a load stays where b times the push is the speed that its impulse gives.
+        // A contact that holds a load stays where b times the push equals the speed that its impulse gives.
         constexpr double kMoreThanHolds = 2;
         const double omega = 2 * std::numbers::pi * solver.stiffness_share / h;
         const double a = 2 * solver.damping_ratio + h * omega, b = h * omega * a, c = 1 / (1 + b);
@@ -81,7 +81,7 @@ Rules rules_for(const Settings& settings, const StepTimes& times, double diamete
                               static_cast<float>(settings.gravity_m_s2.z)},
                   .linear_kept = static_cast<float>(1 / (1 + h * settings.linear_damping_per_s)),
                   .angular_kept = static_cast<float>(1 / (1 + h * settings.angular_damping_per_s))};
-    // What gravity adds within the substep closes a gap of this size besides.
+    // Gravity closes an additional gap of this size within the substep.
     rules.bounce = {.min_speed = static_cast<float>(min_bounce_speed_m_s(settings, h, diameter_m)),
                     .step_s = static_cast<float>(h),
                     .margin = static_cast<float>(h * h * length(settings.gravity_m_s2))};

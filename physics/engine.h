@@ -1,4 +1,4 @@
-// The world's data that all engines share, and the interface of an engine.
+// The data of the world that all engines share, and the interface of an engine.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,13 @@
 
 namespace meld::physics {
 
-// The bodies as they were before the last step, by slot, as far as the settings ask for them: velocities for accelerations, all to
-// go back to.
+// The state of the bodies before the last step, by slot, as far as the settings ask for it: velocities to compute accelerations, all of it
+// to restore after an error.
 struct LastGood {
     Buffer<BodyVelocity> velocity;
     Buffer<Place> place;
     Buffer<Orientation> orientation;
-    // Whether all of it was taken in the present step: one that fails earlier has nothing to go back to, and need not.
+    // Whether all of it was copied in the present step: a step that fails before has changed nothing that must be restored.
     bool complete = false;
 };
 
@@ -40,7 +40,7 @@ struct World {
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
-    // Of all tables.
+    // The greatest of all tables.
     double feature_range = 0, feature_depth = 0;
     std::vector<TouchEvent> events;
     double last_step_s = 0;
@@ -48,20 +48,20 @@ struct World {
     StageTimes times;
     LastGood last_good;
 
-    // The error for something found wrong in the present tick.
+    // The error for a problem found in the present tick.
     tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
     // The error for the body with the lowest number that is faster than the settings allow, or whose velocity is not a number.
     Result<void> check_speeds() const;
     // The error for two bodies that overlap by more than the settings allow.
     tl::unexpected<Error> too_deep(BodyId one, BodyId other, double overlap_m) const;
-    // The same for a body in an obstacle, without the tick: nothing, if it is not so deep.
+    // The same for a body in an obstacle, without the tick; nothing if it is not too deep.
     Result<void> check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const;
-    // The farthest that two features act on each other, surface to surface; 0 without features.
+    // The greatest distance at which two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const { return feature_range; }
-    // How deep below the surface the deepest acts.
+    // The depth of the deepest feature below the surface.
     double feature_depth_m() const { return feature_depth; }
     void add_table(std::vector<Feature> features);
-    // By what the settings or the bodies say; 2 m without bodies.
+    // From the settings or the bodies; 2 m without bodies.
     double smallest_diameter_m() const;
     bool has_features() const { return tables.size() > 1; }
     bool bounces() const;
@@ -73,14 +73,14 @@ class Engine {
     virtual Result<StepReport> step(const StepTimes& times, Workers& workers) = 0;
     // Bodies or obstacles were added or removed.
     virtual void structure_changed() = 0;
-    // A body was pushed, switched or put elsewhere.
+    // A body was pushed, switched or moved by the caller.
     virtual void body_changed(std::uint32_t slot, bool moved) = 0;
-    // The bodies are again as before the step; nothing learnt in it holds.
+    // The bodies are again as before the step; nothing learnt in it is valid.
     virtual void state_restored() = 0;
     virtual bool asleep(std::uint32_t) const { return false; }
-    // Calls visit for what touches now, in no order; forces are averages over the last step.
+    // Calls visit for all present touches, in no particular order; forces are averages over the last step.
     virtual void each_contact(const ContactVisitor& visit) const = 0;
-    // Adds the normal forces in them that press to the sums of the bodies they press on.
+    // Adds the normal forces that press (not those that pull) to the sums of the bodies they act on.
     virtual void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const = 0;
     virtual std::size_t bytes() const = 0;
     virtual double residual() { return 0; }

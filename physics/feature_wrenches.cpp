@@ -1,4 +1,4 @@
-// What the features of two bodies do to each other, body by body and pair by pair.
+// The effects of two bodies' features on each other, body by body and pair by pair.
 #include "physics/feature_wrenches.h"
 
 #include <algorithm>
@@ -19,14 +19,14 @@ Quat orientation(const Orientation& turn) {
     return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)};
 }
 
-// The features of one body that are on and so near the other body that they can matter.
+// The features of one body that are on and near enough to the other body to matter.
 struct Near {
     std::uint8_t count = 0;
     std::uint8_t index[kMaxFeatures];
 };
 
-// `towards` leads to the other body, a unit vector in the world; what a feature at angle t from it has in its depth is as far from the
-// other's centre as the law of cosines says. The deepest of all stands for each.
+// `towards` leads to the other body, a unit vector in the world. The distance of a feature at angle t from the other's centre, at its
+// depth, follows from the law of cosines; the deepest feature stands for all.
 Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius,
                    double distance, double range, double depth) {
     const Vec3 local = rotate(conjugate(turned), towards);
@@ -64,7 +64,7 @@ void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double 
     });
 }
 
-// Charging a plate takes C V^2 from its supply, shared by both bodies; discharging gives nothing back. Bodies that sleep keep their charge.
+// Charging a plate takes C V^2 from its supply, shared by both bodies; discharging returns nothing. Bodies that sleep keep their charge.
 void account_charges(World& world, Workers& workers) {
     Bodies& bodies = world.bodies;
     workers.run((bodies.count() + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {

@@ -1,5 +1,5 @@
-// The loops that take the time, over batches of contacts and ranges of bodies. Each is one pass in the order given; kernels of
-// different blocks of one colour may run at once.
+// The loops that take most of the time, over batches of contacts and ranges of bodies. Each is one pass in the given order; kernels of
+// different blocks of one colour may run at the same time.
 #pragma once
 
 #include <cstdint>
@@ -12,32 +12,32 @@
 
 namespace meld::physics {
 
-// Normal and gap of each lane from the bodies' places; friction impulses are turned into the new tangent plane. Returns whether
-// some pair overlaps by more than `max_overlap` times the sum of its radii.
+// Computes normal and gap of each lane from the bodies' positions; turns friction impulses into the new tangent plane. Returns whether some
+// pair overlaps by more than `max_overlap` times the sum of its radii.
 bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap);
 
-// Gives the bodies the impulses kept from before.
+// Applies the warm-start impulses to the bodies.
 void warm_start(std::span<const Batch> batches, BodyVelocity* velocities);
 
 // One Gauss-Seidel sweep: normal impulse, then friction, batch after batch.
 void sweep(std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule);
 
-// The same with latches: lane i's normal impulse may go down to -adhesion[i] * step_s, and friction sees it from there.
+// The same with latches: lane i's normal impulse may go down to -adhesion[i] * step_s, and friction counts it from there.
 void sweep_adhesive(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule);
 
-// What one sweep would change, if every contact saw the velocities as they are: the sum of squares of the normal impulses'
-// changes, and of the impulses themselves.
+// What one sweep would change if every contact saw the present velocities: the sum of squares of the changes of normal impulses, and of the
+// impulses themselves.
 struct SquareSums {
     double change = 0, impulse = 0;
 };
 SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule);
 
-// Restitution, one sweep: contacts that approach each other and would touch within a substep collide at once, each with the
-// impulse of a collision of two bodies, friction included. A sweep sees the velocities that earlier collisions have left, so a
-// blow goes on from body to body, and no collision adds energy. Kept impulses of contacts that bounce are cleared.
+// Restitution, one sweep: contacts that approach each other and would touch within a substep collide at once, each with the impulse of a
+// collision of two bodies, including friction. A sweep sees the velocities that earlier collisions have left, so a blow passes from body to
+// body, and no collision adds energy. Clears the stored impulses of contacts that bounce.
 void bounce(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule);
 
-// Sets `found` if some contact would bounce in such a sweep as velocities are now; if none would, the sweep does nothing.
+// Sets `found` if some contact would bounce in such a sweep at the present velocities; otherwise the sweep would do nothing.
 void look_for_bounces(std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
                       const BounceRule& rule, bool& found);
 
@@ -50,6 +50,6 @@ struct Moved {
     float speed_squared = 0;
     float drift_squared = 0;
 };
-// Places, orientations and drifts a step on.
+// Positions, orientations and drifts, advanced by a step.
 Moved move_bodies(Bodies& bodies, std::uint32_t first, std::uint32_t count, float step_s);
 }  // namespace meld::physics

@@ -1,8 +1,8 @@
-// Eight single-precision lanes, and the way of eight records of eight floats into lanes and back.
+// Eight single-precision lanes, and functions that load eight records of eight floats into lanes and store them back.
 //
-// Every operation is one IEEE operation a lane, with no fused or approximate ones, so a kernel gives the same bits whether
-// the compiler makes 128-bit or 256-bit instructions of it. Kernels are written once as inline functions over Lanes and
-// compiled for each instruction set by MELD_KERNEL_VARIANTS; `simd_level` says which variant runs.
+// Every operation is one IEEE operation per lane, never fused or approximate, so a kernel gives the same bits whether the compiler uses
+// 128-bit or 256-bit instructions. Kernels are written once as inline functions over Lanes and compiled for each instruction set by
+// MELD_KERNEL_VARIANTS; `simd_level` says which variant runs.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ inline constexpr int kLanes = 8;
 
 using Lanes = float __attribute__((vector_size(32)));
 using LaneMask = std::int32_t __attribute__((vector_size(32)));
-// These two are also laid over records of plain numbers.
+// These two may also overlay records of plain numbers.
 using Quad = float __attribute__((vector_size(16), may_alias));
 using DoubleQuad = double __attribute__((vector_size(32), may_alias));
 
@@ -26,7 +26,7 @@ MELD_INLINE Lanes lanes(float value) { return Lanes{value, value, value, value, 
 MELD_INLINE Lanes select(LaneMask mask, Lanes yes, Lanes no) { return mask ? yes : no; }
 // The value where the mask is set, 0 elsewhere.
 MELD_INLINE Lanes keep(LaneMask mask, Lanes value) { return reinterpret_cast<Lanes>(mask & reinterpret_cast<LaneMask>(value)); }
-// As std::max and std::min: the first argument where either is not a number.
+// Like std::max and std::min: the first argument if either is not a number.
 MELD_INLINE Lanes max_lanes(Lanes a, Lanes b) { return a < b ? b : a; }
 MELD_INLINE Lanes min_lanes(Lanes a, Lanes b) { return b < a ? b : a; }
 
@@ -37,14 +37,14 @@ MELD_INLINE bool any(LaneMask mask) {
 }
 
 MELD_INLINE Lanes join(Quad low, Quad high) { return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7); }
-// Through bytes, which g++ makes an extraction of, where a shuffle would become a permutation.
+// Through bytes: g++ compiles this to an extraction, and a shuffle to a permutation.
 MELD_INLINE Quad half_of(const Lanes& value, int half) {
     Quad result;
     __builtin_memcpy(&result, reinterpret_cast<const char*>(&value) + 16 * half, sizeof result);
     return result;
 }
 
-// The layer is compiled with -fno-math-errno, so that this is one instruction or two.
+// The layer is compiled with -fno-math-errno, so this is one or two instructions.
 MELD_INLINE Lanes sqrt_lanes(Lanes value) {
     Lanes result;
 #pragma GCC unroll 8

@@ -6,7 +6,7 @@
 
 namespace meld::physics {
 
-// |apart + t path| = radii, in the form of the lesser root that loses no digits.
+// |apart + t path| = radii, with the smaller root computed without cancellation.
 std::optional<SurfaceContact> meet(Vec3 apart, double radii, Vec3 path) {
     MELD_EXPECT(radii > 0, "{} m", radii);
     const double towards = -dot(apart, path), beyond = dot(apart, apart) - radii * radii;

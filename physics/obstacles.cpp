@@ -1,4 +1,4 @@
-// Obstacles: checked when added, turned into ODE's geometries once for each worker.
+// Obstacles: checked when added, converted to ODE geometries once per worker.
 #include "physics/obstacles.h"
 
 #include <fmt/format.h>
@@ -50,7 +50,7 @@ Result<Bounds> check(Terrain& terrain) {
         if (!std::isfinite(height)) return fail("the terrain has a height that is not a number");
     const double highest = *std::max_element(terrain.heights_m.begin(), terrain.heights_m.end());
     const Vec3 size{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, highest};
-    // What has sunk into the ground is in it, however deep.
+    // A body that has sunk into the ground is in it, at any depth.
     return Bounds{{terrain.origin.x, terrain.origin.y, -HUGE_VAL}, terrain.origin + size};
 }
 
@@ -69,7 +69,7 @@ Result<Bounds> check(Mesh& mesh) {
 
 }  // namespace
 
-// One worker's geometries, with the sphere that is moved about. Those of planes and terrain are never asked.
+// One worker's geometries, and the sphere that is moved about. Those of planes and terrain are never used.
 struct Obstacles::Geometries {
     OdeShapes shapes;
     dGeomID sphere = dCreateSphere(nullptr, 1);
@@ -141,10 +141,10 @@ std::optional<SurfaceContact> meeting(const Plane& plane, Vec3 centre, double ra
     return SurfaceContact{plane.normal, gap};
 }
 
-// Goes on by the distance to the box again and again, which never leads into it (conservative advancement).
+// Advances by the distance to the box repeatedly, which never leads into it (conservative advancement).
 std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius_m, Vec3 path) {
     constexpr int kMaxSteps = 64;
-    // A path that stays this near, as a share of the radius, touches.
+    // A path that comes this near, as a share of the radius, touches.
     constexpr double kNear = 1e-4;
     const Quat into = conjugate(box.orientation);
     const Vec3 start = rotate(into, centre - box.centre), way = rotate(into, path);
@@ -208,7 +208,7 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
     MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];
-    // ODE reports overlaps only: a sphere as much larger as we want to look ahead overlaps by that much more.
+    // ODE reports overlaps only, so the sphere is enlarged by the distance to look ahead.
     dGeomSphereSetRadius(own.sphere, radius_m + reach_m);
     dGeomSetPosition(own.sphere, centre.x, centre.y, centre.z);
     std::array<dContactGeom, kMaxSurfaceContacts> found;

@@ -1,5 +1,5 @@
-// What bodies meet that is not a sphere: planes, boxes, terrain and meshes. Planes and terrain are computed here; for the others
-// each worker has its own ODE geometries, so that dCollide runs on all workers without sharing anything that it writes.
+// Obstacles: planes, boxes, terrain and meshes. Planes and terrain are computed here; for the others each worker has its own ODE
+// geometries, so dCollide runs on all workers without sharing anything that it writes.
 #pragma once
 
 #include <array>
@@ -52,18 +52,18 @@ class Obstacles {
     std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
     // How many contacts with this obstacle a body can have.
     int parts(std::size_t obstacle) const;
-    // Whether `meet` finds it: all but meshes.
+    // Whether `meet` supports it: all but meshes.
     bool can_be_met(std::size_t obstacle) const { return !std::holds_alternative<Mesh>(entries_[obstacle].shape); }
-    // Whether a sphere may come as near as `reach_m`; true too often rather than too seldom.
+    // Whether a sphere may come as near as `reach_m`; may be true without need, but is never false by mistake.
     bool may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const;
-    // How far a sphere has sunk into the obstacle, m, 0 if it does not touch it. A mesh has no inside.
+    // How deep a sphere is in the obstacle, m, 0 if it does not touch it. A mesh has no inside.
     double depth(std::size_t obstacle, Vec3 centre, double radius_m) const;
-    // Where a sphere that goes along `path` meets the obstacle: the normal there, and of the way to there what lies along it,
-    // so that whoever lets it approach by that gap lets it come to the surface. Nothing if it goes past, or touches already; meshes are
-    // not met ahead. Cost: a few tens of nanoseconds, for terrain some microseconds.
+    // Where a sphere that moves along `path` meets the obstacle: the normal there, and as gap the component of the way along it, so that an
+    // approach by that gap brings the sphere to the surface. Nothing if it passes by or touches already; meshes are never met ahead. Cost:
+    // a few tens of nanoseconds, for terrain some microseconds.
     std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const;
 
-    // Makes the geometries of workers 0 .. threads - 1; one thread calls it.
+    // Makes the geometries of workers 0 .. threads - 1; call it from one thread.
     void prepare(int threads);
     // The contacts nearer than `reach_m`; returns their number. `worker` is the calling worker.
     int collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,

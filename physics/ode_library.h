@@ -1,5 +1,5 @@
-// ODE as a guest: it is started once, its fatal errors become exceptions that are caught where it was called, and every
-// thread that collides gets its memory.
+// Use of ODE: it is initialized once, its fatal errors become exceptions that are caught where it was called, and every thread that
+// collides gets its memory.
 #pragma once
 
 #include <stdexcept>
@@ -12,9 +12,9 @@ struct OdeFailure : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// Starts ODE and takes over its handlers; cheap after the first time. Any thread.
+// Initializes ODE and installs the error handlers; cheap after the first time. Any thread.
 void start_ode();
-// What a thread must do before it calls dCollide; cheap after the first time.
+// A thread must call this before dCollide; cheap after the first time.
 void enter_ode_thread();
 
 }  // namespace meld::physics

@@ -1,4 +1,4 @@
-// Making ODE's geometries.
+// Makes ODE geometries.
 #include "physics/ode_shapes.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ OdeShapes::~OdeShapes() {
 
 dGeomID OdeShapes::add(const Shape& shape) {
     const dGeomID geom = std::visit([this](const auto& one) { return make(one); }, shape);
-    // A geometry computes its box when first asked; asking now leaves nothing to be written later.
+    // A geometry computes its box when first asked; asking now means that no thread writes to it later.
     std::array<dReal, 6> box;
     dGeomGetAABB(geom, box.data());
     geoms_.push_back(geom);

@@ -1,4 +1,4 @@
-// Obstacles as ODE's geometries.
+// Obstacles as ODE geometries.
 #pragma once
 
 #include <ode/ode.h>
@@ -18,7 +18,7 @@ class OdeShapes {
     OdeShapes(const OdeShapes&) = delete;
     OdeShapes& operator=(const OdeShapes&) = delete;
 
-    // A geometry in no space, in its place.
+    // A geometry without a space, at its position.
     dGeomID add(const Shape& shape);
     std::size_t count() const { return geoms_.size(); }
     dGeomID operator[](std::size_t index) const { return geoms_[index]; }

@@ -1,5 +1,5 @@
-// The search works on a copy of the block and a border one cell wide, in which the cells of a row lie behind each other, so the
-// 13 cells ahead are five ranges.
+// The search works on a copy of the block and a border one cell wide, in which the cells of a row are contiguous, so the 13 cells ahead are
+// five ranges.
 #include "physics/pair_search.h"
 #include "runtime/base/assert.h"
 
@@ -39,7 +39,7 @@ float PairSearch::path_of(const Bodies& bodies, std::uint32_t slot) const {
     return static_cast<float>(reach_.ahead_s * length(velocity_of(bodies.velocity[slot]) - reach_.frame_m_s));
 }
 
-// Of a pair in two blocks, the block with the lower key tests it.
+// A pair in two blocks is tested by the block with the lower key.
 void PairSearch::pair_fast(const BlockGrid& grid, const Bodies& bodies, const Block& block) {
     indices_.clear();
     const auto list_fast = [&](const Block& of, std::vector<std::uint32_t>& fast) {
@@ -69,7 +69,7 @@ void PairSearch::test_fast(const Bodies& bodies, std::uint32_t a, std::uint32_t 
     const Place &first = bodies.place[a], &second = bodies.place[b];
     const Vec3 apart{second.x - first.x, second.y - first.y, second.z - first.z};
     const double paths = static_cast<double>(path_of(bodies, a)) + static_cast<double>(path_of(bodies, b));
-    // Only what is faster than the world allows could come farther.
+    // Only a body faster than the world allows could travel farther.
     const double reach = std::min(first.radius + second.radius + reach_.apart_m + paths, block_m_ / 2);
     if (dot(apart, apart) >= reach * reach || (bodies.properties[a].flags & bodies.properties[b].flags & kFixed) != 0) return;
     pairs_.push_back({index_of(a), index_of(b)});

@@ -1,9 +1,8 @@
-// The pairs of bodies that a block owns: each body of the block with those of its own cell and the 13 cells ahead, and with
-// all cells around it in coarser levels. So each pair of the world is found in exactly one block, once, in an order that
-// depends on the world alone.
+// The pairs of bodies that a block owns: each body of the block with those of its own cell and the 13 cells ahead, and with all cells
+// around it in coarser levels. So each pair of the world is found once, in exactly one block, in an order that depends only on the world.
 //
-// A fast body meets others far from where it is: its pairs are those with all bodies that it and they together could reach in a time. They
-// belong to the block with the lower key, and lie within half a block of it, so that blocks of one colour still share no body.
+// A fast body meets others far from where it is: its pairs are those with all bodies that it could meet within a given time. They belong to
+// the block with the lower key and lie within half a block of it, so blocks of one colour still share no body.
 #pragma once
 
 #include <array>
@@ -21,19 +20,19 @@ namespace meld::physics {
 class PairSearch {
   public:
     struct Reach {
-        // Pairs whose surfaces are less apart than this are wanted,
+        // Search for pairs whose surfaces are less than this apart,
         double apart_m = 0;
-        // and those that may meet within ahead_s seconds, if one of them is fast: comes farther than slow_m in this time, beside a
-        // frame that moves. 0: nothing is fast.
+        // and for pairs that may meet within ahead_s seconds if one of them is fast: if it travels farther than slow_m in this time,
+        // relative to a moving frame. 0: nothing is fast.
         double ahead_s = 0, slow_m = 0;
         Vec3 frame_m_s = {};
     };
-    // Finds the pairs of `block`, except those of two fixed bodies. The grid's cells must be there, and no two bodies that may meet
-    // are farther apart than half a block (GridShape::fitting). Pairs are indices into slots().
+    // Finds the pairs of `block`, except those of two fixed bodies. The grid must have its cells, and no two bodies that may meet may be
+    // farther apart than half a block (GridShape::fitting). Pairs are indices into slots().
     void search(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, const Reach& reach);
 
     std::span<const BodyPair> pairs() const { return pairs_; }
-    // Those from this one on are of fast bodies.
+    // Pairs from this index on are of fast bodies.
     std::size_t first_fast() const { return first_fast_; }
     // The bodies of the block and of the cells around it, then those that only fast bodies reach.
     std::span<const std::uint32_t> slots() const { return slots_; }
@@ -48,7 +47,7 @@ class PairSearch {
     void test(std::uint32_t i, std::uint32_t begin, std::uint32_t end);
     void pair_fast(const BlockGrid& grid, const Bodies& bodies, const Block& block);
     void test_fast(const Bodies& bodies, std::uint32_t a, std::uint32_t b);
-    // How far a body comes, m.
+    // How far a body travels, m.
     float path_of(const Bodies& bodies, std::uint32_t slot) const;
     bool is_fast(const Bodies& bodies, std::uint32_t slot) const {
         return reach_.ahead_s > 0 && path_of(bodies, slot) > static_cast<float>(reach_.slow_m);
@@ -62,7 +61,7 @@ class PairSearch {
     std::vector<float> x_, y_, z_, radius_;
     static constexpr std::uint8_t kIsFixed = 1, kIsFast = 2;
     std::vector<std::uint8_t> kinds_;
-    // Places in slots_, made for blocks with pairs of fast bodies.
+    // Indices into slots_, filled for blocks with pairs of fast bodies.
     std::unordered_map<std::uint32_t, std::uint32_t> indices_;
     std::vector<std::uint32_t> fast_here_, fast_there_;
     Reach reach_;

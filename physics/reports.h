@@ -1,4 +1,4 @@
-// What a step reports: what touches, with which forces, and what the step cost.
+// What a step reports: touches, their forces, and what the step cost.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace meld::physics {
 
-// A body and what it meets: another body, or an obstacle.
+// A body and what it touches: another body, or an obstacle.
 struct Touch {
     Touch() = default;
     Touch(BodyId body_id, std::uint32_t other_number, bool is_obstacle)
         : body(body_id), other(other_number & (kMaxBodies - 1)), other_is_obstacle(is_obstacle) {}
     BodyId body = 0;
-    // In 31 bits, for in the first step of a pile there are three touches a body.
+    // 31 bits, because in the first step of a pile there are three touches per body.
     std::uint32_t other : 31 = 0;
     bool other_is_obstacle : 1 = false;
-    // In the order of body, other, and whether it is an obstacle.
+    // Ordered by body, other, and whether it is an obstacle.
     constexpr std::uint64_t key() const { return std::uint64_t{body} << 32 | std::uint64_t{other} << 1 | std::uint64_t{other_is_obstacle}; }
     bool operator==(const Touch& that) const { return key() == that.key(); }
     auto operator<=>(const Touch& that) const { return key() <=> that.key(); }
@@ -34,7 +34,7 @@ struct ContactReport {
     // From the body to the other.
     Vec3 normal;
     double gap_m;
-    // What the other feels, averaged over the step; the body feels the opposite. Negative: a latch holds.
+    // The force on the other, averaged over the step; the body feels the opposite. Negative: a latch holds.
     double normal_force_n;
     Vec3 friction_n;
 };
@@ -50,7 +50,7 @@ struct StepReport {
     bool rebuilt = false;
 };
 
-// Seconds a stage has taken since the scene was made, by wall clock.
+// Wall-clock seconds that a stage has taken since the scene was made.
 struct StageTimes {
     double sort = 0, pairs = 0, actuation = 0, refresh = 0, solve = 0, move = 0, events = 0;
     double total() const { return sort + pairs + actuation + refresh + solve + move + events; }

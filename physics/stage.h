@@ -1,4 +1,4 @@
-// What a step is made of: its times, the stages it is taken in, and the numbers that its passes go by.
+// The parts of a step: its times, its stages, and the parameters of its passes.
 #pragma once
 
 #include <bit>
@@ -18,15 +18,15 @@ struct StepTimes {
 
 struct Stage {
     enum class Kind {
-        // Candidate list if needed, copy of the state, which blocks may sleep.
+        // Makes the candidate list if needed, copies the state, decides which blocks may sleep.
         Prepare,
-        // Blocks fall asleep or wake; gaps and normals are computed again if they are not up to date.
+        // Blocks fall asleep or wake; gaps and normals are recomputed if they are not up to date.
         UpdateSleep,
-        // Magnets and plates of the blocks of a colour.
+        // Magnets and plates of the blocks of one colour.
         Actuate,
         // Gravity, wrenches and damping.
         Accelerate,
-        // By colour: the kept impulses; a sweep; a sweep that relaxes.
+        // By colour: the warm-start impulses; a sweep; a relaxation sweep.
         WarmStart,
         Solve,
         Relax,
@@ -40,27 +40,27 @@ struct Stage {
     };
     Kind kind;
     int colour = -1;
-    // Of FindBounces: how many stages follow that do nothing if nothing bounces.
+    // For FindBounces: how many of the following stages do nothing if nothing bounces.
     int bounce_stages = 0;
 
     // Whether other subdomains must receive its results before the next stage (subdomain.h).
     bool must_exchange() const { return colour >= 0 || kind == Kind::Prepare; }
-    // Whether the subdomains must join what they found in it, and then leave out stages.
+    // Whether the subdomains must combine the results of this stage, and may then skip stages.
     bool must_agree() const { return kind == Kind::FindBounces; }
-    // How many of the following stages do nothing, where these colours (bits) have contacts that would bounce. A sweep changes nothing
-    // before its first contact that bounces; so what is left out changes no bit.
+    // How many of the following stages do nothing if the contacts that would bounce have these colours (bits). A sweep changes nothing
+    // before its first contact that bounces, so skipping it changes no bit.
     int left_out(std::uint8_t colours) const { return colours == 0 ? bounce_stages : std::countr_zero(colours); }
 };
 
-// How a sweep moves the impulses of contacts. A contact `gap` apart is asked to close no faster than gap * apart_rate; one
-// that overlaps to open at gap * overlap_rate, at most at max_depenetration_speed, or at load_rate times the speed that its impulse gives
-// both bodies, if that is more: what is pressed into another needs the push to stay where it is, what started there would fly off.
+// How a sweep changes the impulses of contacts. A contact with a gap may close no faster than gap * apart_rate. An overlapping contact
+// should open at gap * overlap_rate, at most at max_depenetration_speed or at load_rate times the speed that its impulse gives both bodies,
+// whichever is more: a body that is pressed into another needs the push to stay where it is; one that started there would fly off.
 struct SweepRule {
     float apart_rate;
     float overlap_rate;
     float max_depenetration_speed;
     float load_rate = 0;
-    // Latches close gaps and open overlaps no faster.
+    // Latches close gaps and open overlaps at most at this speed.
     float max_latch_speed = 0;
     // Softness of overlapping contacts: the step is scaled by mass_scale, and impulse_scale of the impulse is taken back.
     float mass_scale = 1;
@@ -71,7 +71,7 @@ struct SweepRule {
 struct MoveRule {
     float step_s;
     float gravity[3];
-    // Factors that damping leaves of the velocities in a step.
+    // The factors by which damping scales the velocities in a step.
     float linear_kept = 1, angular_kept = 1;
 };
 
@@ -80,7 +80,7 @@ struct BounceRule {
     float min_speed, step_s, margin;
 };
 
-// The rules of a step's passes, from the settings, its times and the diameter of the smallest body.
+// The rules for the passes of a step, from the settings, its times and the diameter of the smallest body.
 struct Rules {
     SweepRule solve, relax;
     MoveRule move;

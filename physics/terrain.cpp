@@ -32,7 +32,7 @@ Vec3 normal_of(const Triangle& t) {
     return (1 / length(n)) * n;
 }
 
-// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: which of the regions of corners, edges and face the point is in.
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: which region of corners, edges and face the point is in.
 Vec3 nearest_point(const Triangle& t, Vec3 p) {
     const Vec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
     const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -85,7 +85,7 @@ double height_above(const Terrain& terrain, Vec3 point) {
     return point.z - ground;
 }
 
-// The nearest point of the surface within the range, and the way out of the ground there.
+// The nearest point of the surface within the range, and the direction out of the ground there.
 struct Nearest {
     Vec3 point, normal;
     double distance_m;
@@ -93,7 +93,7 @@ struct Nearest {
 
 std::optional<Nearest> nearest_of(const Terrain& terrain, Vec3 point, double range_m) {
     const double above = height_above(terrain, point);
-    // Straight up there is surface, so a point in the ground need not look farther.
+    // The surface is straight above, so a point in the ground need not look farther.
     const double range = above < 0 ? -above * (1 + 1e-9) : range_m;
     std::optional<Nearest> best;
     each_triangle_near(terrain, point, range, [&](const Triangle& triangle) {
@@ -121,11 +121,11 @@ int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m
     const auto nearest = nearest_of(terrain, centre, radius_m + reach_m);
     if (!nearest || nearest->distance_m - radius_m >= reach_m) return 0;
     contacts[0] = {nearest->normal, nearest->distance_m - radius_m};
-    // What is deep in the ground comes out where that is nearest.
+    // A body deep in the ground leaves it at the nearest point.
     if (nearest->distance_m < 0) return 1;
     std::array<Vec3, kMaxSurfaceContacts> points{nearest->point};
     int count = 1;
-    // The nearest point that is above the tangent planes of all contacts so far, again and again.
+    // Repeatedly, the nearest point that is above the tangent planes of all contacts so far.
     while (count < kMaxSurfaceContacts) {
         constexpr double kAboveShare = 1e-6;
         double least = radius_m + reach_m;
@@ -148,7 +148,7 @@ int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m
     return count;
 }
 
-// Goes on by the distance to the surface again and again, which never leads into it (conservative advancement).
+// Advances by the distance to the surface repeatedly, which never leads into it (conservative advancement).
 std::optional<SurfaceContact> meet(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
     constexpr int kMaxSteps = 256;
     constexpr double kNear = 1e-4;

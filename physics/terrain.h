@@ -1,5 +1,5 @@
-// Spheres against terrain: two triangles a cell, split from the point of its least to that of its greatest row and column. Below the
-// surface is ground, however deep.
+// Spheres against terrain: two triangles per cell, split from the corner of least row and column to the corner of greatest row and column.
+// Below the surface is ground, to any depth.
 #pragma once
 
 #include <array>
@@ -19,19 +19,19 @@ struct Terrain {
     std::vector<double> heights_m = {};
 };
 
-// Where a sphere touches an obstacle: the way out of the obstacle, and how far the surfaces are apart (negative: overlap).
+// Where a sphere touches an obstacle: the direction out of the obstacle, and the gap between the surfaces (negative: overlap).
 struct SurfaceContact {
     Vec3 normal;
     double gap_m;
 };
 
-// A sphere meets a plane or a box in at most one point that matters, uneven ground in several.
+// A sphere meets a plane or a box in at most one point that matters, but uneven ground in several.
 inline constexpr int kMaxSurfaceContacts = 4;
 
-// From a point to the surface, m, negative below it; `range_m` where it is farther. Cost: grows with the cells within the range.
+// From a point to the surface, m, negative below it; `range_m` if it is farther. Cost: grows with the number of cells within the range.
 double distance_to(const Terrain& terrain, Vec3 point, double range_m);
-// The contacts nearer than `reach_m`, the nearest first; returns their number. Points that lie below the tangent plane of a nearer
-// contact are none: on even ground there is one contact, also at the edges of triangles.
+// The contacts nearer than `reach_m`, the nearest first; returns their number. Points that lie below the tangent plane of a nearer contact
+// do not count: even ground gives one contact, also at the edges of triangles.
 int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m,
             std::array<SurfaceContact, kMaxSurfaceContacts>& contacts);
 // As Obstacles::meet.

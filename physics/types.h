@@ -1,4 +1,4 @@
-// Vectors, rotations and names of bodies as the interface of the physics has them: double precision, SI units.
+// Vectors, rotations and body ids of the physics interface: double precision, SI units.
 #pragma once
 
 #include <cmath>
@@ -34,7 +34,7 @@ constexpr Vec3 rotate(Quat q, Vec3 v) {
 }
 constexpr Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
 
-// The caller's number of a body; the same on every process. The upper half of the range is kept for obstacles.
+// The caller's number of a body; the same on every process. The upper half of the range is reserved for obstacles.
 using BodyId = std::uint32_t;
 inline constexpr BodyId kMaxBodies = 0x80000000u;
 

@@ -1,4 +1,4 @@
-// Taking the impulses out of the batches, and sorting them for the new ones.
+// Takes the impulses out of the batches and sorts them for the new ones.
 #include "physics/warm_start_cache.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ WarmStartCache::WarmStartCache(std::vector<Chunks<CachedContact>>& lists, const 
     std::uint32_t first = 0;
     for (std::uint32_t& end : end_) first += std::exchange(end, first);
     contacts_.resize(first);
-    // What begins as a slot's first entry is behind its last when all are in.
+    // end_[slot] starts at the slot's first entry, and is behind its last one when all are in.
     workers.run(lists.size(), [&](int, std::size_t list) {
         lists[list].consume([&](const CachedContact& contact) {
             if (bodies.has(contact.id())) contacts_[advance(contact.id())] = contact;
@@ -44,7 +44,7 @@ void WarmStartCache::done(std::size_t job) {
     done_[job] = true;
     while (next_job_ < done_.size() && done_[next_job_]) ++next_job_;
     const std::size_t laid_out = std::min(blocks_.size(), next_job_ * blocks_per_job_);
-    // A block is done with when the last of those around it is.
+    // A block is finished when the last of the blocks around it is.
     const auto wanted = [&](const Block& block) {
         return std::any_of(block.neighbours.begin(), block.neighbours.end(),
                            [&](std::uint32_t n) { return n != kNoBlock && n >= laid_out; });
@@ -92,7 +92,7 @@ std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, Workers& wor
                 note(std::max(a, b), std::min(a, b), a < b ? 1.0f : -1.0f);
             }
         }
-        // Its memory makes room for the list that it was taken to.
+        // Frees the chunk: its memory makes room for the list that its contacts moved to.
         chunk = Chunk();
     });
     pairs_ = Layout(), obstacles_ = Layout();

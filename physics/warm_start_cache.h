@@ -1,4 +1,5 @@
-// The warm-start cache: each contact's impulses while batches are laid out again, taken from the old batches and found by the new.
+// The warm-start cache: the impulses of each contact while batches are laid out again, taken from the old batches and found by the new
+// ones.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +17,9 @@ namespace meld::physics {
 
 // One contact's impulses, as seen from the body with the lower id.
 struct CachedContact {
-    // That body, times two, and one more if the two touch: numbers of bodies have 31 bits.
+    // The body with the lower id, times two, plus one if the two touch: ids have 31 bits.
     std::uint32_t id_and_touch;
-    // A body, or the code of an obstacle's contact.
+    // The other body, or the code of an obstacle's contact.
     std::uint32_t partner;
     float normal_impulse;
     float tangent[3];
@@ -28,9 +29,9 @@ struct CachedContact {
 };
 static_assert(kMaxBodies == 0x80000000u);
 
-// Cached contacts in the order of the bodies' present slots. Blocks that are laid out ask for their contacts and those of the
-// blocks around, and call `done` afterwards; then memory that no block will read again is freed, so that the old
-// contacts go while the new ones are made.
+// Cached contacts in the order of the bodies' present slots. Blocks that are laid out ask for their contacts and those of the blocks
+// around, and call `done` afterwards. Memory that no block will read again is then freed, so the old contacts disappear while the new ones
+// are made.
 class WarmStartCache {
   public:
     // Takes the contacts out of the lists and drops those whose body is not in this subdomain. The grid outlives this.

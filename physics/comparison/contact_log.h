@@ -1,4 +1,4 @@
-// The contacts of an engine that finds them anew in every step, and the events that follow from comparing two steps.
+// The contacts of an engine that searches for them in every step, and the events that follow from comparing two steps.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@ namespace meld::physics {
 
 class ContactLog {
   public:
-    // Replaces the contacts by those of a step just done and appends the events to the world's, sorted.
+    // Replaces the contacts by those of the step just done, and appends the events to the world's, sorted.
     void update(World& world, std::vector<ContactReport> contacts);
     const std::vector<ContactReport>& contacts() const { return contacts_; }
-    // As of an engine.
+    // As for an engine.
     void add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const;
     std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
 

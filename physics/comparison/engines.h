@@ -1,4 +1,4 @@
-// The engines that exist for comparison: the seed design's, and ODE as it is.
+// The engines for comparison: the original design's, and unmodified ODE.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// The seed design's broadphase: multi-scale bins filled by atomic exchange, and a vector of n bits for each thread.
+// The original design's broadphase: multi-scale bins filled by atomic exchange, and a vector of n bits for each thread.
 #include <algorithm>
 #include <atomic>
 #include <cmath>

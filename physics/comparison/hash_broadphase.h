@@ -1,4 +1,4 @@
-// The seed design's broadphase, for comparison.
+// The original design's broadphase, for comparison.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace meld::physics {
 
-// The seed design: a table of bins for each size of body, filled without locks by exchanging the head of a bin's chain; a body is in
-// every bin its box overlaps, and a vector of n bits for each thread says which partners a body has already met.
+// The original design: a table of bins for each size of body, filled without locks by exchanging the head of a bin's chain. A body is in
+// every bin that its box overlaps, and a vector of n bits for each thread says which partners a body has met already.
 std::unique_ptr<Broadphase> make_hash_broadphase();
 
 }  // namespace meld::physics

@@ -1,5 +1,5 @@
-// The seed design's engine, for study: bins filled by atomic exchange, and a sweep in which all workers take contacts and write
-// velocities without locks. Two workers that write one body at once lose part of an impulse; later sweeps repair most of it.
+// The original design's engine, for study: bins filled by atomic exchange, and a sweep in which all workers take contacts and write
+// velocities without locks. Two workers that write one body at the same time lose part of an impulse; later sweeps repair most of it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kPerJob = 2048;
-// A contact's second body where it is an obstacle.
+// The second body of a contact with an obstacle.
 constexpr std::uint32_t kNobody = 0xffffffff;
 
 struct FlatContact {
@@ -35,7 +35,7 @@ struct FlatContact {
     float tangent[3];
 };
 
-// Plain moves on every processor, but not undefined when another worker writes.
+// Plain moves on every processor, but defined behaviour when another worker writes.
 float read(float& value) { return std::atomic_ref(value).load(std::memory_order_relaxed); }
 void add(float& value, float change) {
     std::atomic_ref shared(value);

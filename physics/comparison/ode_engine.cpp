@@ -74,11 +74,11 @@ class OdeEngine final : public Engine {
             for (int substep = 0; substep < times.substeps; ++substep) {
                 step_once(times.substep_s(), substep + 1 == times.substeps);
                 copy_out();
-                // A body that flies away must not reach ODE's space, whose boxes are then no numbers.
+                // A body that flies away must not reach ODE's space, whose boxes would contain NaN.
                 if (auto fine = world_.check_speeds(); !fine) return tl::unexpected(fine.error());
             }
         } catch (const OdeFailure& failure) {
-            // What ODE was doing is half done; its objects are left to themselves and made anew.
+            // ODE was interrupted halfway; its objects are abandoned and made again.
             static_cast<void>(mirror_.release());
             return world_.wrong(fmt::format("ODE gave up ({})", failure.what()),
                                 "Check bodies that overlap or fly, or use the engine 'blocks'");
@@ -171,7 +171,7 @@ class OdeEngine final : public Engine {
         }
     }
 
-    // ODE's bodies keep the damping that their world had when they were made, and slow ones have none unless told so.
+    // ODE's bodies keep the damping that their world had when they were made, and slow ones have none unless it is set.
     void set_damping(double step_s) {
         const Settings& settings = world_.settings;
         for (const dBodyID body : mirror_->bodies) {
@@ -201,7 +201,7 @@ class OdeEngine final : public Engine {
         for (std::size_t i = 0; i < feedback_.size(); ++i) dJointSetFeedback(feedback_[i].joint, &feedback_[i].forces);
         dWorldQuickStep(mirror_->world, step_s);
         for (std::size_t i = 0; i < reports_.size(); ++i) {
-            // Force on the second body is what the first's joint forces are not.
+            // The force on the second body is the opposite of the first's joint force.
             const dReal* f = feedback_[i].forces.f1;
             const Vec3 on_other = -feedback_[i].sign * Vec3{f[0], f[1], f[2]};
             reports_[i].normal_force_n = dot(on_other, reports_[i].normal);
@@ -210,7 +210,7 @@ class OdeEngine final : public Engine {
         dJointGroupEmpty(mirror_->joints);
     }
 
-    // ODE's own height fields have no contact with balls that are small beside a cell, and leak.
+    // ODE's own height fields find no contact with balls that are small compared with a cell, and leak.
     int collide_with(const Terrain& terrain, std::uint32_t slot, dGeomID sphere, dGeomID field,
                      std::array<dContact, kMaxContactsOfPair>& contacts) const {
         const Place& p = world_.bodies.place[slot];

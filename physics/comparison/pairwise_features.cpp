@@ -1,4 +1,4 @@
-// Features pair by pair, from a search of their own.
+// Features pair by pair, from a separate search for pairs.
 #include "physics/comparison/pairwise_features.h"
 
 #include <algorithm>

@@ -11,15 +11,15 @@
 namespace meld::physics {
 
 // The feature wrenches for engines without a list of candidates and without latches in their contact rows. There a latch is a force that
-// presses the two together: a contact with the impulse lambda under a force F holds what lambda - F >= -F pulls apart, and
-// friction sees lambda, which is what a latch is.
+// presses the two bodies together: a contact with the impulse lambda under a force F holds up to lambda - F >= -F in tension, and friction
+// sees lambda. That is what a latch does.
 class PairwiseFeatures {
   public:
-    // At the beginning of a step. Cost: a search for pairs within the range of features.
+    // At the start of a step. Cost: a search for pairs within the range of features.
     Result<void> find(World& world, double dt_s, Workers& workers);
     // By slot; empty in a world without features.
     const std::vector<Wrench>& wrenches() const { return wrenches_; }
-    // Takes the forces of latches out of the normal forces that contacts report; of several contacts of a pair, the first.
+    // Subtracts the forces of latches from the normal forces that contacts report; if a pair has several contacts, from the first.
     void discount(std::vector<ContactReport>& reports) const;
 
   private:

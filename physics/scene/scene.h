@@ -6,8 +6,8 @@
 //     Workers workers(2);
 //     auto done = scene->step(1.0 / 240, 2, workers);
 //
-// Everything is in SI units. One thread calls a scene; `step` uses the workers it is given. The state after a step is the same,
-// bit for bit, for any number of workers (with the Blocks engine, and with Ode, which uses only one). docs/physics.md says how it works.
+// All quantities are in SI units. One thread calls a scene; `step` uses the workers it is given. The state after a step is the same, bit
+// for bit, for any number of workers (with the Blocks engine, and with Ode, which uses only one). docs/physics.md explains how it works.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct BodySpec {
     // Moment of inertia / (mass radius^2): 0.4 for a solid ball, 2/3 for a hollow one.
     double inertia_factor = 0.4;
     std::uint8_t material = 0;
-    // Moves only with its own velocity, whatever acts on it.
+    // Moves only at its own velocity, whatever forces act on it.
     bool fixed = false;
 };
 
@@ -51,7 +51,7 @@ struct BodyState {
     Vec3 angular_velocity_rad_s = {};
 };
 
-// By bit: which features are on, and which of them point inwards.
+// As bits: which features are on, and which of them point inwards.
 struct SwitchedFeatures {
     std::uint32_t on = 0, reversed = 0;
 };
@@ -61,7 +61,7 @@ struct World;
 
 class Scene {
   public:
-    // The error says which setting cannot be.
+    // The error names the invalid setting.
     static Result<std::unique_ptr<Scene>> make(const Settings& settings);
     ~Scene();
     Scene(const Scene&) = delete;
@@ -83,8 +83,8 @@ class Scene {
     // Bit i of `on`: feature i is on; of `reversed`: its magnet points inwards.
     Result<void> set_features(BodyId body, std::uint32_t on, std::uint32_t reversed);
 
-    // One tick of dt_s seconds, in `substeps` substeps. After an error the state is that before the step (see keep_last_good)
-    // and contacts begin without memory.
+    // One tick of dt_s seconds, in `substeps` substeps. After an error the state is that before the step (see keep_last_good) and contacts
+    // start without warm-start impulses.
     Result<StepReport> step(double dt_s, int substeps, Workers& workers);
 
     // Reading. The body must exist (`has`).
@@ -98,36 +98,36 @@ class Scene {
     // About an axis through its centre, kg m^2.
     double moment_of_inertia(BodyId body) const;
     SwitchedFeatures features(BodyId body) const;
-    // Sum of the normal forces on the body over its surface, Pa.
+    // The sum of the normal forces on the body divided by its surface, Pa.
     double pressure(BodyId body);
     double energy_drawn_j(BodyId body) const;
     bool asleep(BodyId body) const;
 
-    // Where the body is among all that the scene holds, below slot_count(); until the next step.
+    // The slot of the body, below slot_count(); valid until the next step.
     std::uint32_t slot(BodyId body) const;
     std::size_t slot_count() const;
 
-    // What began and ended to touch in the last step, sorted.
+    // The touches that began and ended in the last step, sorted.
     std::span<const TouchEvent> events() const;
-    // Gives their memory back where they are many, as they are when all that touches begins to.
+    // Frees the memory of the events if there are many, as in the first step of a pile.
     void forget_events();
-    // All that touch now, sorted, each once; made when first asked for after a step.
+    // All present touches, sorted, each once; computed when first asked for after a step.
     std::span<const ContactReport> contacts();
-    // The same in no order, none of them kept, which costs a fraction.
+    // The same, unordered and not stored, at a fraction of the cost.
     void each_contact(const ContactVisitor& visit) const;
-    // Sums up by slot the normal forces in them that press on each body, N; in a divided world those known to this subdomain, see
-    // subdomain.h. Cost: one pass over the contacts on all workers.
+    // Adds the normal forces that press on each body, N, by slot; in a divided world those known to this subdomain, see subdomain.h. Cost:
+    // one pass over the contacts on all workers.
     void sum_normal_forces(std::vector<ExactSum>& of_slot, Workers& workers) const;
-    // Those of one body (in some of them it is `other`), as indices into contacts().
+    // The contacts of one body (in some of them it is `other`), as indices into contacts().
     std::span<const std::uint32_t> contacts_of(BodyId body);
 
-    // Kinetic and, in the gravity of the settings, potential energy; the sum of momenta.
+    // Kinetic energy, potential energy in the gravity of the settings, and the sum of momenta.
     double kinetic_energy_j() const;
     double potential_energy_j() const;
     Vec3 momentum() const;
     Vec3 angular_momentum() const;
 
-    // Of places, orientations and velocities of all bodies; their order does not matter.
+    // A digest of the positions, orientations and velocities of all bodies; it does not depend on their order.
     Digest digest() const;
     std::uint64_t tick() const;
     StageTimes stage_times() const;
@@ -135,7 +135,7 @@ class Scene {
     // Residual of the contact equations at the present velocities (see docs/physics.md); for studies.
     double residual();
 
-    // For code that steps by stages (subdomain.h): the contacts that were asked for are no longer those that are.
+    // For code that steps by stages (subdomain.h): drops the contacts that contacts() has computed.
     void forget_contacts() { contacts_known_ = false; }
     // The engine underneath, for code within physics and its tests.
     World& world() { return *world_; }

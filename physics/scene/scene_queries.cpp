@@ -171,7 +171,7 @@ Digest Scene::digest() const {
         Orientation orientation;
         float linear[3], surface[3];
         std::uint32_t id;
-        // Named, so that no byte of a row is left to chance.
+        // Named, so that no byte of a row is uninitialized.
         std::uint32_t zero;
     };
     static_assert(sizeof(Row) == 96);

@@ -17,10 +17,10 @@ namespace meld::physics {
 
 namespace {
 
-// What a body costs a tick, in shares: one that sleeps is only stored and looked at.
+// The work of a body in a tick, in shares: a sleeping one is only stored and checked.
 constexpr std::uint32_t kMovingWeight = 4, kRestingWeight = 1;
 
-// All of a body that travels with it.
+// All the data of a body that migrate with it.
 struct PackedBody {
     Place place;
     Orientation orientation;
@@ -47,7 +47,7 @@ struct PackedRest {
     std::uint64_t rests;
 };
 
-// The block of a place; what is too far away is somewhere, and the rebuild will say so.
+// The block of a position; a position that is too far away gets some block, and the rebuild reports it.
 BlockCoordinates block_of(const Place& place, double block_m) {
     const auto at = [block_m](double position) {
         const double block = std::floor(position * (1 / block_m));
@@ -119,7 +119,7 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     engine_.cache_contacts(workers);
     engine_.cached_ = engine_.rebuild_ = true;
 
-    // Where our bodies are now, in blocks as the coming rebuild will cut space.
+    // The blocks of our bodies now, as the coming rebuild will divide space.
     const double block_m = engine_.next_shape().block_m();
     std::vector<std::uint32_t> kept;
     std::map<int, std::vector<std::uint32_t>> leaving;
@@ -128,7 +128,7 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         BodyProperties& properties = bodies.properties[slot];
         if (properties.flags & (kGhost | kRemoved)) continue;
-        // Bodies of a block follow each other.
+        // Bodies of a block are contiguous.
         if (const BlockCoordinates block = block_of(bodies.place[slot], block_m); !at || !(at->block == block)) at = standing(block);
         for (const int part : at->holders) leaving[part].push_back(slot);
         if (at->owner != self_) departed_.emplace_back(properties.id, at->owner);
