@@ -9,12 +9,12 @@
 namespace meld {
 
 enum class ActionKind : std::uint8_t {
-    None,  // An action that only the program knows.
+    None,  // An action that only the program declares.
 #define MELD_ACTION(kind, word, arguments, performer, traits, failure) kind,
 #include "runtime/abi/actions.def"
 };
 
-// What the table says of an action; actions.def explains each column.
+// The table's entry for an action; actions.def explains each column.
 struct ActionInfo {
     enum class Performer { None, Lattice, Bodies, Recording, Watcher, Printer, Run };
     enum Trait : unsigned { kCreates = 1, kTeleports = 2, kEndsRun = 4 };
@@ -28,7 +28,7 @@ struct ActionInfo {
 
     bool has(Trait trait) const { return (traits & trait) != 0; }
 };
-// Of None too: nobody carries it out.
+// Valid for None too, which nobody carries out.
 const ActionInfo& info(ActionKind kind);
 // All but None, in the order of the table.
 std::span<const ActionInfo> known_actions();

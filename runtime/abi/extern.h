@@ -1,12 +1,12 @@
-// What a C or C++ function sees that a Meld program declares with `extern`. Include it as <meld/extern.h>.
+// The interface of a C or C++ function that a Meld program declares with `extern`. Include it as <meld/extern.h>.
 //
 //     extern float mean(list float).        double mean(meld_value list);
 //     extern list int range(int).           meld_value range(meld_call* call, int64_t n);
 //
-// int is int64_t, float double, bool bool, node uint64_t (its number), a type of your own (`extern type handle.`) int64_t; all
-// others are a meld_value. A function that gives one of those takes a meld_call first: what it makes lives as long as the
-// call's result is needed, and is never freed by hand. Functions must be pure: they give the same for the same, change nothing
-// and may be called at any time, from several threads at once, as often as the simulation likes.
+// int is int64_t, float double, bool bool, node uint64_t (its number), a type of your own (`extern type handle.`) int64_t; all others are a
+// meld_value. A function that returns a meld_value takes a meld_call first: what it makes lives as long as the result is needed, and is
+// never freed by hand. Functions must be pure: they return the same for the same arguments, change nothing, and may be called at any time,
+// from several threads at once, any number of times.
 #pragma once
 
 #include <stdint.h>

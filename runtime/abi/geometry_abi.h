@@ -1,5 +1,5 @@
-// Where catoms are, as plain arrays that a compiled module and the runtime share: neighbours are geometry, not lists.
-// Included by emitted code, so: no standard library.
+// Where catoms are, as plain arrays that a compiled module and the runtime share: neighbours follow from geometry, not from lists. Included
+// by emitted code, so it uses no standard library.
 #pragma once
 
 namespace meld {
@@ -17,34 +17,34 @@ using u64 = __UINT64_TYPE__;
 inline constexpr u32 kBrickCells = 512;
 inline constexpr u32 kBrickCellBits = 9;
 inline constexpr u32 kBrickNeighbours = 27;
-// The place of a brick itself among its 27 neighbours (offset 0, 0, 0).
+// The index of a brick itself among its 27 neighbours (offset 0, 0, 0).
 inline constexpr u32 kBrickCentre = 13;
 inline constexpr i32 kMaxPorts = 12;
 
 enum CatomState : u8 {
-    kCatomFree = 0,   // An index nobody uses.
+    kCatomFree = 0,   // An index that is not in use.
     kCatomOwned = 1,  // Lives on this process.
     kCatomGhost = 2,  // Lives on another process; its exported columns are mirrored here.
 };
 
 struct Geometry {
     i32 ports = 0;                          // Directions in which a catom can have a neighbour.
-    i32 opposite[kMaxPorts] = {};           // The port that looks back.
+    i32 opposite[kMaxPorts] = {};           // The port at which the neighbour sees the catom.
     const u16* step = nullptr;              // [port * 512 + cell]: neighbouring brick (0..26) << 9 | cell there.
     const i32* cell_catom = nullptr;        // [site]: the catom there, or -1.
     const u32* brick_neighbours = nullptr;  // [slot * 27 + n]: slot; slot 0 is a brick that is always empty.
-    const u64* brick_target = nullptr;      // [slot * 8 + cell / 64]: a bit per cell, set where the cell is in the target shape.
+    const u64* brick_target = nullptr;      // [slot * 8 + cell / 64]: one bit per cell, set if the cell is in the target shape.
     const i32* brick_origin = nullptr;      // [slot * 3]: coordinates of the brick's first cell.
     i32 cell_bits[3] = {3, 3, 3};           // How a cell's number splits: x in the lowest bits, then y, then z.
     const u32* catom_site = nullptr;        // [catom]
     const u64* catom_id = nullptr;          // [catom]: the global id, the same on every process.
     const u8* catom_state = nullptr;        // [catom]: CatomState
     u32 catoms = 0;                         // Indices in use, owned, ghost and free.
-    // [site + port]: the port that looks back, where it depends on the link and not on the port alone; else null.
+    // [site + port]: the port at which the neighbour sees the site, if it depends on the link and not only on the port; else null.
     const u8* link_back = nullptr;
 };
 
-// The site next to a site over a port; it may lie in slot 0.
+// The site next to a site, over a port; it may lie in slot 0.
 inline u32 site_towards(const Geometry& g, u32 site, i32 port) {
     const u32 entry = g.step[static_cast<u32>(port) * kBrickCells + (site & (kBrickCells - 1))];
     const u32 slot = g.brick_neighbours[(site >> kBrickCellBits) * kBrickNeighbours + (entry >> kBrickCellBits)];

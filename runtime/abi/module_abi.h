@@ -1,5 +1,5 @@
-// What a compiled module and the runtime agree on. Any change of this file that a module can notice raises kAbiVersion; a
-// module of another version is rejected before it is loaded. No standard library.
+// The interface between a compiled module and the runtime. Any change of this file that a module can notice raises kAbiVersion; a module of
+// another version is rejected before it is loaded. No standard library.
 //
 // The order of calls. A module exports one function, claymeld_module(), and the runtime calls what it returns; all other calls
 // go the other way, through Host.
@@ -10,28 +10,28 @@
 //   3. It makes the columns, gives the parameters their values, and marks every catom with kDirtyBirths.
 //
 // In every tick, after SubdomainView::now has been raised, timers have marked the catoms that asked to be woken, and the central modules,
-// events of the world and hand-written modules have had their turn:
-//   4. Threads take blocks of the catoms that are marked, ascending, and call evaluate(Eval*, catoms, dirty, count) for each
-//      block; several threads at a time, each with an Eval of its own. No catom is in two blocks. While any of these calls
+// events of the world and hand-written modules have run:
+//   4. Threads take blocks of the marked catoms, in ascending order, and call evaluate(Eval*, catoms, dirty, count) for each
+//      block; several threads at a time, each with its own Eval. No catom is in two blocks. While any of these calls
 //      runs, exported columns, `changes` and the geometry are as they were at the end of the last tick.
 //   5. Within evaluate, for one catom after the other, with Eval::catom set and the arena empty:
-//        a. rules and functions: more_arena, random and position at any time; tombstone before a group is decided, lose when a
-//           fact has been retracted, wake and wake_group when a quarantine or a delay ends later;
-//           note_undefined where a derivation of a view traps, which counts as absent then, after forget_undefined has been
-//           called where its stratum had some; undefined before any of them, if Part::undefined is set;
-//        b. when a linear rule fires: send and act, in the order of its heads. The facts consumed and made change in the module
-//           only, then the views are evaluated again, until no rule fires. Before a linear rule, or c., would read what an
-//           undefined derivation belongs to: undefined_rule and stop_undefined, which is a trap;
-//        c. when all has reached its fixpoint: act for the actions that views derive, and wake for the next tick where a rule
-//           reads it;
-//        d. last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
+//        a. Rules and functions call more_arena, random and position at any time; tombstone before a group is decided; lose when
+//           a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a derivation of a view
+//           traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had undefined
+//           derivations; before any of them they call undefined, if SubdomainView::undefined is set.
+//        b. When a linear rule fires: send and act, in the order of its heads. The facts consumed and produced change only in
+//           the module, and the views are evaluated again, until no rule fires. Before a linear rule, or c., reads what an
+//           undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
+//        c. When everything has reached its fixpoint: act for the actions that views derive, and wake for the next tick if a rule
+//           reads it.
+//        d. Last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
 //           Private columns change with this call. So a catom whose rules trapped has stored nothing; a trap while it stores
 //           (a list that is too long) ends the run with some of its columns stored.
-//      After a trap evaluate returns; the rest of its block is not evaluated, other blocks are.
+//      After a trap evaluate returns; the rest of its block is not evaluated, but other blocks are.
 //   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
-//      column's reader_dirty. Then losses are remembered, timers set, and messages put in order of receiver, sender and number.
-//   7. Messages are delivered as given facts, those for other processes and changed exports are exchanged, and receivers are marked.
-//      They see these facts in the next tick. Actions are carried out at the start of the next tick, in order of catom id.
+//      column's reader_dirty. Then losses are stored, timers set, and messages sorted by receiver, sender and number.
+//   7. Messages are delivered as given facts; messages for other processes and changed exports are exchanged; receivers are
+//      marked and see these facts in the next tick. Actions are carried out at the start of the next tick, in order of catom id.
 //
 // A run ends between two ticks; a module is never called to end it.
 #pragma once
@@ -45,12 +45,11 @@ inline constexpr u32 kAbiVersion = 9;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
-// A value of more than one word, never changed once made: a list, set, array, struct, tuple, vec3 or string. Null stands
-// for the empty list, set, array or string. Rules make them in scratch memory; the runtime copies what a fact keeps into
-// blocks of its own, with a count of the facts that share one (runtime/tuple/values.h). So a list that is handed on from
-// fact to fact is never copied, and nothing is compared by address alone.
+// A value of more than one word, immutable: a list, set, array, struct, tuple, vec3 or string. Null is the empty list, set, array or
+// string. Rules make them in scratch memory; the runtime copies what a fact keeps into its own blocks, which count the facts that share
+// them (runtime/tuple/values.h). So passing a list on from fact to fact never copies it, and nothing is compared by address alone.
 struct List {
-    const u64* items;  // Elements or fields, a word each as in Value; of a string its bytes.
+    const u64* items;  // Elements or fields, one word each as in Value; for a string its bytes.
     u32 count;         // Elements, fields or bytes.
     u32 stored;        // 1: the start of a block of the runtime; 0: in scratch memory, in the module, or inside a block.
 };
@@ -83,7 +82,7 @@ enum class PredicateKind : u8 { Persistent, Linear, Action, Sensed };
 struct FieldInfo {
     const char* name;
     ValueType type;
-    u8 bytes;    // Bool: 1; Int: 1, 2, 4 or 8, as many as its values are known to need; all others 8.
+    u8 bytes;    // Bool: 1; Int: 1, 2, 4 or 8, as many as its values need; all others 8.
     u32 offset;  // In the record (Single), in the row (Rows), of port 0 in the record (PerLink).
     u16 deep;    // Index into ModuleInfo::types.
 };
@@ -92,7 +91,7 @@ struct PredicateInfo {
     const char* name;
     PredicateKind kind;
     Storage storage;
-    bool auxiliary;  // Made by the compiler, or of the prelude and not used: not shown to users.
+    bool auxiliary;  // Made by the compiler, or an unused predicate of the prelude: not shown to users.
     bool repeats;    // An action carried out in every tick in which it holds.
     u16 arity;       // Without the catom.
     const FieldInfo* fields;
@@ -101,24 +100,24 @@ struct PredicateInfo {
     u32 rank_offset;      // In the record or row, or kNone32.
     u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
     u32 presence_mask;
-    bool read = true;    // By some rule.
+    bool read = true;    // Some rule reads it.
     bool route = false;  // Its first field is the catom it leads to.
 };
 
 struct ColumnInfo {
     const char* name;
-    bool rows;          // Each entry is a RowsHead; else a record.
+    bool rows;          // Each entry is a RowsHead; otherwise a record.
     bool exported;      // Read by neighbours: committed at the end of a tick and mirrored in ghosts.
     u32 stride;         // Bytes a catom.
-    u32 row_bytes;      // Of one row, where rows.
-    u64 own_dirty;      // What to mark at the catom itself when the runtime changes this column.
-    u64 reader_dirty;   // What to mark at its neighbours when the column has changed.
+    u32 row_bytes;      // Of one row, if `rows`.
+    u64 own_dirty;      // The bits to mark at the catom itself when the runtime changes this column.
+    u64 reader_dirty;   // The bits to mark at its neighbours when the column has changed.
     const u8* initial;  // A new catom's record, stride bytes; null: zero.
-    // Where in the record or row the words are that point to lists, and their types; what the runtime must count.
+    // Offsets in the record or row of the words that point to lists, and their types; the runtime counts these references.
     u32 list_count;
     const u32* list_offsets;
     const u16* list_types;
-    // Where delta rules follow single rows: the order of two rows' groups. Null: changes of this column are not recorded by row.
+    // If delta rules follow single rows: the order of two rows' groups. Null: changes of this column are not recorded by row.
     int (*compare_groups)(const void* a, const void* b);
 };
 
@@ -130,16 +129,16 @@ struct RowsHead {
 };
 static_assert(sizeof(RowsHead) == kRowsHeadBytes);
 
-// Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is among both.
+// Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is in both.
 struct RowChanges {
     const RowChanges* next;  // Made earlier in the same tick.
     u32 removed;
     u32 added;
-    // Rows of groups whose quarantine has ended. They concern the catom itself: its neighbours skip them, for they are not sent
-    // to other processes, and what is derived must not depend on the processes.
+    // Rows of groups whose quarantine has ended. They concern only the catom itself: its neighbours skip them, because they are not sent to
+    // other processes, and results must not depend on the processes.
     u32 woken;
     u32 unused;
-    // Followed by the removed rows as they were, the added ones as they are, and the woken ones.
+    // Followed by the removed rows, the added rows, and the woken ones.
 };
 
 struct ParameterInfo {  // A constant of the program that `--set` can change.
@@ -154,10 +153,10 @@ struct RuleInfo {
     const char* name;  // As in --explain-rules.
     const char* text;  // The rule as Meld.
     u32 line;
-    const char* file;  // Where it stands; empty: made by the compiler.
-    u32 head_count;    // The predicates that it derives or makes, as the program says.
+    const char* file;  // The file it comes from; empty: made by the compiler.
+    u32 head_count;    // The predicates that it derives or makes, as in the program.
     const u16* heads;
-    u64 at;  // The catom that it is for, of facts of the text the greatest one; or kEverywhere.
+    u64 at;  // The catom that the rule is for; for facts of the text, the greatest of their catoms; or kEverywhere.
 };
 inline constexpr u64 kEverywhere = ~u64{0};
 
@@ -168,26 +167,26 @@ struct LinkInfo {  // A fact of a route that the program's text gives: edge(@0, 
     const char* file;
 };
 
-// What one process owns, as a module sees it. The runtime owns all arrays.
+// The share of one process, as a module sees it. The runtime owns all arrays.
 struct SubdomainView {
     Geometry geometry;
     u8* const* columns = nullptr;  // [column]: the first catom's entry.
-    // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null where the column
-    // does not record its changes by row.
+    // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null if the column does not record its
+    // changes by row.
     const RowChanges* const* const* changes = nullptr;
     const Value* parameters = nullptr;
     i64 now = 0;  // The tick.
     u64 seed = 0;
-    i64 world_catoms = 0;  // How many catoms the ensemble had when it was made: @world.
+    i64 world_catoms = 0;  // The number of catoms when the ensemble was made: @world.
     double tick_seconds = 1e-3;
-    u32 latency = 1;          // The bound on link latency in ticks.
-    u32 greatest_rank = 0;    // Of all facts that ever lived, anywhere, as of the last tick.
+    u32 latency = 1;          // The bound on the latency of links, in ticks.
+    u32 greatest_rank = 0;    // Of all facts that ever existed, on all processes, as of the last tick.
     bool tombstones = false;  // Whether this process may remember a loss.
     bool undefined = false;   // Whether some catom of this process has undefined derivations.
     bool strict = false;      // A derivation without a value ends the run at once.
     u64 max_derivations = 0;
     u64 max_facts = 0;
-    u64 max_list = kNone32;  // The most elements of a list, or bytes of a string.
+    u64 max_list = kNone32;  // Maximum number of elements of a list, or of bytes of a string.
 };
 
 struct Tombstone {
@@ -205,22 +204,22 @@ enum class Trap : u32 {
     TooManyFacts,
     BadIndex,
     TooDeep,
-    TooLong,        // A list; of how many items, and how many are the most (SubdomainView::max_list).
+    TooLong,        // A list: its number of items and the maximum (SubdomainView::max_list).
     TooMuchMemory,  // Scratch memory of one catom's evaluation, in bytes.
-    TextTooLong,    // A string; of how many bytes, and how many are the most.
-    NotAnInt,       // A text that should say one.
+    TextTooLong,    // A string: its number of bytes and the maximum.
+    NotAnInt,       // A string that should contain an int.
     NotAFloat,
     NegativePower,  // Of an int: base and exponent.
-    NothingBelow,   // A random int that should be from 0 to below this bound.
+    NothingBelow,   // The bound of a random int, which should be above 0.
 };
 
-// Whether a limit was hit. That ends the run at once; any other trap in a view leaves out the derivation it happens in.
+// Whether it is a limit. A limit ends the run at once; any other trap in a view leaves out the derivation in which it happens.
 constexpr bool is_limit(Trap trap) {
     return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong ||
            trap == Trap::TooMuchMemory;
 }
 
-// How much of a text a trap carries.
+// The length of the string that a trap stores.
 inline constexpr u32 kMaxTrapText_bytes = 32;
 
 struct Host;
@@ -241,23 +240,23 @@ struct Eval {
     u32 trap_rule = 0;
     Value trap_left = {}, trap_right = {};
     bool trap_real = false;                   // The operands are floats.
-    char trap_text[kMaxTrapText_bytes] = {};  // The start of the text at fault, whose bytes trap_left counts.
+    char trap_text[kMaxTrapText_bytes] = {};  // The start of the string at fault; trap_left is its length in bytes.
     u32 draws = 0;                            // Random numbers drawn for this catom in this tick.
-    u32 depth = 0;                            // Calls of functions that are open.
-    u32 rule = kNone32;                       // The one at work, for failures that only the runtime notices; kNone32: none.
-    u32 stratum = 0;                          // Of views, the one at work.
+    u32 depth = 0;                            // Open calls of functions.
+    u32 rule = kNone32;                       // The rule under evaluation, for failures that only the runtime notices; kNone32: none.
+    u32 stratum = 0;                          // For views, the stratum under evaluation.
     u64 undefined = 0;                        // The strata of the catom that have undefined derivations, as undefined_bit().
 };
 constexpr u64 undefined_bit(u32 stratum) { return u64{1} << (stratum % 64); }
 
-// What the runtime does for a module, within evaluate() alone. All calls concern the catom under evaluation; their order is
-// said at the top of this file.
+// The functions that the runtime provides to a module, for use within evaluate() only. All calls concern the catom under evaluation; the
+// top of this file gives their order.
 struct Host {
     // A new chunk of at least this many bytes becomes the arena; older chunks live until the block of catoms ends.
     void (*more_arena)(Eval*, u64 bytes);
-    // The catom's record of a column is to become *record: at once for a private column, at the end of the tick for an
-    // exported one. A private record without lists may also be written where it stands. From this call on, and those below,
-    // the runtime owns what lists are in what it is given: it copies them from scratch memory, and counts its own.
+    // The catom's record of a column becomes *record: at once for a private column, at the end of the tick for an exported one. A private
+    // record without lists may also be written in place. From this call and those below on, the runtime owns the lists in its arguments: it
+    // copies them from scratch memory, and counts its own.
     void (*export_record)(Eval*, u16 column, const void* record);
     // The catom's rows of a column become these: at once for a private column, at the end of the tick for an exported one.
     void (*assign_rows)(Eval*, u16 column, const void* rows, u32 count);
@@ -269,26 +268,26 @@ struct Host {
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.
     void (*wake)(Eval*, i64 tick, u64 dirty);
-    // The same for one group of a predicate whose column records its changes by row: at that tick the row is among them, and
+    // The same for one group of a predicate whose column records its changes by row: in that tick the row is among the changes, and
     // kDirtyGroups is set.
     void (*wake_group)(Eval*, i64 tick, u16 predicate, const void* row);
-    // What a group remembers of its losses, those of this evaluation too; false: nothing, or nothing that still matters.
+    // The losses of a group, including those of this evaluation; false: none, or none that still matters.
     bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
-    // A fact of the group with this rank has been retracted; remembered from the end of the tick on.
+    // A fact of the group with this rank has been retracted; stored from the end of the tick on.
     void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);
     // 64 random bits for (seed, catom, tick, draw); counts the draw.
     u64 (*random)(Eval*);
     // The centre of the catom in diameters.
     void (*position)(Eval*, double out[3]);
-    // Sets Eval::undefined to what the last evaluations of the catom's views have left.
+    // Sets Eval::undefined from the last evaluations of the catom's views.
     void (*undefined)(Eval*);
-    // Of the stratum at work: Eval::trap belongs to a derivation that is left out. It is remembered, and the trap cleared.
+    // For the stratum under evaluation: Eval::trap belongs to a derivation that is left out. Stores it and clears the trap.
     void (*note_undefined)(Eval*);
-    // The stratum at work is derived anew.
+    // The stratum under evaluation is derived again.
     void (*forget_undefined)(Eval*);
-    // The rule of the catom's undefined derivation with this number, by rule; kNone32: there are no more.
+    // The rule of the catom's undefined derivation number `number`, in the order of rules; kNone32: there are no more.
     u32 (*undefined_rule)(Eval*, u32 number);
-    // Something that cannot be undone is about to read what this one belongs to: it becomes a trap.
+    // An action or a linear rule is about to read what this derivation makes uncertain: it becomes a trap.
     void (*stop_undefined)(Eval*, u32 number);
 };
 

@@ -1,5 +1,5 @@
-// The ELF note that says what a compiled module was built for. It is read from the file's bytes before the module is
-// opened, because opening a shared object already runs its constructors.
+// The ELF note that says what a compiled module was built for. It is read from the file's bytes before the module is opened, because
+// opening a shared object already runs its constructors.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ inline constexpr std::string_view kModuleNoteOwner = "Claymeld";
 inline constexpr std::uint32_t kModuleNoteType = 1;
 inline constexpr std::string_view kModuleNoteMagic = "MELDMOD1";
 
-// The note's content as it lies in the file, little-endian.
+// The content of the note in the file, little-endian.
 struct ModuleNoteBytes {
     char magic[8];
     std::uint32_t abi_version;
@@ -35,8 +35,8 @@ struct ModuleNote {
     std::string target;
 };
 
-// Reads the note of a module given as the bytes of its file and compares its checksum with them. Every offset is checked
-// against the size, so any bytes whatever may be passed. Errors carry ExitCode::ModuleRefused and no file name.
+// Reads the note of a module given as the bytes of its file and compares its checksum with them. Every offset is checked against the size,
+// so any bytes may be passed. Errors carry ExitCode::ModuleRefused and no file name.
 Result<ModuleNote> read_module_note(std::span<const std::byte> file);
 
 // Fills in the checksum of a freshly linked module. Nothing in the file may change afterwards.

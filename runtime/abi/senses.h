@@ -1,5 +1,5 @@
-// The predicates that are read from the ensemble and stored nowhere, and those that store what catoms sense of their bodies, as the
-// table senses.def describes them.
+// The predicates that are read from the ensemble and stored nowhere, and those that store what catoms sense of their bodies, as described
+// by the table senses.def.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ enum class WorldSource {
 #include "runtime/abi/senses.def"
 };
 
-// What the table says of a sense; senses.def explains each column.
+// The table's entry for a sense; senses.def explains each column.
 struct SenseInfo {
     enum class Facts { One, Several, Links };
     enum class Values { Any, Port, PortCount };
@@ -37,12 +37,12 @@ struct SenseName {
     std::size_t arguments = 0;
     WorldSource source = WorldSource::None;
 };
-// All that programs may write, other words for the same too.
+// All names that programs may use, including other names for the same sense.
 std::span<const SenseName> sense_names();
-// None: the ensemble has nothing of the kind.
+// None: the ensemble has no such sense.
 WorldSource world_source(std::string_view word, std::size_t arguments);
 
-// Whether it says which catoms touch, so that a rule may go over it to a neighbour.
+// Whether it says which catoms touch, so that a rule may use it as a link to a neighbour.
 inline bool is_link(WorldSource source) { return info(source).facts == SenseInfo::Facts::Links; }
 
 // ---- what catoms sense of their bodies
@@ -58,7 +58,7 @@ struct BodySense {
     Change change = Change::Touch;
 };
 std::span<const BodySense> body_senses();
-// Whether any of them has this word.
+// Whether one of them has this name.
 bool is_body_sense(std::string_view word);
 
 }  // namespace meld

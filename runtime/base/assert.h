@@ -1,4 +1,4 @@
-// Assertions for our own mistakes: what goes in, what holds inside, what comes out. A user's mistake is never one of these.
+// Assertions about our own code: preconditions, invariants and results. They never report a mistake of the user.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
-// Plain values written as bytes and read back within bounds: what goes between processes, into files, and to a catom's new owner.
+// Plain values written as bytes and read back within bounds: for messages between processes, files, and migrating catoms.
 //
-// All processes of a run are of one program on one kind of machine, and files name theirs, so values are copied as they are.
+// All processes of a run have the same program on the same kind of machine, and files name theirs, so values are copied unchanged.
 #pragma once
 
 #include <cstddef>
@@ -47,17 +47,16 @@ class ByteWriter {
     bool empty() const { return bytes_.empty(); }
     std::size_t size() const { return bytes_.size(); }
     std::span<const std::byte> view() const { return bytes_; }
-    // What was written from this byte on, to be changed in place.
+    // The bytes written from this position on, to be changed in place.
     std::span<std::byte> written_from(std::size_t start) { return std::span(bytes_).subspan(start); }
-    // Hands over what was written and starts again with nothing.
+    // Hands over the bytes and starts again empty.
     std::vector<std::byte> take() { return std::exchange(bytes_, {}); }
 
   private:
     std::vector<std::byte> bytes_;
 };
 
-// Bytes that end before the value that is read are a bug where our own process wrote them, and an error of the user's world where
-// they come from a file.
+// If the bytes end too early, that is a bug where our own process wrote them, and an error of the user's world where they come from a file.
 class ByteReader {
   public:
     enum class Origin { OwnProcess, Outside };
@@ -65,10 +64,10 @@ class ByteReader {
     ByteReader(std::span<const std::byte> bytes, const char* what, Origin origin = Origin::OwnProcess)
         : at_(bytes.data()), end_(bytes.data() + bytes.size()), size_(bytes.size()), what_(what), origin_(origin) {}
 
-    // Whether all has been read, or nothing more can be.
+    // Whether everything has been read, or nothing more can be.
     bool done() const { return at_ == end_; }
     std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
-    // Bytes from outside that ended too early, and where. From then on every read gives zeros and done() holds.
+    // The error of bytes from outside that ended too early, with the place. From then on every read gives zeros and done() holds.
     bool failed() const { return !error_.empty(); }
     Result<void> outcome() const;
 
@@ -81,7 +80,7 @@ class ByteReader {
         }
         return value;
     }
-    // Valid as long as the bytes are; empty where they end before.
+    // Valid as long as the bytes; empty if they end too early.
     std::span<const std::byte> read_bytes(std::size_t size) {
         if (!holds(size)) [[unlikely]]
             return {};
@@ -95,7 +94,7 @@ class ByteReader {
         const auto block = read_block();
         return {reinterpret_cast<const char*>(block.data()), block.size()};
     }
-    // As written by write_count; each of the items takes at least so many bytes, so that a wrong count never asks for much memory.
+    // As written by write_count; each item takes at least this many bytes, so that a wrong count never allocates much memory.
     std::uint32_t read_count(std::size_t item_bytes) {
         const auto count = read<std::uint32_t>();
         return holds(count * item_bytes) ? count : 0;

@@ -1,4 +1,4 @@
-// The error value for a world that is wrong (a file, a disk, a version, a number of processes).
+// The error value for a problem outside the program (a file, a disk, a version, a number of processes).
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ enum class ExitCode : int {
     Interrupted = 130,
 };
 
-// problem: what is wrong and why it is wrong, a clause without a full stop; suggestion: what to do, may be empty.
+// problem: what is wrong and why, a clause without a full stop; suggestion: what to do, may be empty.
 struct Error {
     std::string problem;
     std::string suggestion = {};

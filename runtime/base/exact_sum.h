@@ -1,4 +1,4 @@
-// Sums whose bits do not depend on the order of their terms, so that a sum is the same however its terms come together.
+// Sums whose bits do not depend on the order or grouping of their terms.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@ namespace meld {
 
 class ExactSum {
   public:
-    // What is finer than 2^-80 is cut off, what is beyond 2^40 counts as that. 127 such terms fit.
+    // Parts finer than 2^-80 are cut off, and terms beyond 2^40 count as that. 127 such terms fit.
     void add(double term) {
-        // In two words, for the processor has instructions for these: steps of 2^-17, and what is left over them.
+        // In two words, because processors have instructions for these: multiples of 2^-17, and the remainder.
         const double within = std::clamp(term, -kMost, kMost);
         const auto coarse = static_cast<std::int64_t>(within * kCoarse);
         const auto fine = static_cast<std::int64_t>((within - static_cast<double>(coarse) / kCoarse) * kFine);

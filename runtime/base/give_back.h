@@ -1,4 +1,4 @@
-// Giving the memory of a vector back. Assigning {} or clear() empties it and keeps the memory.
+// Freeing the memory of a vector. Assigning {} or clear() empties it but keeps the memory.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Hashes that every process, machine and run agrees on, and the digest of a set in which the order of its members is nothing.
+// Hashes that are the same on every process, machine and run, and the digest of a set, which does not depend on the order of its members.
 #pragma once
 
 #include <xxhash.h>
@@ -24,7 +24,7 @@ constexpr std::uint64_t mix64(std::uint64_t x) {
     return x;
 }
 
-// The hash of a sequence of words, one word further; the order of words matters.
+// The hash of a sequence of words, extended by one word; the order of words matters.
 constexpr std::uint64_t hash_combine(std::uint64_t seed, std::uint64_t word) {
     return mix64(seed + 0x9e3779b97f4a7c15u + mix64(word ^ 0xd6e8feb86659fd93u));
 }
@@ -37,8 +37,8 @@ inline std::uint64_t hash_text(std::string_view text, std::uint64_t seed = 0) {
     return XXH3_64bits_withSeed(text.data(), text.size(), seed);
 }
 
-// The digest of a multiset: two wrapping sums of differently mixed members. Digests of disjoint parts add up to that of the
-// whole, so any partition over threads and processes gives the same value, and a member can be taken out again.
+// The digest of a multiset: two wrapping sums of differently mixed members. Digests of disjoint parts add up to that of the whole, so any
+// partition over threads and processes gives the same value, and a member can be removed again.
 class Digest {
   public:
     constexpr Digest() = default;

@@ -25,7 +25,7 @@ class Id {
     std::uint32_t index_ = kNone;
 };
 
-// A vector that is indexed by Id<Tag> alone.
+// A vector that is indexed only by Id<Tag>.
 template <class Tag, class T = Tag>
 class Table {
   public:

@@ -1,4 +1,4 @@
-// The one way to read a file that somebody else wrote: whole, up to a size, and from nothing that has no end.
+// The one way to read a file from outside: whole, up to a maximum size, and never from a source without end.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace meld {
 
-// What may stand at a path. What a file names must be a file on disk; a user may also type the name of a pipe, as the shell's
-// <(command) is one.
+// The kinds of file allowed at a path. A file that another file names must be on disk; a user may also type the name of a pipe, such as the
+// shell's <(command).
 enum class InputKind { File, FileOrPipe };
 
-// The content of the file. Never waits for a pipe that nobody writes to unless pipes are allowed. Errors (ExitCode::UsageOrWorld):
-// it is not there, may not be read, is a folder, device or socket, is larger than most_bytes, or the disk fails.
+// The content of the file. Never waits for a pipe without a writer unless pipes are allowed. Errors (ExitCode::UsageOrWorld): the file does
+// not exist, may not be read, is a folder, device or socket, or is larger than most_bytes, or the disk fails.
 Result<std::string> read_input(const std::string& path, std::uint64_t most_bytes, InputKind kind = InputKind::File);
 
 }  // namespace meld

@@ -10,15 +10,15 @@ namespace meld::interrupt {
 enum class Answer {
     // The process ends at once: while it sets up.
     AtOnce,
-    // It is asked to end, by received(), and ended if it has not after kPatience_s: while it makes ticks.
+    // received() reports the request, and the process is ended if it has not ended after kPatience_s: while it makes ticks.
     Soon,
-    // It is asked to end, and takes its time: while it writes results.
+    // received() reports the request, without a time limit: while it writes results.
     Patiently,
 };
 
 // The commands promise an end within two seconds.
 inline constexpr double kPatience_s = 1.7;
-// After which a step that is still at work should give up, so that there is time for an orderly end.
+// After this time a step that is still running should give up, so that there is time for an orderly end.
 inline constexpr double kStep_s = 0.7;
 
 // From now on these signals are answered, AtOnce at first; not those that the process was started to ignore, as `nohup` asks for.
@@ -26,17 +26,17 @@ inline constexpr double kStep_s = 0.7;
 // there are others.
 void handle(std::initializer_list<int> signals, int repeated = 0);
 
-// Written to standard error when the process is ended; a text that lives for ever, or nullptr for silence, which is so at first.
+// Written to standard error when the process is ended; a string that is never freed, or nullptr (the default) for silence.
 void set_last_words(const char* words);
 
 // The signal that came first; 0 if none has.
 int received();
 // 130 after SIGINT, 143 after SIGTERM, as shells count; other signals count as SIGINT.
 int exit_code();
-// The first signal is answered Soon and has waited for kStep_s. Any thread may ask; cheap.
+// Whether the first signal is to be answered Soon and has waited for kStep_s. Any thread may ask; cheap.
 bool overdue();
 
-// Answers otherwise as long as it lives. One thread makes them, one within the other.
+// Changes the answer during its lifetime. Made by one thread, nested.
 class Answering {
   public:
     explicit Answering(Answer answer);

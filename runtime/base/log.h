@@ -11,7 +11,7 @@ namespace meld::log {
 
 enum class Level { Debug, Info, Warning, Error, Off };
 
-// Lines below this level are dropped; Info at the start. All processes but one set Off, so that nothing is said twice.
+// Lines below this level are dropped; Info at the start. All processes but one set Off, so that nothing is printed twice.
 void set_level(Level level);
 Level level();
 

@@ -1,4 +1,4 @@
-// One writer at a time for a path: a lock that the system releases when its process ends, however it ends.
+// One writer at a time for a path: a lock that the system releases when the process ends, for any reason.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace meld {
 
-// Held by an empty file beside the output, `.NAME.claymeld-lock`, which goes when the lock is released; one that a killed process has
-// left is taken over. Where the file system knows no locks there is none.
+// Held by an empty file beside the output, `.NAME.claymeld-lock`, which is removed when the lock is released; a lock that a killed process
+// has left is taken over. Without effect if the file system has no locks.
 class OutputLock {
   public:
-    // The folder of `path` must exist. Errors: another process writes to this path, which is named; the folder cannot be written.
+    // The folder of `path` must exist. Errors: another process, which the error names, writes to this path; the folder cannot be written.
     // `shown` is the path as the user wrote it.
     static Result<OutputLock> take(const std::string& path, const std::string& shown);
 

@@ -1,4 +1,4 @@
-// The paths of one command, before it does anything: nothing that it reads or writes may be another thing that it writes.
+// Checks the paths of one command before it starts: no output may be the same as an input or another output.
 #pragma once
 
 #include <span>
@@ -9,13 +9,12 @@
 namespace meld {
 
 struct NamedPath {
-    std::string option;  // As a user knows it: "--record", "the program".
-    std::string path;    // "-" is standard output; empty paths are left out.
+    std::string option;  // Its name for users: "--record", "the program".
+    std::string path;    // "-" is standard output; empty paths are ignored.
     enum Use { Read, Written } use = Read;
 };
 
-// Errors: two options name one file, through links too, or one of them the standard output of the other. Devices and FIFOs may be
-// named several times.
+// Errors: two options name one file, also through links, or two name standard output. Devices and FIFOs may be named several times.
 Result<void> check_distinct(std::span<const NamedPath> paths);
 
 }  // namespace meld

@@ -7,11 +7,10 @@
 
 namespace meld {
 
-// A fixed set of worker threads. run(n, f) calls f(worker, index) for index 0..n-1, each exactly once, on any worker;
-// it returns when all are done. With one thread everything happens in the calling thread, in order. The caller is worker 0.
-// The first exception of a body is rethrown here, and indices not yet begun are then left out. A body must not call run of
-// the same workers. Idle workers sleep. Cost: about a microsecond to start while the workers are awake, and an atomic add an
-// index, so give an index some microseconds of work.
+// A fixed set of worker threads. run(n, f) calls f(worker, index) for index 0..n-1, each exactly once, on any worker; it returns when all
+// are done. With one thread everything happens in the calling thread, in order. The caller is worker 0. The first exception of a body is
+// rethrown here, and indices that have not begun are skipped. A body must not call run of the same workers. Idle workers sleep. Cost: about
+// a microsecond to start while the workers are awake, and an atomic add per index, so give an index some microseconds of work.
 class Workers {
   public:
     explicit Workers(int threads);

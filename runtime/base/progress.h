@@ -1,4 +1,4 @@
-// The one live line at the bottom of a terminal that says how far a run is; plain lines, rarely, where there is no terminal.
+// The one live line at the bottom of a terminal that shows how far a run is; without a terminal, plain lines at long intervals.
 #pragma once
 
 #include <functional>
@@ -7,12 +7,12 @@
 
 namespace meld {
 
-// A launcher sets it to "1" for processes whose stderr ends in a terminal but is a pipe.
+// A launcher sets it to "1" for processes whose stderr is a pipe that ends in a terminal.
 inline constexpr const char* kTerminalVariable = "CLAYMELD_TERMINAL";
 
-// Whether what this process writes to stderr is seen on a terminal.
+// Whether the stderr of this process is shown on a terminal.
 bool stderr_is_terminal();
-// The width of that terminal; 80 when it cannot be told.
+// The width of that terminal; 80 if it is unknown.
 int terminal_columns();
 
 // Where a progress line goes and what time it is, so that tests need neither terminal nor clock.
@@ -25,7 +25,7 @@ struct ProgressOutput {
     static ProgressOutput on_stderr();
 };
 
-// At most one is alive in a process. Everything is for the thread that made it, but clear_progress, which is for all.
+// At most one exists in a process. Only the thread that made it may use it, except for clear_progress.
 class Progress {
   public:
     explicit Progress(ProgressOutput output = ProgressOutput::on_stderr());
@@ -33,10 +33,10 @@ class Progress {
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    // Shows the text if it is time to: ten times a second on a terminal, else every 10 s. The text (one line, UTF-8) is made
-    // only then, so this may be called every tick.
+    // Shows the text if it is time to: ten times a second on a terminal, otherwise every 10 s. The text (one line, UTF-8) is made only
+    // then, so this may be called every tick.
     void update(const std::function<std::string()>& text);
-    // Takes the line away, until the next update.
+    // Removes the line until the next update.
     void clear();
 
   private:
@@ -47,7 +47,7 @@ class Progress {
     bool shown_ = false;
 };
 
-// Takes the live line away, if there is one; the log does so before it writes, and so must whoever else writes to a terminal.
+// Removes the live line, if there is one; the log calls it before it writes, and so must all other code that writes to a terminal.
 void clear_progress();
 
 }  // namespace meld

@@ -1,4 +1,4 @@
-// Sorts places by a 32-bit key in time proportional to their number: for lists that are rebuilt every tick.
+// Sorts indices by a 32-bit key in linear time: for lists that are rebuilt every tick.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ struct Keyed {
     std::uint32_t place;
 };
 
-// Sorts by key, places with equal keys in the order they stand in. Short lists go through the standard library; longer
-// ones byte by byte from the lowest, leaving out bytes that all keys share. `spare` is room that may be kept between calls.
+// Sorts by key; indices with equal keys keep their order. Short lists are sorted by the standard library; longer ones byte by byte from the
+// lowest, skipping bytes that all keys share. `spare` is memory that may be reused between calls.
 inline void sort_by_key(std::vector<Keyed>& list, std::vector<Keyed>& spare) {
     constexpr std::size_t kShort = 512;
     if (list.size() < kShort) {

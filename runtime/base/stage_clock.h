@@ -1,4 +1,4 @@
-// Sums up what a stage of the work takes, by wall clock: from where it is made to the end of its scope.
+// Adds the wall-clock time of a stage to a sum: from the construction to the end of the scope.
 #pragma once
 
 #include <chrono>

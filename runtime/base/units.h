@@ -1,4 +1,4 @@
-// Numbers as people write and read them: "2M" catoms, "16GiB", "1.5 h"; and the way back. Independent of the locale.
+// Numbers as people write and read them: "2M" catoms, "16GiB", "1.5 h"; parsing and printing. Independent of the locale.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace meld {
 
-// A number with an optional suffix k, M, G, T, P (powers of 1000) or Ki, Mi, Gi, Ti, Pi (powers of 1024); K is taken for k.
-// Blanks are allowed around the number. Errors name the text and what is wrong with it.
+// A number with an optional suffix k, M, G, T, P (powers of 1000) or Ki, Mi, Gi, Ti, Pi (powers of 1024); K means k. Blanks are allowed
+// around the number. Errors name the text and what is wrong with it.
 Result<double> parse_number(std::string_view text);
 
 // As parse_number, for a whole number that is not negative: "2M", "1.5k", "1e6". Exact up to 2^64-1 when written without a fraction.
