@@ -14,7 +14,8 @@ struct NamedPath {
     enum Use { Read, Written } use = Read;
 };
 
-// Errors: two options name one file, also through links, or two name standard output. Devices and FIFOs may be named several times.
+// Errors: two options name one file, also through links, or one names the file that another writes as standard output. Devices and FIFOs
+// may be named several times.
 Result<void> check_distinct(std::span<const NamedPath> paths);
 
 }  // namespace meld

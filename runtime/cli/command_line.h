@@ -1,5 +1,5 @@
-// What the command lines of all programs share: `help`, `--version`, the nearest name for a mistyped command or option, manual
-// pages and completion, all made from the program's table of commands and options.
+// Shared by the command lines of all programs: `help`, `--version`, the nearest name for a mistyped command or option, manual pages and
+// completion, all made from the program's table of commands and options.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,13 +11,13 @@
 
 namespace meld::cli {
 
-// The words that an option or a command's argument may be, for completion: "--emit" or "explain" to its words.
+// The possible words of an option or of a command's argument, for completion: from "--emit" or "explain" to the words.
 using Choices = std::map<std::string, std::vector<std::string>>;
 
-// The commands of another program that users look for in this one, with the program: "run" to "meldsim".
+// The commands of another program that users look for in this one, with that program: from "run" to "meldsim".
 using Elsewhere = std::map<std::string, std::string>;
 
-// The check of an option whose value is a whole number from `least` to `greatest`, with a message that says so.
+// Checks that the value of an option is a whole number from `least` to `greatest`, with a message that says so.
 CLI::Validator whole_number(std::int64_t least, std::int64_t greatest);
 
 // Adds `--version` and the commands `help` and `completion`. Call it after all commands of the program are added.

@@ -9,7 +9,7 @@ namespace meld::cli {
 
 struct OptionRow {
     std::string short_name, long_name;  // With their hyphens; either may be empty.
-    std::string value;                  // What follows it, "FILE"; empty for a flag.
+    std::string value;                  // The value that follows it, "FILE"; empty for a flag.
     std::string description;
 };
 

@@ -1,4 +1,4 @@
-// How processes talk: one process, threads standing for processes (tests), or MPI. The only door to MPI.
+// Communication between processes: one process, threads in place of processes (tests), or MPI. The only use of MPI.
 #pragma once
 
 #include <cstddef>
@@ -23,12 +23,12 @@ class Communicator {
     virtual int process() const = 0;  // 0 .. processes-1
     virtual int processes() const = 0;
 
-    // Sparse exchange: every process calls it together, each with the packets it has (at most one per destination, never to
-    // itself, none needs to be known to the receiver). Returns what the others sent here, sorted by sending process.
-    // Cost: the number of processes that have something to say to each other, plus one small agreement.
+    // Sparse exchange: every process calls it together, each with its packets (at most one per destination, none to itself; the receiver
+    // need not expect them). Returns what the others sent here, sorted by sending process. Cost: the number of processes that have
+    // something to send to each other, plus one small agreement.
     virtual std::vector<Packet> exchange(std::vector<Packet> packets) = 0;
 
-    // Every process gives the same number of bytes; all get all of them, in order of processes.
+    // Every process gives the same number of bytes; all get all of them, in the order of processes.
     virtual std::vector<std::byte> allgather(std::span<const std::byte> bytes) = 0;
     // As allgather, with any number of bytes from each process.
     virtual std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) = 0;
@@ -39,15 +39,14 @@ class Communicator {
 
 std::unique_ptr<Communicator> make_single();
 
-// Runs body(communicator) on `processes` threads of this process that exchange through memory: the test double of MPI,
-// with the same semantics. Rethrows the first exception; a process that waits for one that has failed, has finished, or calls
-// another operation gets an exception too (runtime/comm/threads.h) and does not hang. abort() throws PartAborted.
+// Runs body(communicator) on `processes` threads of this process that exchange through memory: the test double of MPI, with the same
+// semantics. Rethrows the first exception. A process that waits for one that has failed or finished, or that calls another operation, gets
+// an exception too (runtime/comm/threads.h) and does not hang. abort() throws PartAborted.
 void run_threads_as_processes(int processes, const std::function<void(Communicator&)>& body);
 
-// Under mpirun/srun: the process's communicator. Initialises MPI (FUNNELED) on first call, finalises when the last
-// communicator is gone, and cannot be started again after that. One that is destroyed by an exception on its way ends all
-// processes with exit code 70, since the others would wait for ever: catch exceptions inside its lifetime and abort().
-// Close HDF5 files before the last communicator goes.
+// Under mpirun/srun: the process's communicator. Initializes MPI (FUNNELED) on the first call, finalizes it when the last communicator is
+// destroyed, and cannot be started again after that. If an exception destroys it, it ends all processes with exit code 70, since the others
+// would wait for ever: catch exceptions inside its lifetime and call abort(). Close HDF5 files before the last communicator is destroyed.
 std::unique_ptr<Communicator> make_mpi();
 // Whether this process was started by an MPI launcher.
 bool under_mpi();

@@ -1,4 +1,4 @@
-// Starts a command as several processes on this machine, so that a user needs to know nothing of mpirun.
+// Starts a command as several processes on this machine, so that a user need not know mpirun.
 #pragma once
 
 #include <csignal>
@@ -15,7 +15,7 @@ struct LaunchOutcome {
     // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; 127 when mpirun cannot be
     // started; 130 when the processes had been asked to end and had, but mpirun had not; 143 when they had to be ended.
     int exit_code = 0;
-    // The first signal by which the user asked for the end, or 0. The processes may have finished all the same, with code 0.
+    // The first signal by which the user asked for the end, or 0. The processes may still have finished, with code 0.
     int interrupted_by = 0;
     // A process has been told to end, and has said what came of it; otherwise none had come so far.
     bool heard = false;
@@ -34,8 +34,8 @@ struct LaunchOutcome {
 // any more, they end as at a first signal. Call it from a process that has no other threads and children and has not started MPI itself.
 LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command);
 
-// Why a run of processes ended with this code, for codes that no command of ours documents: "a process was killed (signal 9), ...".
-// Empty for all other codes.
+// Why a run of processes ended with this code, if none of our commands documents it: "a process was killed (signal 9), ...". Empty for all
+// other codes.
 std::string describe_launch_failure(int exit_code);
 
 }  // namespace meld::comm

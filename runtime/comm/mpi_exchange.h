@@ -1,4 +1,4 @@
-// The sparse exchange over MPI, in two ways that give the same result. Private to runtime/comm.
+// The sparse exchange over MPI, in two ways with the same result. Private to runtime/comm.
 #pragma once
 
 #include <mpi.h>
@@ -15,8 +15,8 @@ class MpiExchange {
     // The communicator must be used by nothing else. Packets longer than chunk_bytes travel as several messages.
     MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes);
 
-    // Cost: one message for each packet and a barrier that runs while they travel; nothing depends on the number of processes
-    // but the logarithm in the barrier.
+    // Cost: one message for each packet and a barrier that runs in the background; only the logarithm in the barrier depends on the number
+    // of processes.
     std::vector<Packet> by_consensus(const std::vector<Packet>& packets);
 
     // Cost: one word from each process to each process, then one message for each packet.
@@ -32,7 +32,7 @@ class MpiExchange {
     int processes_ = 1;
     std::size_t chunk_bytes_;
     unsigned round_ = 0;
-    std::vector<std::size_t> place_of_process_;  // In the packets received in this round; kNowhere before the first chunk.
+    std::vector<std::size_t> place_of_process_;  // In the packets of this round; kNowhere before its first chunk.
     std::vector<MPI_Request> sends_;
     std::vector<MPI_Request> receives_;
     std::vector<std::uint64_t> send_counts_;

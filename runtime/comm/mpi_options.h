@@ -1,4 +1,4 @@
-// What tests and measurements may set of the MPI communicator; everybody else calls make_mpi().
+// Settings of the MPI communicator for tests and measurements; all other code calls make_mpi().
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ enum class ExchangeKind {
 
 struct MpiOptions {
     ExchangeKind exchange = ExchangeKind::Automatic;
-    std::size_t chunk_bytes = std::size_t{1} << 30;  // MPI counts are int; a gigabyte is far enough below.
+    std::size_t chunk_bytes = std::size_t{1} << 30;  // MPI counts are int; a gigabyte is well below the limit.
 };
 
 std::unique_ptr<Communicator> make_mpi(const MpiOptions& options);

@@ -1,4 +1,4 @@
-// Waiting for others without burning the core they may need: there can be more processes than cores, or other work.
+// Waiting for others without occupying the core they may need: there can be more processes than cores, or other work.
 #pragma once
 
 #include <mpi.h>
@@ -11,8 +11,8 @@
 
 namespace meld::comm {
 
-// Polls hard while an answer is near, then gives the core away. With more processes than cores hardly any answer is near:
-// three processes on two cores took 14 milliseconds a tick of five exchanges when they polled, 0.6 when they nap at once.
+// Polls continuously while an answer is likely soon, then yields the core. With more processes than cores hardly any answer comes soon:
+// three processes on two cores took 14 milliseconds a tick of five exchanges when they polled, and 0.6 when they sleep at once.
 class Backoff {
   public:
     void reset() { idle_polls_ = 0; }
@@ -23,7 +23,7 @@ class Backoff {
     }
     // Set once, before the first exchange.
     static void expect_crowd() { hard_polls = 20; }
-    // Who is asked to look around in a long wait; nullptr: nobody.
+    // Called from time to time in a long wait; nullptr: nothing is called.
     static void set_peers(Peers* looked_at) { peers = looked_at; }
 
   private:

@@ -1,4 +1,4 @@
-// What one process did alone, such as writing a file, and all must know.
+// The result of an operation that one process did alone, such as writing a file, for all processes.
 #pragma once
 
 #include "runtime/base/error.h"
@@ -6,7 +6,7 @@
 
 namespace meld::comm {
 
-// How it went on process 0, on every process. Collective; what the other processes give does not matter.
+// The result of process 0, on every process. Collective; the arguments of the other processes are ignored.
 Result<void> outcome_of_first(Communicator& comm, const Result<void>& mine);
 
 }  // namespace meld::comm

@@ -1,4 +1,4 @@
-// Packets from what was written for each process, and what every communicator asks of the packets it is given.
+// Makes packets from the bytes written for each process, and checks the packets given to a communicator.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace meld::comm {
 
-// What was written for each process, by its number; the writers start again with nothing.
+// The bytes written for each process, by its number; the writers start again empty.
 inline std::vector<Packet> take_packets(std::span<ByteWriter> by_process) {
     std::vector<Packet> packets;
     for (std::size_t process = 0; process < by_process.size(); ++process)

@@ -1,5 +1,5 @@
-// Notices a process that keeps the others waiting, and tells the user which one: a stopped process answers nothing and says nothing,
-// and the run would seem to hang.
+// Notices a process that keeps the others waiting and reports which one: a stopped process does not answer and prints nothing, and the run
+// would seem to hang.
 #pragma once
 
 #include <mpi.h>
@@ -13,8 +13,8 @@
 
 namespace meld::comm {
 
-// The processes of a run that are on this machine see by a table in shared memory how many operations each has begun, at the cost of
-// one store an operation; the others are only known to be elsewhere.
+// The processes of a run on this machine share a table in memory with the number of operations each has begun, at the cost of one store per
+// operation; of the others only their existence elsewhere is known.
 class Peers {
   public:
     // Collective.
@@ -23,9 +23,9 @@ class Peers {
     Peers(const Peers&) = delete;
     Peers& operator=(const Peers&) = delete;
 
-    // This process begins an operation of all: it has waited for the last one no longer.
+    // This process begins a collective operation, so it no longer waits for the last one.
     void begin_operation();
-    // To be called now and then while waiting. Once a wait is long, tells on standard error who is late, from one process alone.
+    // Call it now and then while waiting. Once a wait is long, one process reports on standard error which processes are late.
     void look();
 
   private:
@@ -35,18 +35,18 @@ class Peers {
     };
 
     std::size_t count() const { return pids_.size(); }
-    // Whether it has not begun the operation in which this process waits.
+    // Whether that process has not begun the operation in which this one waits.
     bool late(std::size_t process) const;
     bool stopped(std::size_t process) const;
-    // Of several that wait, the first on this machine speaks.
+    // If several wait, the first on this machine reports.
     bool speaks() const;
 
     std::size_t process_ = 0;
-    std::vector<int> pids_;  // Of each process; 0: it cannot be seen from here.
+    std::vector<int> pids_;  // By process; 0: not visible from here.
     Place* table_ = nullptr;
     std::uint64_t operations_ = 0;
     std::optional<Clock::time_point> waits_since_;
-    std::vector<std::size_t> told_;  // Who was said to be late in this wait.
+    std::vector<std::size_t> told_;  // The processes reported as late in this wait.
 };
 
 }  // namespace meld::comm

@@ -1,4 +1,5 @@
-// Standard output and error of a child, passed on. The child never meets a full disk or a reader that has left: mpirun would crash.
+// Passes on the standard output and error of a child. The child never meets a full disk or a reader that has left, which would crash
+// mpirun.
 #pragma once
 
 #include <array>
@@ -7,7 +8,7 @@ namespace meld::comm {
 
 class Relay {
   public:
-    // Makes two pipes; without them (no descriptors left) the child writes to ours.
+    // Makes two pipes; if that fails (no descriptors left), the child writes to our streams.
     Relay();
     ~Relay();
     Relay(const Relay&) = delete;
@@ -17,11 +18,11 @@ class Relay {
     void enter_child() const;
     // In the parent, after fork.
     void leave_child();
-    // Passes on what is there, waiting at most so long for something.
+    // Passes on what is available, waiting at most this long for something.
     void pass(int milliseconds);
-    // Passes on all that is still to come from a child that has ended.
+    // Passes on all remaining output of a child that has ended.
     void finish();
-    // Why our standard output does not take anything any more, an errno, or 0. What comes is then read and dropped.
+    // Why our standard output can no longer be written, an errno, or 0. Later output is then read and dropped.
     int output_error() const { return channels_[0].error; }
 
   private:

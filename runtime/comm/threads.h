@@ -1,11 +1,11 @@
-// What a process that is a thread may meet: the failures of the other processes.
+// The failures of other processes that a process may see if it is a thread.
 #pragma once
 
 #include <stdexcept>
 
 namespace meld::comm {
 
-// Thrown in every process that waits for, or next calls, the others after one of them has failed.
+// Thrown in every process that waits for the others, or next calls them, after one of them has failed.
 struct OtherProcessFailed : std::runtime_error {
     OtherProcessFailed() : std::runtime_error("another process has failed") {}
 };

@@ -1,4 +1,4 @@
-// What all processes of a run must have alike: see agreement.h.
+// What must be the same on all processes of a run: see agreement.h.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace meld::driver {
 
-// Claymeld's version, the program's text, the module, the world with all files it names and what the options changed in it, and the
-// options that every process acts on. How many threads each has is its own matter: results do not depend on that.
+// Claymeld's version, the program's text, the module, the world with all files it names and the options that changed it, and the options
+// that every process uses. The number of threads may differ: results do not depend on it.
 std::vector<Claim> claims(const RunOptions& options, const Module& module, const world::World& world);
 
 }  // namespace meld::driver

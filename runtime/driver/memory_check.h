@@ -1,4 +1,4 @@
-// Will it fit? Asked before anything is allocated.
+// Whether the world fits into memory; called before anything is allocated.
 #pragma once
 
 #include <cstdint>

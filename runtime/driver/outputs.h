@@ -1,4 +1,4 @@
-// The files that a run writes: that they are distinct, and that this run alone writes them.
+// The files that a run writes: checks that they are distinct, and that only this run writes them.
 #pragma once
 
 #include <optional>
@@ -17,10 +17,10 @@ struct Outputs {
     std::optional<OutputFile> digest;
 };
 
-// Takes them before the run: nobody should learn at the end of a long one that they cannot be written.
+// Opens them before the run, so that a long run does not find out at its end that they cannot be written.
 Result<void> open_outputs(const RunOptions& options, Outputs& outputs);
 
-// Whether results go to standard output, and everything else elsewhere.
+// Whether results go to standard output, and everything else to standard error.
 bool results_at_standard_output(const RunOptions& options);
 
 }  // namespace meld::driver

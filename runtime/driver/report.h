@@ -1,4 +1,4 @@
-// What a run tells its user: the live line, the summary as a table or as JSON.
+// The reports of a run to its user: the live line, and the summary as a table or as JSON.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@ namespace meld::driver {
 
 // "tick 120  2,304 awake  1.2 M derivations/s  3.4 M messages/s  74 bytes/catom  ..."; seconds: since the run began.
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick);
-// `world`: the path of its file, or what stands for one.
+// `world`: the path of its file, or a text if there is none.
 std::string summary_table(const sim::Summary& summary, const std::string& world, int processes, int threads);
-// Says that linear facts were dropped; empty: none were.
+// The message that linear facts were dropped; empty: none were.
 std::string warning_of_dropped(const sim::Summary& summary);
 std::string summary_json(const sim::Summary& summary, const std::string& world, int processes, int threads);
 

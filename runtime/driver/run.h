@@ -9,7 +9,7 @@
 
 namespace meld::driver {
 
-// Returns the exit code of the command. Prints what it has to say itself, from process 0 alone.
+// Returns the exit code of the command. Prints its own messages, from process 0 only.
 int run_command(RunOptions options);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
