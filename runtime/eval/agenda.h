@@ -1,5 +1,5 @@
-// Which catoms have something new, and what: a dirty word a catom and a two-level bitmap over them, so that an empty
-// agenda costs nothing and a full one is visited in the order of memory.
+// Which catoms have new input, and what: a dirty word per catom and a two-level bitmap over them, so that an empty agenda costs nothing and
+// a full one is visited in the order of memory.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,7 @@ class Agenda {
     }
     std::size_t bytes() const { return dirty_.capacity() * 4 + words_.capacity() * 8 + summary_.capacity() * 8; }
 
-    // Adds bits to a catom's dirty word. Not while others mark.
+    // Adds bits to a catom's dirty word. Not while other threads mark.
     void mark(u32 catom, u64 bits) {
         MELD_EXPECT(catom < dirty_.size() && bits != 0 && bits >> 32 == 0, "catom {}, bits {:x}", catom, bits);
         const u32 before = dirty_[catom];
@@ -38,13 +38,13 @@ class Agenda {
         if ((word.load(std::memory_order_relaxed) & bits) == bits) return;
         if (word.fetch_or(static_cast<u32>(bits), std::memory_order_relaxed) != 0) return;
         std::atomic_ref<u64>(words_[catom / 64]).fetch_or(u64{1} << (catom % 64), std::memory_order_relaxed);
-        // Mostly another catom of its word has set it.
+        // Usually another catom of its word has set it.
         const std::atomic_ref<u64> summary(summary_[catom / 4096]);
         const u64 bit = u64{1} << (catom / 64 % 64);
         if ((summary.load(std::memory_order_relaxed) & bit) == 0) summary.fetch_or(bit, std::memory_order_relaxed);
     }
     u64 dirty(u32 catom) const { return dirty_[catom]; }
-    // Forgets a catom that is gone or has moved to another process.
+    // Forgets a catom that is removed or has migrated to another process.
     void forget(u32 catom) {
         MELD_EXPECT(catom < dirty_.size(), "catom {}", catom);
         dirty_[catom] = 0;
@@ -55,7 +55,7 @@ class Agenda {
         return true;
     }
 
-    // Calls visit(catom) for each that has something new.
+    // Calls visit(catom) for each catom that has new input.
     template <class Visit>
     void each(const Visit& visit) const {
         for (std::size_t w = 0; w < words_.size(); ++w)
@@ -64,7 +64,7 @@ class Agenda {
                 if (dirty_[catom] != 0) visit(catom);
             }
     }
-    // Moves the agenda out, catoms ascending; those for which keep(catom) is false are dropped.
+    // Returns the agenda and empties it, catoms ascending; those for which keep(catom) is false are dropped.
     template <class Keep>
     void take(std::vector<u32>& catoms, std::vector<u64>& dirty, const Keep& keep) {
         catoms.clear();

@@ -22,13 +22,13 @@ namespace meld::eval {
 struct Statistics {
     u64 awake = 0;  // Catoms evaluated.
     u64 derivations = 0;
-    u64 changes = 0;   // Exported records and rows committed: what a link would carry.
+    u64 changes = 0;   // Exported records and rows committed: the traffic of the links.
     u64 messages = 0;  // Linear facts sent.
     u64 dropped = 0;
-    bool cut = false;  // Catoms were left out, because somebody outside waits for the end of the run.
+    bool cut = false;  // Catoms were skipped, because a signal asked for the end of the run.
 };
 
-// Where a catom stands on the lattice, for `position`.
+// The position of a catom on the lattice, for `position`.
 using Positions = std::function<void(u32 catom, double out[3])>;
 
 class Evaluator {
@@ -47,14 +47,14 @@ class Evaluator {
     // Facts and actions that do not come from rules, for the next evaluation.
     Requests& requests() { return requests_; }
 
-    // Told of every exported change while it is committed, from several threads; `thread` says which.
+    // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
-    // Evaluates the agenda of this tick against `subdomain`, whose geometry and pointers are current, and commits.
-    // Returns the failure of the catom with the least id, if any failed.
+    // Evaluates the agenda of this tick against `subdomain`, whose geometry and pointers are up to date, and commits. Returns the failure
+    // of the catom with the least id, if any failed.
     Failure evaluate(SubdomainView& subdomain, const OnExport& on_export);
 
-    // What the last evaluation sent and asked for, ordered by (receiver, sender, sequence) and by catom id.
+    // The messages and actions of the last evaluation, ordered by (receiver, sender, sequence) and by catom id.
     const std::vector<Message>& messages() const { return messages_; }
     const std::vector<Action>& actions() const { return actions_; }
     const Statistics& statistics() const { return statistics_; }

@@ -1,4 +1,4 @@
-// What goes wrong inside a program while it runs, in words.
+// Descriptions of failures of a program while it runs.
 #pragma once
 
 #include <cstddef>
@@ -8,25 +8,25 @@
 
 namespace meld::eval {
 
-// Chunks of scratch memory double, so an evaluation may have twice this in all. More is a program that runs away by copying,
-// which the limit of derivations stops only after the machine's memory is gone.
+// Chunks of scratch memory double, so an evaluation may use up to twice this. More means that a program copies without end, which the limit
+// of derivations would stop only after the machine's memory is used up.
 inline constexpr std::size_t kMaxChunk = std::size_t{1} << 29;
 
-// Copied as it is between processes.
+// Copied unchanged between processes.
 struct Failure {
     Trap trap = Trap::None;
-    u32 rule = 0;          // kNone32: of none in particular.
-    u32 column = kNone32;  // Where no rule is to blame: what the catom could not keep.
+    u32 rule = 0;          // kNone32: no particular rule.
+    u32 column = kNone32;  // If no rule is the cause: the column that the catom could not store.
     u64 catom = 0;         // Id
     i64 tick = 0;
-    Value left = {}, right = {};  // The operands; of floats where `real`.
+    Value left = {}, right = {};  // The operands; floats if `real`.
     bool real = false;
-    char text[kMaxTrapText_bytes] = {};  // Of a text at fault the start; `left` says how many bytes it has.
+    char text[kMaxTrapText_bytes] = {};  // The start of the string at fault; `left` is its length in bytes.
 };
 
 // The problem, with rule, catom, tick and operands.
 std::string describe(const ModuleInfo& module, const Failure& failure);
-// What to do about it; empty where the message says all.
+// What to do about it; empty if the message says everything.
 std::string cure(const Failure& failure);
 
 }  // namespace meld::eval

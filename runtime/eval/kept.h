@@ -1,4 +1,4 @@
-// Copies that stay where they are until the end of a tick: what a worker puts aside while it evaluates.
+// Copies that do not move until the end of a tick: data that a worker sets aside while it evaluates.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What lives only while something happens: tombstones of groups that lost their value, and catoms to be woken later.
+// Data that exists only temporarily: tombstones of groups that lost their value, and catoms to be woken later.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace meld::eval {
 
-// What groups remember of their losses (docs/design.md, "Ranks and quarantine"). Empty in a quiescent ensemble.
+// The losses of groups (docs/design.md, "Ranks and quarantine"). Empty in a quiescent ensemble.
 class Tombstones {
   public:
     struct Entry {
@@ -34,7 +34,7 @@ class Tombstones {
             if (e.predicate == predicate && e.key == key) return &e;
         return nullptr;
     }
-    // A group lost a fact of this rank now. A memory that had expired is replaced, not extended.
+    // A group has now lost a fact of this rank. A tombstone that had expired is replaced, not extended.
     void lose(u32 catom, u16 predicate, u64 key, u32 rank, i64 now, u32 greatest_rank, u32 latency) {
         MELD_EXPECT(predicate != kNone16 && now > 0, "predicate {} in tick {}", predicate, now);
         std::vector<Entry>& list = by_catom_[catom];
@@ -46,11 +46,11 @@ class Tombstones {
             }
         list.push_back({predicate, rank, key, now});
     }
-    // No rank alive is so great that this memory would still hold it back.
+    // No existing rank is so great that this tombstone would still delay it.
     static bool expired(const Entry& e, i64 now, u32 greatest_rank, u32 latency) {
         return now > e.time + (i64{greatest_rank} - i64{e.least_rank} + 2) * latency;
     }
-    // Forgets what has expired. Cost: all that is remembered.
+    // Removes what has expired. Cost: all tombstones.
     void sweep(i64 now, u32 greatest_rank, u32 latency) {
         for (auto it = by_catom_.begin(); it != by_catom_.end();) {
             std::erase_if(it->second, [&](const Entry& e) { return expired(e, now, greatest_rank, latency); });
@@ -71,14 +71,14 @@ class Tombstones {
     std::unordered_map<u32, std::vector<Entry>> by_catom_;
 };
 
-// Catoms to mark at a later tick, and groups of them to look at then.
+// Catoms to mark at a later tick, and groups of theirs to look at then.
 class Timers {
   public:
     void add(i64 now, i64 tick, u32 catom, u64 bits) {
         MELD_EXPECT(tick > now, "catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
         at_[tick].catoms.push_back({{catom, now}, static_cast<u32>(bits)});
     }
-    // The row is one of the group; so many bytes.
+    // `row` is one of the group, with this many bytes.
     void add_group(i64 now, i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
         MELD_EXPECT(tick > now && bytes > 0, "a group of catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
         Due& due = at_[tick];
@@ -90,7 +90,7 @@ class Timers {
         MELD_EXPECT(!empty());
         return at_.begin()->first;
     }
-    // What was added before this tick for a catom that is gone or has moved is not for whoever has its index now.
+    // Timers added before this tick for a catom that is removed or has migrated are not for the next user of its index.
     void forget(i64 now, u32 catom) {
         if (!at_.empty()) forgotten_[catom] = now;
     }
@@ -112,7 +112,7 @@ class Timers {
   private:
     struct Who {
         u32 catom;
-        i64 added;  // The tick in which it was.
+        i64 added;  // The tick in which it was added.
     };
     struct Catom {
         Who who;
@@ -134,7 +134,7 @@ class Timers {
     }
 
     std::map<i64, Due> at_;
-    std::unordered_map<u32, i64> forgotten_;  // While something waits: which catoms' timers of before a tick mean nothing.
+    std::unordered_map<u32, i64> forgotten_;  // While a timer waits: which catoms' timers from before a tick are invalid.
 };
 
 }  // namespace meld::eval

@@ -1,4 +1,4 @@
-// Facts and actions that evaluated catoms send and ask for, and those that C++ outside of the program asks for in their name.
+// Facts and actions that evaluated catoms send and request, and those that C++ code outside the program requests for them.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace meld::eval {
 struct Message {
     u32 to = 0;  // Index on this process.
     u16 predicate = 0;
-    u64 from = 0;  // Id of the sender, and the how-many-th it sent in this tick: the order of delivery.
+    u64 from = 0;  // Id of the sender, and the number of the message among those it sent in this tick: the order of delivery.
     u32 sequence = 0;
     const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
@@ -24,7 +24,7 @@ struct Action {
     const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
 
-// What was asked for between two evaluations. The next evaluation treats it as if each catom's rules had asked for it first.
+// Requests made between two evaluations. The next evaluation treats them as if each catom's rules had made them first.
 class Requests {
   public:
     Requests(const ModuleInfo& module, tuple::Columns& columns) : module_(module), columns_(columns) {}
@@ -36,7 +36,7 @@ class Requests {
     void act(u32 catom, u16 predicate, const Value* arguments);
     void send(u32 to, u16 predicate, u64 from, const Value* arguments);
 
-    // From now on the lists below are what was asked for since the last call.
+    // From now on the lists below hold the requests since the last call.
     void begin_evaluation();
     const std::vector<Message>& messages() const { return current_.messages; }
     const std::vector<Action>& actions() const { return current_.actions; }

@@ -1,5 +1,5 @@
-// The derivations of views that have no value at present: something in them is divided by zero, overflows, or asks for what a list
-// does not have. They count as absent (docs/design.md, "Undefined derivations"). Empty in most runs, and else in most catoms.
+// The derivations of views that have no value at present: something in them divides by zero, overflows, or asks for an element that a list
+// does not have. They count as absent (docs/design.md, "Undefined derivations"). Empty in most runs, and otherwise for most catoms.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +17,9 @@ class Undefined {
     // The first undefined derivation of a rule, in the order in which the catom's facts are read.
     struct Entry {
         u32 stratum;
-        Failure failure;  // In the tick since which it is there.
+        Failure failure;  // With the tick since which it has been undefined.
     };
-    // Of one catom, by rule, one each.
+    // For one catom, by rule, one each.
     using Entries = std::vector<Entry>;
 
     bool empty() const { return by_catom_.empty(); }
@@ -27,7 +27,7 @@ class Undefined {
         const auto found = by_catom_.find(catom);
         return found == by_catom_.end() ? nullptr : &found->second;
     }
-    // What an evaluation of the catom has left. One that was there before has been there since.
+    // The result of an evaluation of the catom. An undefined derivation that was there before keeps its tick.
     void replace(u32 catom, Entries entries) {
         MELD_EXPECT(std::is_sorted(entries.begin(), entries.end(), by_rule), "catom {}", catom);
         if (entries.empty()) {
@@ -45,7 +45,7 @@ class Undefined {
         MELD_EXPECT(!by_catom_.contains(catom), "catom {} has undefined derivations already", catom);
         if (!entries.empty()) by_catom_[catom] = std::move(entries);
     }
-    // The one that is reported of all, whichever process has it; trap None: there is none. Cost: all that there are.
+    // The first of all, which is reported, whichever process has it; trap None: there is none. Cost: all of them.
     Failure first() const {
         Failure first;
         for (const auto& [catom, entries] : by_catom_)

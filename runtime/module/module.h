@@ -10,10 +10,10 @@
 
 namespace meld {
 
-// Owns an opened module; everything reached through table() dies with it.
+// Owns an opened module; everything reached through table() is destroyed with it.
 class Module {
   public:
-    // What the module's claymeld_module() returned, never null; runtime/abi/module_abi.h says what it is.
+    // The value returned by the module's claymeld_module(), never null; runtime/abi/module_abi.h describes it.
     const void* table() const { return table_; }
     const ModuleNote& note() const { return note_; }
     const std::string& path() const { return path_; }

@@ -1,5 +1,5 @@
-// Who owns which bricks, and who else must hear of a cell. Processes own contiguous ranges of the Hilbert curve, also of
-// bricks where nobody stands yet.
+// Who owns which bricks, and which other processes need a cell. Processes own contiguous ranges of the Hilbert curve, including bricks
+// without catoms.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ using world::Cell;
 
 class Partition {
   public:
-    // Splits the curve so that each process gets about the same number of catoms. `counts` is sorted by key and the same on
-    // every process. With more processes than bricks some processes own empty stretches.
+    // Divides the curve so that each process gets about the same number of catoms. `counts` is sorted by key and the same on every process.
+    // With more processes than bricks some processes own empty ranges.
     Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& counts, int processes);
     int owner(BrickKey key) const;
     int processes() const { return static_cast<int>(starts_.size()); }
@@ -27,28 +27,28 @@ class Partition {
     std::vector<BrickKey> starts_;  // Process p owns the keys from starts_[p] up to starts_[p + 1].
 };
 
-// Which other processes read a cell: those that own a brick within `reach` cells of it.
+// The other processes that read a cell: those that own a brick within `reach` cells of it.
 class Halo {
   public:
-    // reach: 1 where catoms stand still, 2 where they move (a mover must see around its next cell), 3 where they go around others.
+    // reach: 1 if catoms do not move, 2 if they move (a mover must see around its next cell), 3 if they go around others.
     Halo(const world::Ensemble& ensemble, const Partition& partition, int process, int reach);
 
-    // Calls visit(process) once for every other process that must hear of this site. Cost: nothing for a brick inside. Any
-    // thread may call it after prepare() has seen the site's brick.
+    // Calls visit(process) once for every other process that needs this site. Cost: nothing for a brick inside. Any thread may call it
+    // after prepare() has seen the site's brick.
     template <class Visit>
     void subscribers(std::uint32_t site, const Visit& visit) const {
         const std::uint32_t slot = site >> kBrickCellBits;
         if (slot >= border_.size() || border_[slot] < 0) return;
         visit_border(static_cast<std::size_t>(border_[slot]), site & (kBrickCells - 1), visit);
     }
-    // Looks at bricks that were made since the last call.
+    // Handles the bricks that were made since the last call.
     void prepare();
-    // Below, bricks that are present cost one hash lookup, others 27 walks along the curve.
+    // For the functions below, bricks that are present cost one hash lookup, others 27 walks along the curve.
     // The processes, without this one, that own a brick next to the brick of this cell. Ascending.
     std::vector<int> around(Cell cell) const;
     int owner(Cell cell) const;
     bool subscribes(int process, Cell cell) const;
-    // All processes that know the cell: its owner and those that hear of it. Ascending.
+    // All processes that know the cell: its owner and those that read it. Ascending.
     std::vector<int> listeners(Cell cell) const;
     // Whether this process owns a brick next to this brick, or the brick itself.
     bool borders(int process, Cell brick) const;
@@ -61,7 +61,7 @@ class Halo {
     const world::Lattice& lattice() const { return ensemble_.lattice(); }
     // The brick itself and those around it, with their owners.
     std::vector<Side> sides(Cell brick) const;
-    // Calls visit(side) for each of them; for a brick in our midst only for itself.
+    // Calls visit(side) for each of them; for a brick in the interior only for itself.
     template <class Visit>
     void each_side(Cell brick, const Visit& visit) const {
         const std::optional<world::Slot> slot = ensemble_.find_slot(brick);
@@ -97,7 +97,7 @@ class Halo {
     const Partition& partition_;
     int process_;
     int reach_;
-    std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 where it and all bricks around are ours.
+    std::vector<std::int32_t> border_;  // By slot: index into sides_, or -1 if it and all bricks around it are ours.
     std::vector<std::vector<Side>> sides_;
 };
 

@@ -1,4 +1,4 @@
-// Writes a digest of the state after every tick, `tick N DIGEST`, a line each.
+// Writes a digest of the state after every tick, one line `tick N DIGEST` each.
 #pragma once
 
 #include <optional>

@@ -7,8 +7,8 @@
 
 namespace meld::record {
 
-// Makes the file at `path` longer by so many bytes: takes the blocks from the disk, if the file system can do that; else looks at
-// what is free. Nothing when it could, else the reason in words.
+// Makes the file at `path` longer by this many bytes: allocates the blocks on the disk if the file system can; otherwise checks the free
+// space. Returns nothing on success, otherwise the reason in words.
 std::optional<std::string> reserve_growth(const std::string& path, std::uint64_t bytes);
 
 }  // namespace meld::record

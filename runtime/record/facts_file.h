@@ -8,12 +8,12 @@
 
 namespace meld::record {
 
-// Writes all facts at the end, one a line in Meld syntax, sorted by predicate, then catom id, then arguments; process 0
-// writes and alone has the file, all processes call. Auxiliary predicates and actions are left out. The file is committed.
-// Errors, on every process: the file cannot be written. Cost: the facts of one predicate at a time pass through process 0.
+// Writes all facts at the end, one per line in Meld syntax, sorted by predicate, then catom id, then arguments; all processes call it,
+// process 0 writes, and only process 0 has the file. Auxiliary predicates and actions are left out. The file is committed. Errors, on every
+// process: the file cannot be written. Cost: the facts of one predicate at a time pass through process 0.
 Result<void> write_facts(sim::Subdomain& part, OutputFile* file);
 
-// A digest of all facts that write_facts would write, and of where every catom stands; the same on every process.
+// A digest of all facts that write_facts would write, and of the position of every catom; the same on every process.
 // Cost: all facts.
 Digest state_digest(sim::Subdomain& part);
 

@@ -1,4 +1,4 @@
-// As much of HDF5 as a recording needs: groups, attributes, texts, and columns that grow. Hides <hdf5.h>, which drags in MPI.
+// The part of HDF5 that a recording needs: groups, attributes, strings, and columns that grow. Hides <hdf5.h>, which includes MPI.
 // Private to runtime/record.
 #pragma once
 
@@ -27,22 +27,22 @@ struct ColumnShape {
     std::uint64_t chunk_rows = 1;
     bool two_dimensional = false;  // Stored as rows × components also when components is 1.
     bool compressed = false;
-    bool readable_at_once = false;  // Readers may look at it before its first rows are complete: its index comes before them.
+    bool readable_at_once = false;  // Readers may open it before its first rows are complete: its index is written before them.
 };
 
 using ColumnIndex = std::size_t;
 
-// The first failure sticks: every later call does nothing, and error() tells it. So a caller asks once, at the end.
+// After the first failure every later call does nothing, and error() reports it, so a caller checks once, at the end.
 class Hdf5File {
   public:
-    // The file is made anew; `durability` is that of flush().
+    // Creates the file; `durability` is that of flush().
     Hdf5File(const std::string& path, Durability durability);
     ~Hdf5File();
     Hdf5File(const Hdf5File&) = delete;
     Hdf5File& operator=(const Hdf5File&) = delete;
 
     bool failed() const { return failure_.has_value(); }
-    // Why the first failed call failed, as the system says it.
+    // Why the first failed call failed, in the system's words.
     const std::string& failure() const { return *failure_; }
 
     void make_group(const std::string& path);
@@ -55,21 +55,21 @@ class Hdf5File {
     void write_text(const std::string& path, std::string_view text);
     void write_texts(const std::string& path, const std::vector<std::string>& texts);
 
-    // The name `name` of a group means the object at this path from now on, in one write to the file.
+    // From now on the name `name` of a group means the object at this path, with one write to the file.
     void link(const std::string& group, const std::string& name, const std::string& object);
 
-    // With so many rows. It gets its path when it is in the file, so that the group never names what is not there.
+    // A column with this many rows. It gets its path once it is in the file, so the group never names anything that is not there.
     ColumnIndex make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows = 0);
-    // Writes rows from `first_row` on, beyond the end as well.
+    // Writes rows from `first_row` on, also beyond the end.
     void write_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
     void lengthen(ColumnIndex column, std::uint64_t rows);
     std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
     const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
 
-    // All that has been written is given to the system, or to the disk.
+    // Hands everything written to the system, or to the disk.
     void flush();
-    // Moves the end of the file, which on the disk must be that long already. A step that takes no more than the space ahead of it leaves
-    // a file that can be read after each of its writes: the library writes last where the file ends, and readers refuse what lies behind.
+    // Moves the end of the file, which must already be that long on the disk. A step that takes no more than the space ahead of it leaves a
+    // file that can be read after each of its writes: the library writes the position of the end last, and readers refuse data behind it.
     void extend(std::uint64_t bytes);
     std::uint64_t space_ahead() const;
     void close();

@@ -1,4 +1,4 @@
-// What catoms have put into the picture of a run: colours, labels and lines. Private to runtime/record.
+// What catoms draw in a recording: colours, labels and lines. Private to runtime/record.
 #pragma once
 
 #include <cstddef>
@@ -14,30 +14,30 @@
 
 namespace meld::record {
 
-// Each process collects what its catoms ask for; the process that writes gets it before each step, and keeps it all. So a catom
-// keeps its colour when it moves to another process.
+// Each process collects the requests of its catoms; the process that writes gets them before each step and stores them all. So a catom
+// keeps its colour when it migrates.
 class Marks {
   public:
     void start(const tuple::ProgramActions& actions);
     bool labels() const { return labels_set_; }
     bool lines() const { return lines_drawn_; }
 
-    // After a tick, on every process: what was asked for in it.
+    // After a tick, on every process: collects the requests of the tick.
     void collect(sim::Subdomain& part);
-    // Moves what has been collected since the last call into `out`; receive() reads it on the writing process, of all processes in
-    // any order, and begin_step() before the first.
+    // Moves the marks collected since the last call into `out`; the writing process reads them with receive(), from all processes in any
+    // order, and calls begin_step() first.
     void send(ByteWriter& out);
     void begin_step();
     void receive(ByteReader& in);
 
-    // On the writing process, of a catom by its id; grey and empty where it has none.
+    // On the writing process, for a catom by its id; grey and empty if it has none.
     std::uint32_t colour(u64 id) const;
     const std::string& label(u64 id) const;
-    // Pairs of ids, in order. Call it when all processes have been received.
+    // Pairs of ids, in order. Call it when the marks of all processes have been received.
     std::vector<std::pair<u64, u64>> drawn();
 
   private:
-    // Of several in one step the one of the latest tick counts.
+    // If a catom has several in one step, that of the latest tick counts.
     struct Colour {
         i64 tick = -1;
         std::uint32_t rgb = 0;
@@ -46,7 +46,7 @@ class Marks {
         i64 tick = -1;
         std::string text;
     };
-    // From a catom to another; to itself it takes its lines away. A passing one is in this step alone.
+    // From one catom to another; a line to itself removes all its lines. A passing line is in this step only.
     struct Line {
         i64 tick = 0;
         u64 from = 0, to = 0;

@@ -24,7 +24,7 @@ class Recorder : public sim::SimModule {
     Result<void> ending() const override { return ending_; }
 
   private:
-    // What is recorded of a predicate, by the type of its first argument: a number, three, or the value as text.
+    // How a predicate is recorded, by the type of its first argument: a number, three numbers, or the value as text.
     enum class As { Integer, Real, Vector, Text };
     struct Recorded {
         u32 predicate;

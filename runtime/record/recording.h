@@ -1,5 +1,5 @@
-// The recording of a run: what was where and what was known, step after step, in one HDF5 file that ParaView, h5py and our
-// own tools read (VTKHDF 2.0, temporal PolyData), with an XDMF sidecar for older readers.
+// The recording of a run: positions and facts, step by step, in one HDF5 file that ParaView, h5py and our own tools read (VTKHDF 2.0,
+// temporal PolyData), with an XDMF sidecar for older readers.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@
 
 namespace meld::record {
 
-// What the names of the sidecars add to that of the recording.
+// The suffixes of the sidecars' names.
 inline constexpr const char* kSidecar = ".xdmf";
 inline constexpr const char* kLinesSidecar = ".lines.xdmf";
 
-// What a recording says about the run as a whole; kept in the group /meld of the file.
+// The properties of the run in a recording, in the group /meld of the file.
 struct RecordingInfo {
     std::string program;
     std::string world;
@@ -30,14 +30,14 @@ struct RecordingInfo {
     Durability durability = Durability::Process;
 };
 
-// A line between two catoms of a step, by their places in it.
+// A line between two catoms of a step, by their indices in it.
 using RecordedLine = std::array<std::int64_t, 2>;
 
-// One value (or vector of `components` values) for each catom of a step, in the order of its ids. Two names are taken: "id"
-// and none that contains '/' or '.', which HDF5 gives a meaning.
+// One value (or vector of `components` values) for each catom of a step, in the order of its ids. A name must not be "id" or contain '/' or
+// '.', which have a meaning in HDF5.
 struct RecordedArray {
-    // Of texts, std::strings, the file has each once, and the array the numbers of those under /meld/texts/NAME; −1 for the
-    // empty text, which stands for none. An array of texts is in every step.
+    // For strings (std::string), the file has each string once, and the array holds their indices under /meld/texts/NAME; −1 for the empty
+    // string, which means none. An array of strings is in every step.
     enum Type { Int64, Float64, UInt8, Text };
     std::string name;
     Type type = Int64;
@@ -45,27 +45,25 @@ struct RecordedArray {
     int components = 1;
 };
 
-// Written by one process. Positions are stored as 32-bit floats: the file is for looking, and half the size.
+// Written by one process. Positions are stored as 32-bit floats, which suffice for viewing and halve the size.
 class Recording {
   public:
-    // A recording that is already there is replaced when the new one is whole, at close(); until then the new one grows beside it.
-    // When it cannot be begun, nothing is left behind. Errors: a directory is missing, no permission, no space (exit code 4), the
-    // path is no regular file.
+    // An existing recording is replaced when the new one is complete, at close(); until then the new one grows beside it. If it cannot be
+    // started, nothing is left behind. Errors: a folder is missing, no permission, no space (exit code 4), the path is not a regular file.
     static Result<Recording> create(const std::string& path, const RecordingInfo& info);
 
     Recording(Recording&&) noexcept;
     Recording& operator=(Recording&&) noexcept;
     ~Recording();
 
-    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
-    // when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An array
-    // that is missing in some steps reads as zeros (floats: NaN) there.
-    // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
-    // after which every call fails alike. Earlier steps remain readable.
+    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, even if the process
+    // is killed. Data that has not changed since the last step is stored as a reference, at no cost. An array that is missing in some steps
+    // reads as zeros (floats: NaN) there. Errors, all with exit code 4: no space for the step, which is then left out, and later steps may
+    // be tried; a failed write, after which every call fails in the same way. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {});
 
-    // Ends the file. Without it, or after a step that failed, an earlier recording stays, and so does what there is of the new one.
+    // Completes the file. Without it, or after a failed step, an earlier recording stays, and so does the unfinished new one.
     Result<void> close();
 
   private:

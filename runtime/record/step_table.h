@@ -1,7 +1,7 @@
-// The part of a recording that has a row for each step: the group /VTKHDF/Steps. Private to runtime/record.
+// The part of a recording with one row per step: the group /VTKHDF/Steps. Private to runtime/record.
 //
-// There are two of it, /meld/steps/0 and /meld/steps/1, which are written in turn; /VTKHDF/Steps is a link to the one that is complete.
-// So a reader, also of a file whose writer was killed, never sees a table that is being written: all columns and NSteps agree.
+// There are two copies, /meld/steps/0 and /meld/steps/1, written in turn; /VTKHDF/Steps is a link to the one that is complete. So a reader,
+// even of a file whose writer was killed, never sees a table that is being written: all columns and NSteps agree.
 #pragma once
 
 #include <array>
@@ -17,18 +17,18 @@ using StepColumn = std::size_t;
 
 class StepTable {
   public:
-    // The file must stay. Makes the groups, and the link to a table without steps.
+    // The file must outlive the table. Makes the groups, and the link to a table without steps.
     explicit StepTable(Hdf5File& file);
 
-    // A column of 64-bit numbers, `components` in a row. Of the steps that are there already it says 0.
+    // A column of 64-bit numbers, with `components` per row. It reads 0 for the steps that exist already.
     StepColumn add_column(const std::string& name, ElementType type, int components = 1);
 
-    // What a column says of the step that is being made.
+    // Sets the value of a column for the step that is being made.
     void set(StepColumn column, std::int64_t value);
     void set(StepColumn column, double value);
     void set(StepColumn column, const std::array<std::int64_t, 4>& values);
 
-    // The step counts, with everything that is in the file so far.
+    // Commits the step, with everything that is in the file so far.
     void commit();
 
     std::int64_t steps() const { return steps_; }
@@ -36,7 +36,7 @@ class StepTable {
   private:
     struct Column {
         std::array<ColumnIndex, 2> in;       // In each table.
-        std::array<std::int64_t, 4> last{};  // Of the last step and of the one being made, bit by bit.
+        std::array<std::int64_t, 4> last{};  // The values of the last step and of the one being made, bit by bit.
         std::array<std::int64_t, 4> next{};
         std::size_t components = 1;
     };

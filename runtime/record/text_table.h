@@ -1,4 +1,4 @@
-// The distinct texts of a recorded array, of which the array itself holds numbers. Private to runtime/record.
+// The distinct strings of a recorded array; the array itself holds their indices. Private to runtime/record.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace meld::record {
 
-// In the file: GROUP/text, the bytes of all texts one after another, and GROUP/ends, where each ends.
+// In the file: GROUP/text, the bytes of all strings concatenated, and GROUP/ends, the end of each.
 class TextTable {
   public:
-    // The numbers of these texts, from 0; −1 for the empty one, which stands for none. Texts that are new wait for write().
+    // The indices of these strings, from 0; −1 for the empty string, which means none. New strings wait for write().
     std::vector<std::int64_t> numbers(std::span<const std::string> texts);
-    // What write() will add to the file at most.
+    // How many bytes write() will add to the file at most.
     std::uint64_t waiting_bytes() const;
-    // Puts the waiting texts into the file, making the columns when first asked.
+    // Writes the waiting strings to the file; makes the columns on the first call.
     void write(Hdf5File& file, const std::string& group);
-    // Forgets the waiting ones: the step that needed them is left out.
+    // Drops the waiting strings: the step that needed them is left out.
     void forget();
 
   private:

@@ -23,15 +23,15 @@ struct XdmfSlab {
 
 class XdmfSidecar {
   public:
-    // `data_file` is the recording's name without directory; `path` is no stream. Errors: cannot be written.
+    // `data_file` is the recording's name without directory; `path` is not a stream. Errors: it cannot be written.
     static Result<XdmfSidecar> create(const std::string& path, const std::string& data_file, Durability durability);
 
     // Adds a step of `rows` points; the file is well-formed after each one.
     Result<void> add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays);
-    // The same of `lines` lines between the points: `ends` are the two places of each.
+    // The same for `lines` lines between the points: `ends` are the two indices of each.
     Result<void> add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines);
 
-    // It is whole, and takes its place.
+    // The file is complete and takes its place.
     Result<void> commit() { return file_.commit(); }
 
   private:

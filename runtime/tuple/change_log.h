@@ -1,5 +1,5 @@
-// Which rows of a column changed at which catom since its readers were last evaluated. Lives for one tick: an evaluation
-// reads what was noted before it, and what it changes itself is noted for the next.
+// The rows of a column that changed at each catom since its readers were last evaluated. Lives for one tick: an evaluation reads what was
+// noted before it, and its own changes are noted for the next.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace meld::tuple {
 
 class ChangeLog {
   public:
-    // pools: how many threads may note changes at once.
+    // pools: how many threads may note changes at the same time.
     ChangeLog(const ModuleInfo& module, int pools);
 
     bool follows(u32 column) const { return module_.columns[column].compare_groups != nullptr; }
@@ -21,14 +21,14 @@ class ChangeLog {
     // As SubdomainView::changes.
     const RowChanges* const* const* pointers() const { return pointers_.data(); }
 
-    // Room for so many rows; valid until the end of the next evaluation.
+    // Room for this many rows; valid until the end of the next evaluation.
     RowChanges* make(u32 column, u32 removed, u32 added, int pool);
-    // Adds to what the catom's readers will see. Each catom is noted by one thread at a time.
+    // Adds changes for the catom's readers. One thread at a time notes changes of a catom.
     void note(u32 column, u32 catom, RowChanges* changes, int pool);
     const RowChanges* of(u32 column, u32 catom) const { return noted_[column][catom]; }
     void forget(u32 catom);
 
-    // Around an evaluation: what is made in it is kept, what was noted before it is forgotten after it.
+    // Called before and after an evaluation: changes made in it are kept, changes noted before it are dropped after it.
     void begin_evaluation() { filling_ = 1 - filling_; }
     void end_evaluation();
 
@@ -51,7 +51,7 @@ class ChangeLog {
     };
 
     const ModuleInfo& module_;
-    std::vector<std::vector<const RowChanges*>> noted_;  // [column][catom]; empty where a column is not followed.
+    std::vector<std::vector<const RowChanges*>> noted_;  // [column][catom]; empty if the changes of a column are not recorded.
     std::vector<const RowChanges* const*> pointers_;
     std::vector<Pool> pools_;
     int filling_ = 0;

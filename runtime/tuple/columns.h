@@ -17,13 +17,13 @@ namespace meld::tuple {
 
 class Columns {
   public:
-    // pools: how many threads may change rows at once.
+    // pools: how many threads may change rows at the same time.
     Columns(const ModuleInfo& module, int pools);
     ~Columns();
     Columns(const Columns&) = delete;
     Columns& operator=(const Columns&) = delete;
 
-    // Makes room for this many catoms; entries that are new hold nothing. Pointers change.
+    // Makes room for this many catoms; new entries are empty. Pointers change.
     void resize(std::size_t catoms);
     std::size_t count() const { return count_; }
     // As SubdomainView::columns.
@@ -38,16 +38,16 @@ class Columns {
         return *reinterpret_cast<const RowsHead*>(entry(column, catom));
     }
 
-    // A column owns the lists that its records and rows point to. What is written to it is kept (copied or counted), unless
-    // the caller has done so and hands it over. What it held before stays alive until release_dropped(), so that rows made
-    // of it can be written to several columns in turn.
+    // A column owns the lists that its records and rows point to. Lists that are written to it are copied or counted, unless the caller has
+    // done so and hands them over. Earlier values stay alive until release_dropped(), so that rows made of them can be written to several
+    // columns in turn.
     enum class Lists { Keep, HandOver };
     // Replaces the record or the rows of a catom, using this thread's pool. Rows may be the catom's own.
     void set_record(u32 column, u32 catom, const void* record, int pool, Lists lists = Lists::Keep);
-    // Puts a row before the one at `at`, which keeps its lists too. Cost: the rows behind it are moved.
+    // Inserts a row before the one at `at`, and keeps its lists too. Cost: the rows behind it are moved.
     void insert_row(u32 column, u32 catom, u32 at, const void* row, int pool);
     void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists = Lists::Keep);
-    // The same where write(u8* record) changes some of the record.
+    // The same if write(u8* record) changes part of the record.
     template <class Write>
     void change_record(u32 column, u32 catom, int pool, const Write& write) {
         u8* record = entry(column, catom);
@@ -55,30 +55,30 @@ class Columns {
         write(record);
         keep_lists(column, record, 1, pool);
     }
-    // The same, telling the catom's readers which rows are others now, where the column follows rows.
+    // The same, and notes for the catom's readers which rows differ, if the changes of the column are recorded by row.
     void replace_rows(u32 column, u32 catom, const void* rows, u32 count, int pool);
-    // Tells the catom's readers of a row that is new.
+    // Notes a new row for the catom's readers.
     void note_added(u32 column, u32 catom, const void* row, int pool);
-    // Tells the catom itself of a group to be looked at again.
+    // Notes for the catom itself a group to be looked at again.
     void note_woken(u32 column, u32 catom, const void* row, int pool);
-    // Applies changes of rows and notes them for the readers. Rows that are gone already or there already change nothing.
+    // Applies changes of rows and notes them for the readers. Rows that are already removed or already there change nothing.
     void change_rows(u32 column, u32 catom, RowChanges* changes, int pool);
     ChangeLog& changes() { return changes_; }
     const ChangeLog& changes() const { return changes_; }
-    // Lists that this pool's writes have replaced lose an owner.
+    // Releases the lists that this pool's writes have replaced.
     void release_dropped(int pool);
     // Makes rows (or a record, count 1) of a column own their lists.
     void keep_lists(u32 column, u8* rows, u32 count, int pool);
     ListStore& lists() { return lists_; }
 
-    // The catom holds nothing any more.
+    // The catom no longer holds anything.
     void clear(u32 catom, int pool);
 
     enum class Which { All, Exported };
     // The catom's columns as bytes, and back; lists by content.
     void pack(u32 catom, Which which, ByteWriter& out) const;
     void unpack(u32 catom, Which which, ByteReader& in, int pool);
-    // One column alone.
+    // One column only.
     void pack_column(u32 column, u32 catom, ByteWriter& out) const;
     void unpack_column(u32 column, u32 catom, ByteReader& in, int pool);
 

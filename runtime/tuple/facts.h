@@ -1,4 +1,4 @@
-// Facts of any predicate as plain values: read, given, taken away. For everything that is not the module itself.
+// Facts of any predicate as plain values: to read, give and take. For all code except the module itself.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace meld::tuple {
 
 // The predicate with this name and number of arguments after the catom.
 std::optional<u32> find_predicate(const ModuleInfo& module, std::string_view name, std::size_t arity);
-// The same if it is an action or sensed: a program may give the name of one that the runtime knows to something else.
+// The same if it is an action or sensed: a program may use a name that the runtime knows for something else.
 std::optional<u32> find_action(const ModuleInfo& module, std::string_view name, std::size_t arity);
 std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, std::size_t arity);
 
@@ -25,26 +25,26 @@ std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, 
 void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
                const std::function<void(const Value*)>& visit);
 
-// Adds a fact to a predicate whose facts are given (linear: always; persistent and sensed: if it is not there). A Single
-// is replaced. Lists among the arguments are kept, so they may be in any memory. Returns whether anything changed. The caller
-// marks the catom with the column's own_dirty.
+// Adds a fact to a predicate that may be given facts (linear: always; persistent and sensed: if it is not there). A Single is replaced.
+// Lists among the arguments are copied, so they may be in any memory. Returns whether anything changed. The caller marks the catom with the
+// column's own_dirty.
 bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
-// The same for many facts of a predicate stored in rows at one catom, in any order. Cost: one sort of them and one pass
-// over the rows that are there. Puts the facts in order; `rows` is room that may be kept between calls.
+// The same for many facts of a predicate stored in rows at one catom, in any order. Cost: one sort of them and one pass over the existing
+// rows. Sorts the facts; `rows` is memory that may be reused between calls.
 bool give_facts(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, std::vector<const Value*>& facts,
                 std::vector<u8>& rows, int pool);
 // Removes a given fact; returns whether it was there.
 bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool);
 
-// For what is measured: the numbers of the one fact that a predicate has at a catom, if it has one. They are its arguments, or
-// the items of its only argument, a vec3. Nothing is copied to lists.
+// For measured values: the numbers of the one fact that a predicate has at a catom, if there is one. They are its arguments, or the items
+// of its only argument, a vec3. No lists are copied.
 struct Numbers {
     std::array<double, 4> at{};
     std::size_t count = 0;  // 0: there is no fact.
 };
 Numbers read_numbers(const ModuleInfo& module, const Columns& columns, u32 predicate, u32 catom);
-// Puts a fact of so many numbers in its place, without a new list where the catom alone has the former one. Different threads may
-// do so for different catoms, each with its own pool. The caller marks the catom.
+// Replaces the fact by one of this many numbers, without a new list if the catom alone has the former one. Different threads may do so for
+// different catoms, each with its own pool. The caller marks the catom.
 void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Numbers& numbers, int pool);
 
 // "dist(@42, 7)", as a program could write it.

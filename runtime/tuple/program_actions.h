@@ -1,4 +1,4 @@
-// Which predicates of a program are actions that the runtime knows, found by name once, when the module is loaded.
+// The predicates of a program that are actions known to the runtime, found by name once, when the module is loaded.
 #pragma once
 
 #include <optional>

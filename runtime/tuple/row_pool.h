@@ -1,4 +1,4 @@
-// Memory for rows: slabs cut into power-of-two blocks, one pool a thread, so that evaluation allocates without locks.
+// Memory for rows: slabs divided into power-of-two blocks, one pool per thread, so evaluation allocates without locks.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ class RowPool {
     static std::size_t capacity(std::size_t bytes) { return std::size_t{1} << size_class(bytes); }
     std::uint8_t* take(std::size_t bytes);
     void give(std::uint8_t* block, std::size_t bytes);
-    // Whether so many rows stay in a block with room for `room`: shrinking to a quarter gives memory back.
+    // Whether this many rows stay in a block with room for `room`: shrinking to a quarter frees memory.
     static bool fits(std::uint32_t room, std::uint32_t count, std::size_t row_bytes) {
         const std::size_t bytes = count * row_bytes, held = room * row_bytes;
         return count > 0 && bytes <= held && (bytes * 4 >= held || held <= 64);

@@ -1,5 +1,5 @@
-// Values of more than one word, driven by their types: their order, hash and size, the blocks in which facts keep them, and
-// their way between processes. Text is in value_text.h.
+// Values of more than one word, handled by their types: their order, hash and size, the blocks in which facts keep them, and their transfer
+// between processes. Text is in value_text.h.
 #pragma once
 
 #include <bit>
@@ -22,7 +22,7 @@ class Type {
     ValueType kind() const { return table_[number_].kind; }
     // Whether its values are lists.
     bool compound() const { return kind() >= ValueType::String; }
-    // Structs, tuples and vec3 have a fixed number of fields; lists, sets and arrays elements of one type.
+    // Structs, tuples and vec3 have a fixed number of fields; lists, sets and arrays have elements of one type.
     bool has_fields() const { return kind() >= ValueType::Struct; }
     std::size_t field_count() const { return kind() == ValueType::Vec3 ? 3 : table_[number_].part_count; }
     // The type of the field or element at an index.
@@ -41,23 +41,23 @@ inline Type type_of(const ModuleInfo& module, const FieldInfo& field) { return {
 inline Value item(const List* list, std::size_t index) { return std::bit_cast<Value>(list->items[index]); }
 inline std::size_t length(const List* list) { return list == nullptr ? 0 : list->count; }
 
-// Three-way: numbers as numbers, strings by bytes, all else by elements in order, a prefix before what it begins.
+// Three-way: numbers as numbers, strings by bytes, everything else by elements in order, a prefix before the longer value.
 int compare(Type type, Value a, Value b);
-// A word in the same order, as far as it tells: where a's is less than b's, a is less than b.
+// A word in the same order, as far as possible: if a's is less than b's, a is less than b.
 u64 order_prefix(Type type, Value v);
-// By content; what compares equal hashes equal. Of a single word it is the word.
+// By content; equal values hash equal. The hash of a single word is the word.
 u64 hash(Type type, Value v);
-// A value as it is kept: there is one zero.
+// A value as it is stored: zero has one sign.
 inline Value normal(ValueType kind, Value v) {
     if (kind == ValueType::Float) v.real += 0.0;
     return v;
 }
 
-// Memory for lists that live as long as it does: what has been read, before a fact keeps it.
+// Memory for lists that live as long as it does: for values that were read, until a fact keeps them.
 class Arena {
   public:
     u64* words(std::size_t count);
-    // A list of these items; null where there are none.
+    // A list of these items; null if there are none.
     const List* list(const std::vector<u64>& items);
     const List* text(std::string_view bytes);
 
@@ -66,12 +66,12 @@ class Arena {
     std::vector<std::unique_ptr<u64[]>> words_;
 };
 
-// Into bytes, without addresses, and back: into an arena, for the same types. A single word is packed as it is.
+// To bytes, without addresses, and back: into an arena, for the same types. A single word is packed unchanged.
 void pack(Type type, Value v, ByteWriter& out);
 Value unpack(Type type, ByteReader& in, Arena& arena);
 
-// The lists that the facts of one process own. A list that is kept stands with everything in it in one block with a count of
-// its owners, so that to hand it on is to count. Different threads may keep and release at once, each with its own pool.
+// The lists that the facts of one process own. A stored list is in one block with everything in it and a count of its owners, so sharing it
+// only counts. Different threads may keep and release at the same time, each with its own pool.
 class ListStore {
   public:
     explicit ListStore(int pools) : pools_(static_cast<std::size_t>(pools)) {}
@@ -79,12 +79,12 @@ class ListStore {
     ListStore(const ListStore&) = delete;
     ListStore& operator=(const ListStore&) = delete;
 
-    // The same value with one owner more; empty lists are null. Where a list has more items than the limit, null is
-    // returned and too_long() says so.
+    // The same value with one more owner; empty lists are null. If a list has more items than the limit, returns null, and too_long()
+    // reports it.
     const List* keep(Type type, const List* list, int pool);
     // One owner less. The last one frees the block.
     void release(const List* list, int pool);
-    // The same of any value; single words are nobody's.
+    // The same for any value; single words have no owner.
     Value keep(Type type, Value v, int pool) {
         if (!type.compound()) return normal(type.kind(), v);
         return {.list = keep(type, v.list, pool)};
@@ -93,22 +93,22 @@ class ListStore {
         if (type.compound()) release(v.list, pool);
     }
 
-    // The items of a list that is kept and has one owner, who may change them where they are; null of all others.
+    // The items of a stored list with one owner, who may change them in place; null for all others.
     u64* own_items(const List* list) const;
 
-    // No list may have more items, and no block more bytes.
+    // No list may have more items, and no block more bytes, than this.
     void limit(std::size_t items) { most_items_ = items; }
-    // The first list that was refused since it was last asked; of no items: none.
+    // The first list that was refused since the last call; none if it has no items.
     struct Refused {
         std::size_t items = 0;
         bool text = false;  // It is a string, and its items bytes.
     };
     Refused too_long(int pool);
-    // Of all blocks. Not while others keep or release.
+    // The bytes of all blocks. Not while others keep or release.
     std::size_t bytes() const;
 
   private:
-    // Each on its own cache line. Blocks move between pools, so a pool's bytes may be negative; the sum is right.
+    // Each on its own cache line. Blocks move between pools, so a pool's bytes may be negative; the sum is correct.
     struct alignas(64) Pool {
         std::ptrdiff_t bytes = 0;
         Refused too_long;
