@@ -1,4 +1,4 @@
-// What a world chooses by name.
+// The implementations that a world chooses by name.
 #pragma once
 
 #include "runtime/base/error.h"
@@ -6,7 +6,7 @@
 
 namespace meld::sim {
 
-// Whether the registry has all that a world chooses: its motion and its components. Errors name file and key.
+// Checks that the registry has everything that a world chooses: its motion and its components. Errors name file and key.
 Result<void> check_choices(const Registry& registry, const world::World& world);
 
 }  // namespace meld::sim

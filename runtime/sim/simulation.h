@@ -1,4 +1,4 @@
-// A run on one process: the modules the world chose around the process's tick, from the first to the last.
+// A run on one process: the modules that the world chose, and the process's ticks from the first to the last.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@
 namespace meld::sim {
 
 struct RunLimits {
-    std::int64_t ticks = -1;  // Stop after so many; negative: run until nothing is left to do.
-    // A derivation of a view that has no value ends the run at once, not only where it is still there at quiescence or something
-    // that cannot be undone would read what it belongs to.
+    std::int64_t ticks = -1;  // Stop after this many; negative: run until nothing is left to do.
+    // A derivation of a view that has no value ends the run at once, not only if it is still there at quiescence or an action or a linear
+    // rule would read what depends on it.
     bool strict = false;
 };
 
@@ -41,10 +41,10 @@ struct Summary {
     double setup_seconds = 0;  // Wall
     double run_seconds = 0;    // Wall
     double cpu_seconds = 0;    // Of this process, from the loaded world to the end.
-    // Wall, of this process, from the first tick on; those of the modules are parts of "modules".
+    // Wall-clock seconds of this process, from the first tick on; those of the modules are parts of "modules".
     std::vector<std::pair<std::string, double>> stage_seconds;
     std::vector<std::string> outcomes;
-    // Of a run that ended before quiescence: the first derivation of a view that had no value then, described; or empty.
+    // If the run ended before quiescence: a description of the first derivation of a view that had no value then; or empty.
     std::string undefined;
     // Of a run that came to rest where nothing moves: the first route that leads to a catom which does not touch; or empty.
     std::string dead_link;
@@ -59,19 +59,19 @@ class Simulation {
     // Adds a module that runs after those of the world (recorder, digests).
     void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
 
-    // Ticks until the end; `each` is called after every tick, on every process. A failure of the program is an error whose
-    // message names rule, catom and tick.
+    // Runs ticks until the end; calls `each` after every tick, on every process. A failure of the program is an error whose message names
+    // rule, catom and tick.
     Result<void> run(const RunLimits& limits, const std::function<void()>& each);
 
     Subdomain& subdomain() { return subdomain_; }
     Summary& summary() { return summary_; }
-    // What the modules say about the run right now.
+    // The modules' reports on the run right now.
     std::string status() const;
 
   private:
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     Result<void> run_tick();
-    // The error that is still there at quiescence, if that is reached and there is one.
+    // The error that remains at quiescence, if quiescence is reached and there is one.
     Result<void> check_defined();
     Result<void> failed(const eval::Failure& failure);
     template <class Call>
@@ -81,7 +81,7 @@ class Simulation {
     Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     CodeModules codes_;
-    std::optional<Unsettled> unsettled_;  // In the last ticks of a run that has to become quiescent.
+    std::optional<Unsettled> unsettled_;  // Examines the last ticks of a run that has to become quiescent.
     Summary summary_;
     double modules_s_ = 0;
 };

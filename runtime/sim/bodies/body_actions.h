@@ -1,4 +1,4 @@
-// What programs ask of their bodies: magnet, latch, force, torque, roll.
+// The actions of programs on their bodies: magnet, latch, force, torque, roll.
 #pragma once
 
 #include <optional>
@@ -14,13 +14,13 @@ namespace meld::sim {
 class BodyActions {
   public:
     void start(const Subdomain& subdomain, const world::World& world);
-    // Switches features and collects the wrenches of this tick. Processes that hold a ghost of the body are notified. Every
-    // process calls it; `divided` where there are several.
+    // Switches features and collects the wrenches of this tick. Notifies processes that hold a ghost of the body. Every process calls it;
+    // `divided` if there are several.
     Result<void> take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
-    // After bodies have changed hands within the tick: wrenches follow them. Every process calls it.
+    // Call it after bodies have migrated within the tick: wrenches follow them. Every process calls it.
     void follow(Subdomain& subdomain, const DividedBodies& divided);
-    // Before each step of the tick: sets the wrenches, with the torques that bring rolling catoms to their angular velocities.
-    // Errors: a wrench that is not finite.
+    // Before each step of the tick: sets the wrenches, and the torques that bring rolling catoms to their angular velocities. Errors: a
+    // wrench that is not finite.
     Result<void> apply(physics::Scene& scene, double step_s);
     // Whether any wrench may act in this tick; the same on all processes.
     bool any_wrenches() const { return acting_; }
@@ -46,9 +46,9 @@ class BodyActions {
     void report_failed(Subdomain& subdomain, Catom catom, ActionKind action);
 
     const world::World* world_ = nullptr;
-    std::optional<u32> failed_;  // If the program knows it.
+    std::optional<u32> failed_;  // If the program uses it.
     bool acting_ = false;
-    // Of our bodies, and of ghosts.
+    // Of our bodies and of ghosts.
     std::vector<AppliedWrench> applied_, received_;
     std::vector<Switched> switched_;
 };

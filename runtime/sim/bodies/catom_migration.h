@@ -1,4 +1,4 @@
-// Catoms that follow their bodies to another process: with all their facts, their links, and what the new process must know of their
+// Catoms that follow their bodies to another process: with all their facts, their links, and what the new process must know about their
 // neighbours.
 #pragma once
 
@@ -8,10 +8,10 @@
 
 namespace meld::sim {
 
-// Takes a catom of this process or a ghost out; ghosts that only it touched go too, and those that stay look at their links again.
+// Removes a catom of this process or a ghost; ghosts that only it touched are removed too, and those that stay check their links again.
 void take_out(Subdomain& subdomain, Catom catom);
 
-// After bodies have changed hands; every process calls it.
+// After bodies have migrated; every process calls it.
 void migrate_catoms(Subdomain& subdomain, const DividedBodies& divided, ContactLinks& links);
 
 }  // namespace meld::sim

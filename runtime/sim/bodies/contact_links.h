@@ -1,5 +1,4 @@
-// Who touches whom, as the links over which programs see neighbours, kept up to date from what the physics says has begun and
-// ended to touch.
+// Turns touches into the links over which programs see neighbours; kept up to date from the contact events of the physics.
 #pragma once
 
 #include <array>
@@ -16,32 +15,32 @@
 
 namespace meld::sim {
 
-// A catom has as many links as there are ports, which equal spheres do not exceed unless they are pressed into each other. A
-// touch beyond that is no link until both have a port free.
+// A catom has as many links as there are ports, which equal spheres do not exceed unless they are pressed into each other. A touch beyond
+// that becomes a link once both catoms have a free port.
 class ContactLinks {
   public:
-    // By the numbers of two catoms.
+    // The numbers of two catoms.
     struct Pair {
         physics::BodyId first, second;
         auto operator<=>(const Pair&) const = default;
     };
 
-    // After each step of the physics, on every process; `divided` where there are several. First notes what has begun and ended:
-    // events are sorted; those that name obstacles are passed over.
+    // After each step of the physics, on every process; `divided` if there are several. First notes which touches have begun and ended:
+    // events are sorted; those that name obstacles are skipped.
     void note(Subdomain& subdomain, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
-    // Then links those that touch and have a port free; events are not needed any more. A catom of another process that comes to
-    // touch one of ours becomes known here as a ghost.
+    // Then links those that touch and have a free port; the events are no longer needed. A catom of another process that begins to touch
+    // one of ours becomes a ghost here.
     void connect(Subdomain& subdomain, const DividedBodies* divided);
 
-    // Catoms with these numbers, sorted, are no more: their touches wait for nothing.
+    // Catoms with these numbers, sorted, no longer exist: their touches no longer wait.
     void forget(const std::vector<physics::BodyId>& lost);
-    // Touches that wait for a port, the lower number first, sorted; those of catoms that change processes go with them.
+    // Touches that wait for a port, the lower number first, sorted; those of catoms that migrate go with them.
     std::span<const Pair> waiting() const { return waiting_; }
-    // Adds some, and leaves out those that no longer touch a catom of this process.
+    // Adds some, and removes those that no longer involve a catom of this process.
     void change_hands(const Subdomain& subdomain, const std::vector<Pair>& arrived);
 
   private:
-    // A port that a catom of another process keeps free for one of ours.
+    // A port that a catom of another process reserves for one of ours.
     struct Offer {
         int port = 0;
         int owner = 0;
@@ -56,7 +55,7 @@ class ContactLinks {
     int lowest_free_port(const Subdomain& subdomain, Catom catom);
     void exchange_offers(Subdomain& subdomain, const DividedBodies& divided);
     void connect_promised(Subdomain& subdomain);
-    // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None without a promise.
+    // A catom whose port is promised: one of ours, or the ghost of one that has offered it. None if there is no promise.
     struct Side {
         Catom catom;
         int port;
@@ -64,15 +63,15 @@ class ContactLinks {
     std::optional<Side> side(Subdomain& subdomain, physics::BodyId from, physics::BodyId to, int offered) const;
 
     std::vector<Pair> waiting_;
-    // What our catoms promise, for each that waits: the port of the first and of the second, or -1.
+    // The promises of our catoms, for each touch that waits: the ports of the first and of the second, or -1.
     std::vector<std::array<std::int8_t, 2>> offered_;
-    // What those of other processes promise, from the first to the second.
+    // The promises of catoms of other processes, from the first to the second.
     std::map<Pair, Offer> offers_;
-    // By catom, the ports promised as bits; all zero between updates.
+    // By catom, the promised ports as bits; all zero between updates.
     std::vector<std::uint16_t> taken_;
 };
 
-// A ghost that nothing of this process touches any more is forgotten.
+// Removes a ghost that no longer touches anything of this process.
 void forget_if_lonely(Subdomain& subdomain, Catom ghost);
 
 }  // namespace meld::sim

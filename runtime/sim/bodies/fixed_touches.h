@@ -1,4 +1,4 @@
-// Which catoms that nothing moves touch each other: the physics does not look for such pairs, since nothing can come of them.
+// Which immovable catoms touch each other: the physics does not search for such pairs, because they have no effect on motion.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct FixedBody {
     double radius_m = 0;
 };
 
-// The touches among those of all processes, sorted; every process calls it with its own. Surfaces nearer than `touch_m` touch.
+// The touches among the given catoms of all processes, sorted; every process calls it with its own. Surfaces nearer than `touch_m` touch.
 std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::vector<FixedBody>& mine, double max_radius_m,
                                                double touch_m);
 

@@ -1,5 +1,5 @@
-// [motion] kind = "bodies": catoms are bodies that fall, touch, roll and pull, moved by the physics between the ticks of their
-// programs.
+// [motion] kind = "bodies": catoms are bodies that fall, touch, roll and pull on each other, moved by the physics between the ticks of
+// their programs.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class FreeMotion : public SimModule {
   public:
     explicit FreeMotion(const world::World& world) : world_(world) {}
     Result<void> start(Subdomain& subdomain) override;
-    // Carries out the actions of the last tick, moves the bodies for the time of a tick, and updates what the programs sense.
+    // Carries out the actions of the last tick, moves the bodies for the duration of a tick, and updates what the programs sense.
     Result<void> step(Subdomain& subdomain) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
@@ -31,17 +31,17 @@ class FreeMotion : public SimModule {
     Stages stages() const override;
 
   private:
-    // The scene, alike on all processes, with the bodies of this one.
+    // Makes the same scene on all processes, with the bodies of this one.
     Result<void> make_scene(Subdomain& subdomain);
     Result<void> step_once(Subdomain& subdomain);
-    // After the first step: puts what began to touch in it beside the touches of catoms that nothing moves.
+    // After the first step: adds the touches that began in it to those of immovable catoms.
     void note_fixed_touches(const Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
-    // Catoms below the lowest height that the world allows end the run, or go.
+    // Catoms below the lowest height that the world allows end the run, or are removed.
     Result<void> lose_catoms(Subdomain& subdomain);
-    // What the last step reports, without catoms that are lost.
+    // The events of the last step, without lost catoms.
     std::span<const physics::TouchEvent> events();
-    // Bodies and their catoms go to the processes whose blocks they are in; whether any did.
+    // Moves bodies and their catoms to the processes whose blocks they are in; returns whether any migrated.
     Result<bool> hand_over(Subdomain& subdomain, double step_s, int substeps);
 
     const world::World& world_;
@@ -50,11 +50,11 @@ class FreeMotion : public SimModule {
     BodySenses senses_;
     ContactLinks links_;
     std::optional<DividedBodies> divided_;
-    std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they have become links.
+    std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they become links.
     std::uint64_t bodies_ = 0, awake_ = 0;
-    std::uint64_t crossed_ = 0;                // Catoms that have come to another process, without those that did before anything moved.
+    std::uint64_t crossed_ = 0;                // Catoms that have migrated, not counting those that did before anything moved.
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
-    std::vector<physics::TouchEvent> events_;  // Where some are lost.
+    std::vector<physics::TouchEvent> events_;  // If some catoms are lost.
     std::uint64_t lost_count_ = 0;
     bool moved_ = false;
     double energy_j_ = 0;

@@ -1,4 +1,4 @@
-// From what a world says of its bodies to a scene of the physics.
+// Makes a scene of the physics from a world with bodies.
 #pragma once
 
 #include <compare>
@@ -14,7 +14,7 @@
 
 namespace meld::sim {
 
-// The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file where there is one.
+// The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file if there is one.
 struct RadiusRange {
     double min = 0, max = 0;
 };
@@ -24,36 +24,37 @@ struct HeightRange {
 };
 struct PhysicsScene {
     std::unique_ptr<physics::Scene> scene;
-    std::vector<physics::Feature> features;  // Of every catom, in the order of their numbers; empty: none.
+    std::vector<physics::Feature> features;  // The features of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
 };
-// `radii`: those of all bodies of all processes; senses_acceleration: the program senses it.
+// `radii`: of all bodies of all processes; senses_acceleration: whether the program senses it.
 Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool senses_acceleration);
 
-// What a catom is made of.
+// The body of a catom.
 struct Surface {
     double friction = 0, restitution = 0;
     auto operator<=>(const Surface&) const = default;
 };
 
-// Gives catoms their bodies: first all are looked at, then the scene is made that fits all processes' bodies, their materials are
-// added alike everywhere, then each catom's body is made. What it is like is found twice, which needs no memory for all of them.
+// Gives catoms their bodies: a first pass examines all of them; then the scene is made to fit the bodies of all processes, and their
+// materials are added in the same way everywhere; then each catom's body is made. Computing its properties twice saves the memory for
+// storing them all.
 class BodyMaker {
   public:
     // `catoms`: of all processes; the last of them are those at listed positions.
     BodyMaker(const world::World& world, std::uint64_t catoms)
         : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {}
-    // The cell is that in which the catom starts, for the regions of [[motion.catoms]].
+    // `cell` is the one in which the catom starts, for the regions of [[motion.catoms]].
     void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
-    // Of the bodies looked at.
+    // Of the examined bodies.
     RadiusRange radii() const { return radii_; }
     HeightRange heights() const { return heights_; }
-    // By group of the world: whether any that was looked at is in its region.
+    // By group of the world: whether any examined catom is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
-    // Those looked at that are fixed and stand still.
+    // Examined catoms that are fixed and do not move.
     const std::vector<FixedBody>& at_rest() const { return at_rest_; }
-    // `surfaces`: those of all processes.
+    // `surfaces`: of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
     Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
 
@@ -73,11 +74,10 @@ class BodyMaker {
     std::vector<FixedBody> at_rest_;
 };
 
-// An error of the physics in the words of worlds and programs: bodies are catoms, and its settings have their names in the
-// world file.
+// An error of the physics in the words of worlds and programs: bodies are catoms, and settings have their names in the world file.
 Error about_catoms(Error error);
 
-// How high a place is against gravity; without gravity, along z.
+// The height of a position against gravity; without gravity, along z.
 double height_of(const world::World& world, physics::Vec3 place);
 
 // Metres to catom diameters and back.

@@ -1,4 +1,4 @@
-// Arguments of facts as C++ values, for modules that are written by hand: numbers, strings, and lists of them.
+// Arguments of facts as C++ values, for hand-written modules: numbers, strings, and lists of them.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ struct CatomId {
     bool operator==(const CatomId&) const = default;
 };
 
-// Items: of a list, set or array in their order; of a struct, tuple or vec3 its fields.
+// Items: the elements of a list, set or array in their order, or the fields of a struct, tuple or vec3.
 struct Argument {
     std::variant<std::int64_t, double, bool, CatomId, std::string, std::vector<Argument>> value;
 
@@ -37,8 +37,8 @@ struct Argument {
     }
 };
 
-// The argument as a value of a type, its lists in the arena; an int where a float is wanted. It is an error of the module, which
-// ends the run, if the argument does not fit the type.
+// The argument as a value of a type, its lists in the arena; an int may stand for a float. If the argument does not fit the type, that is
+// an error of the module and ends the run.
 Value to_value(tuple::Type type, const Argument& argument, tuple::Arena& arena);
 Argument to_argument(tuple::Type type, Value value);
 

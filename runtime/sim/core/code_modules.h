@@ -13,12 +13,12 @@ namespace meld::sim {
 class CodeModules {
   public:
     Result<void> add(const Registry::MakeCode& make, const world::World& world);
-    // The catoms' side of a component, which stays with its owner.
+    // The per-catom side of a component, which its owner keeps.
     void add(CodeModule& shared) { modules_.push_back({&shared, nullptr, {}, {}}); }
     // Lets every module find the predicates it uses, once, before the first run.
     Result<void> look_up(const ModuleInfo& module);
-    // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every
-    // tick; the price of code that does not know what changed.
+    // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every tick, because such
+    // code does not know what has changed.
     void run(Subdomain& subdomain);
     bool empty() const { return modules_.empty(); }
 
@@ -31,7 +31,7 @@ class CodeModules {
     };
     // A new object for one catom.
     std::unique_ptr<CodeModule> instance_of(const Entry& entry, const ModuleInfo& module) const;
-    // Instances whose catoms have left follow them.
+    // Instances migrate with their catoms.
     void follow(Subdomain& subdomain, Entry& entry);
 
     std::vector<Entry> modules_;

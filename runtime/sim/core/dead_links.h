@@ -16,9 +16,9 @@ class DeadLinks {
   public:
     explicit DeadLinks(const Subdomain& subdomain) : subdomain_(subdomain) {}
 
-    // Looks at those of the text.
+    // Checks the facts of the text.
     void look_at_text();
-    // Looks at one that the world gives to a catom of this process; `fact` is its number among the facts of the world.
+    // Checks a fact that the world gives to a catom of this process; `fact` is its number among the facts of the world.
     void look_at_given(std::size_t fact, Catom from, u32 predicate, u64 to);
     // Every process calls it. An error names the first of them all, in the order of text and world.
     Result<void> verdict() const;

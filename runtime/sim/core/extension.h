@@ -1,6 +1,6 @@
-// How C++ joins a simulation: SimModule acts on the whole ensemble in the central phase, CodeModule runs at each catom
-// instead of compiled rules, Component does both and is synchronised in every tick (Ashley-Rollman et al., ICRA 2011).
-// Motion, the recorder and the examples are built on exactly these.
+// How C++ joins a simulation: SimModule acts on the whole ensemble in the central phase, CodeModule runs at each catom in addition to the
+// compiled rules, Component does both and is synchronized in every tick (Ashley-Rollman et al., ICRA 2011). Motion, the recorder and the
+// examples use these classes.
 #pragma once
 
 #include <functional>
@@ -25,10 +25,10 @@ class Subdomain;
 class SimModule {
   public:
     virtual ~SimModule() = default;
-    // Called on every process, once, when the ensemble stands; and at the end, when the last tick is over.
+    // Called on every process, once, when the ensemble is complete; and at the end, after the last tick.
     virtual Result<void> start(Subdomain&) { return {}; }
     virtual void finish(Subdomain&) {}
-    // A passive module has no step; it is there for others to ask.
+    // A passive module has no step; other modules query it.
     virtual bool runnable() const { return true; }
     // The central phase of a tick, on every process at the same time: it may exchange through the process's communicator.
     virtual Result<void> step(Subdomain&) { return {}; }
@@ -36,11 +36,11 @@ class SimModule {
     virtual Result<void> after(Subdomain&) { return {}; }
     // A few words for the progress line and the summary, e.g. "1,204 outside the target"; process 0 is asked.
     virtual std::string status() const { return ""; }
-    // What came of the run, after finish(), a line for the summary, e.g. "target reached in 400 ticks".
+    // The result of the run, after finish(), as a line for the summary, e.g. "target reached in 400 ticks".
     virtual std::string outcome() const { return ""; }
-    // Whether what it made is whole, after finish(); an error, which must be the same on every process, makes the run fail.
+    // Whether the module's output is complete, after finish(); an error, which must be the same on every process, makes the run fail.
     virtual Result<void> ending() const { return {}; }
-    // Seconds that the stages of its steps have taken on this process, by wall clock.
+    // Wall-clock seconds that the stages of its steps have taken on this process.
     using Stages = std::vector<std::pair<std::string, double>>;
     virtual Stages stages() const { return {}; }
 };
@@ -62,7 +62,7 @@ class Names {
     explicit Names(const ModuleInfo& module) : module_(module) {}
     // A predicate whose facts a module may make hold, with this number of arguments after the catom.
     Result<Predicate> sensed(std::string_view name, std::size_t arguments) const;
-    // A predicate whose facts a module may read, also one that rules derive.
+    // A predicate whose facts a module may read, including one that rules derive.
     Result<Predicate> stored(std::string_view name, std::size_t arguments) const;
     // An action that the program uses or declares, for CatomView::act.
     Result<Predicate> action(std::string_view name, std::size_t arguments) const;
@@ -73,25 +73,25 @@ class Names {
     const ModuleInfo& module_;
 };
 
-// What a CodeModule sees of its catom.
+// A CodeModule's view of its catom.
 class CatomView {
   public:
     CatomView(Subdomain& subdomain, std::uint32_t catom) : subdomain_(subdomain), catom_(catom) {}
     std::uint64_t id() const;
     world::Vec3 position() const;
     std::int64_t tick() const;
-    // Makes a sensed fact hold (a Single is replaced) or not hold; the catom is evaluated if that is a change.
+    // Makes a sensed fact hold (a Single is replaced) or not hold; if that is a change, the catom is evaluated.
     void sense(Predicate predicate, const std::vector<Argument>& arguments);
     void unsense(Predicate predicate, const std::vector<Argument>& arguments);
     // The facts that a predicate has at this catom, as the last tick left them: the arguments of each after the catom.
     std::vector<std::vector<Argument>> facts(Predicate predicate) const;
-    // The catoms it is linked with, in the order of the ports.
+    // Its neighbours, in the order of the ports.
     std::vector<CatomId> neighbors() const;
-    // Asks for an action as a rule of this catom does: it is carried out in the central phase of the next tick. Where several catoms
-    // or requests compete, those of a module come before those of its catom's rules, in the order of the calls.
+    // Requests an action as a rule of this catom does: it is carried out in the central phase of the next tick. If several catoms or
+    // requests compete, those of a module come before those of its catom's rules, in the order of the calls.
     void act(Predicate action, const std::vector<Argument>& arguments);
-    // Sends a linear fact to a neighbour, as a rule of this catom does: the neighbour's rules find it in the next tick. Returns
-    // false and sends nothing if the catom is not linked with that one.
+    // Sends a linear fact to a neighbour, as a rule of this catom does: the neighbour's rules find it in the next tick. If the catoms are
+    // not linked, sends nothing and returns false.
     bool send(CatomId to, Predicate linear, const std::vector<Argument>& arguments);
 
   private:
@@ -102,21 +102,21 @@ class CatomView {
 class CodeModule {
   public:
     virtual ~CodeModule() = default;
-    enum class Instances { Shared, PerCatom };  // One object for all catoms of a process, or one each with its own state.
+    enum class Instances { Shared, PerCatom };  // One object for all catoms of a process, or one per catom with its own state.
     virtual Instances instances() const { return Instances::Shared; }
     virtual bool runnable() const { return true; }
     // Looks up the predicates that it uses. Called once for each object, before its first run; an error ends the run.
     virtual Result<void> look_up(const Names&) { return {}; }
-    // Runs at every catom in every tick, before rules are evaluated. Must depend on the catom and the tick alone.
+    // Runs at every catom in every tick, before rules are evaluated. Must depend only on the catom and the tick.
     virtual void run(CatomView& catom) = 0;
-    // The state of a per-catom instance, which follows its catom to another process: load() is called on a new object after look_up()
-    // and must read all that save() has written. An object that is shared does not move, and is not asked.
+    // The state of a per-catom instance, which migrates with its catom: load() is called on a new object after look_up() and must read all
+    // that save() has written. A shared object does not migrate; these are not called for it.
     virtual void save(ByteWriter&) const {}
     virtual void load(ByteReader&) {}
 };
 
-// Both sides in one object a process: in every tick step(), on every process at the same time, then run() at each catom, so the
-// catoms see what was decided centrally in the same tick.
+// Both sides in one object per process: in every tick step(), on every process at the same time, then run() at each catom, so the catoms
+// see central decisions in the same tick.
 class Component : public SimModule, public CodeModule {
   public:
     bool runnable() const override { return true; }
@@ -135,9 +135,9 @@ class Registry {
         components_[interface][name] = std::move(make);
     }
 
-    // What a world chose for an interface: one of the three kinds, whichever has an implementation of that name.
+    // The implementation that a world chose for an interface: one of the three kinds, whichever has that name.
     using Choice = std::variant<MakeSim, MakeCode, MakeComponent>;
-    // Errors name the nearest interface or implementation that is known.
+    // Errors name the nearest known interface or implementation.
     Result<Choice> choose(const std::string& interface, const std::string& name) const;
 
     // Everything that comes with Claymeld.
@@ -151,7 +151,7 @@ class Registry {
 
 }  // namespace meld::sim
 
-// Opens the function by which a shared object for `meldsim run --extension` adds its implementations; exactly one in each.
+// Defines the function by which a shared object for `meldsim run --extension` adds its implementations; exactly one per object.
 //     CLAYMELD_EXTENSION(registry) { registry.add_code("odometer", "steps", ...); }
 #define CLAYMELD_EXTENSION(registry)                                                 \
     extern "C" const char* claymeld_extension_version() { return ::meld::kVersion; } \

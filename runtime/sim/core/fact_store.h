@@ -1,4 +1,4 @@
-// What a process's catoms hold: facts in columns, what is to be evaluated next, what retraction remembers, what waits for its time.
+// What a process's catoms hold: facts in columns, the agenda, the tombstones of retraction, and timers.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,14 @@ class FactStore {
     FactStore(const ModuleInfo& module, Workers& workers, eval::Positions positions);
     ~FactStore();
 
-    // Room for this many catoms; what is new holds nothing.
+    // Makes room for this many catoms; new ones are empty.
     void resize(std::size_t catoms);
-    // The catom is gone from here, and so is all that was kept for it.
+    // The catom is removed from this process, with everything stored for it.
     void forget(u32 catom, i64 now);
-    // What it waits for is forgotten and set again, as where a catom moves to another process: how often it is looked at must not
-    // depend on where it came from.
+    // Drops the catom's timers, which it sets again, as when it migrates: how often it is evaluated must not depend on where it came from.
     void wake_moved(u32 catom, i64 now);
 
-    // Facts given from outside: whether they change anything; the catom is marked if they do.
+    // Facts given from outside: returns whether they change anything; if so, the catom is marked.
     bool give(u32 predicate, u32 catom, const Value* arguments);
     void give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts);
     bool take(u32 predicate, u32 catom, const Value* arguments);
@@ -43,8 +42,8 @@ class FactStore {
             mark(catom, bits);
     }
 
-    // All that is kept for a catom, to follow it to another process. What it waits for stays behind, and so does which rows have
-    // changed: the catom is looked at as a whole when it arrives, and sets them again.
+    // Everything stored for a catom, to migrate with it. Its timers stay behind, and so does the record of which rows have changed: the
+    // catom is evaluated as a whole when it arrives, and sets them again.
     void pack(u32 catom, ByteWriter& out) const;
     void unpack(u32 catom, ByteReader& in);
 
@@ -59,7 +58,7 @@ class FactStore {
 
   private:
     u64 own_dirty(u32 predicate) const { return module_.columns[module_.predicates[predicate].column].own_dirty; }
-    // What is given is private to its catom; the planner derives from it what neighbours may read.
+    // A given fact is private to its catom; the planner derives from it what neighbours may read.
     void check_given(u32 predicate) const;
 
     const ModuleInfo& module_;

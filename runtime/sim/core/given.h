@@ -13,19 +13,20 @@ class GivenFacts {
   public:
     explicit GivenFacts(Subdomain& subdomain) : subdomain_(subdomain), dead_links_(subdomain) {}
 
-    // Those of the start; those of events are checked. Every process calls it. Errors: the world gives what the program cannot take.
+    // The facts of the start; those of events are checked. Every process calls it. Errors: the world gives something that the program
+    // cannot take.
     Result<void> start();
-    // Those of the events of this tick.
+    // The facts of this tick's events.
     void change();
 
   private:
     enum class Change { Check, Give, Take };
-    // Gives the fact to the catoms of its region, or takes it from them; Check only says what is wrong with it.
-    // `matched` counts the catoms on this process; under Check it says whether there are any.
+    // Gives the fact to the catoms of its region, or takes it from them; Check only reports what is wrong with it. `matched` counts the
+    // catoms on this process; with Check it says whether there are any.
     Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr);
-    // Whether the fact, which is one of the start, is a route in a world where catoms stay where they are.
+    // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
-    // For regions: where catoms move freely, the cell in which it starts, later that whose centre would be nearest.
+    // For regions: if catoms move freely, the cell in which the catom starts, later the cell whose centre is nearest.
     Cell cell_in_regions(Catom catom) const;
     void warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched);
     void warn_of_missing_catoms();

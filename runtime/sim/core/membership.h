@@ -1,4 +1,4 @@
-// Which catoms a process knows: its own and ghosts of those next to them, where they stand, and whose they are.
+// Which catoms a process knows: its own and ghosts of those next to them, their positions, and their owners.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ using world::Catom;
 using world::Cell;
 using world::CellKey;
 
-// The cell whose centre is nearest to a place that is given in diameters.
+// The cell whose centre is nearest to a position in diameters.
 Cell nearest_cell(const world::Vec3& position);
 
 class Membership {
@@ -26,36 +26,36 @@ class Membership {
     Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm);
 
     bool owned(Catom catom) const { return ensemble.state(catom) == kCatomOwned; }
-    // The process whose catom this is.
+    // The process that owns this catom.
     int owner_of(Catom catom) const;
     // Calls visit(process) once for each other process that reads what this catom exports.
     template <class Visit>
     void subscribers(Catom catom, std::uint32_t site, const Visit& visit) const;
 
-    // Catoms that stand anywhere. A ghost has an owner.
+    // Catoms at arbitrary positions. A ghost has an owner.
     Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
-    // Other owners of catoms that this process knows.
+    // The other owners of catoms that this process knows.
     void set_owner(Catom catom, int owner);
 
-    // What programs sense of a place that has no cell: it follows the catom in steps, as the world says.
+    // The position that programs sense for a catom without a cell: it follows the catom in steps, as the world says.
     bool senses_positions() const { return senses_positions_; }
     world::Vec3 sensed_position(Catom catom) const {
         return sensed_positions_.empty() ? ensemble.position(catom) : sensed_positions_[catom];
     }
     void sense_position(Catom catom, const world::Vec3& position);
-    // The cell in which a catom that moves freely starts; until motion has started.
+    // The cell in which a catom that moves freely starts; available until motion has started.
     bool has_start_cell(Catom catom) const { return catom < start_cells_.size(); }
     Cell start_cell(Catom catom) const;
     void forget_start_cells();
 
-    // Room for catoms that stand anywhere, and one of them at its start.
+    // Makes room for catoms at arbitrary positions, and places one of them at its start.
     void reserve_freely(std::size_t start, std::size_t room);
     void start_freely(std::uint64_t id, Cell cell, const world::Vec3& position);
 
     std::size_t bytes() const;
 
     world::Ensemble ensemble;
-    // Who owns which bricks, and which cells of others matter here; from the set-up on.
+    // The owners of bricks, and the processes that read which cells; available from the set-up on.
     std::optional<partition::Partition> partition;
     std::optional<partition::Halo> halo;
     std::uint64_t next_id = 0;  // Of the whole ensemble.
@@ -64,7 +64,7 @@ class Membership {
     const int rank_, ranks_;
     const bool senses_positions_;
     std::vector<world::Vec3> sensed_positions_;  // By catom; empty where no rule reads positions.
-    std::vector<std::int32_t> owners_;           // By catom that stands anywhere; empty on one process.
+    std::vector<std::int32_t> owners_;           // By catom at an arbitrary position; empty on one process.
     std::vector<Cell> start_cells_;              // By catom.
 };
 

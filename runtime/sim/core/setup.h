@@ -27,7 +27,7 @@ class Setup {
     Subdomain& subdomain_;
 };
 
-// An error if a list was refused since it was last asked: none is longer than the world allows. `what` had it.
+// An error if a list was refused since the last call, because it is longer than the world allows. `what` contained it.
 Result<void> check_length(tuple::ListStore& lists, const SubdomainView& limits, const std::string& what);
 
 }  // namespace meld::sim

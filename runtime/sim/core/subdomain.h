@@ -1,7 +1,7 @@
-// What one process of a run owns, as modules see it: they read all of it and change it only by the operations here.
+// The share of one process in a run, as modules see it: they read all of it and change it only by the operations here.
 //
-// Its state has three homes, and a module's own state a fourth: which catoms there are (Membership), what they hold (FactStore), and
-// how the run stands (Status). What exists only within a tick belongs to Tick (tick.h).
+// Its state is stored in three places, and a module's own state in a fourth: which catoms there are (Membership), what they hold
+// (FactStore), and the state of the run (Status). Data that exists only within a tick belongs to Tick (tick.h).
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,10 @@ class Subdomain {
     Subdomain(const Subdomain&) = delete;
     Subdomain& operator=(const Subdomain&) = delete;
 
-    // Places the catoms of this process and its ghosts, gives them their ids and the world's facts. Every process calls it.
+    // Places the catoms of this process and its ghosts, and gives them their ids and the world's facts. Every process calls it.
     Result<void> populate();
 
-    // ---- what the run is made of, and does not change
+    // ---- constant for the run
     const ModuleInfo& module;
     const tuple::ProgramActions program_actions;
     const world::World& world;
@@ -40,7 +40,7 @@ class Subdomain {
     Workers workers;
     bool alone() const { return comm.processes() == 1; }
 
-    // ---- what is there, to be read
+    // ---- for reading
   private:
     Membership members_;
     FactStore facts_;
@@ -54,12 +54,12 @@ class Subdomain {
     const std::optional<partition::Halo>& halo = members_.halo;
 
     std::int64_t tick() const { return abi_.now; }
-    // The arrays of the ensemble as modules of the compiler read them; after refresh().
+    // The arrays of the ensemble as compiled modules read them; after refresh().
     const Geometry& geometry() const { return abi_.geometry; }
     bool owned(Catom catom) const { return members_.owned(catom); }
-    // The process whose catom this is.
+    // The process that owns this catom.
     int owner_of(Catom catom) const { return members_.owner_of(catom); }
-    // How many catoms the ensemble has had.
+    // How many catoms the ensemble has ever had.
     std::uint64_t next_id() const { return members_.next_id; }
     // The actions of the last tick, by the ids of their catoms.
     const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
@@ -68,18 +68,18 @@ class Subdomain {
     const eval::Timers& timers() const { return facts_.evaluator.timers(); }
     const eval::Tombstones& tombstones() const { return facts_.evaluator.tombstones(); }
     const Status& status() const { return status_; }
-    // A catom's diameter in those of the world.
+    // A catom's diameter, in units of the world's.
     bool has_diameters() const { return diameter_of_ != nullptr; }
     double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
     std::size_t bytes() const { return members_.bytes() + facts_.bytes() + motion_bytes_; }
-    // Brings the arrays that the compiled module reads up to date after catoms or bricks have come or gone.
+    // Updates the arrays that the compiled module reads, after catoms or bricks have been added or removed.
     void refresh();
 
     // ---- facts from outside
-    // The catom is marked if they change anything; neighbours see what its rules derive from them.
+    // Marks the catom if they change anything; neighbours see what its rules derive from them.
     bool give(u32 predicate, Catom catom, const Value* arguments) { return facts_.give(predicate, catom, arguments); }
     bool take(u32 predicate, Catom catom, const Value* arguments) { return facts_.take(predicate, catom, arguments); }
-    // The same from all workers at once, for different catoms; the caller marks them. The last replaces a fact of numbers.
+    // The same from all workers at once, for different catoms; the caller marks them. The last of these replaces a fact of numbers.
     bool give_shared(u32 predicate, Catom catom, const Value* arguments, int worker) {
         return facts_.give_shared(predicate, catom, arguments, worker);
     }
@@ -95,7 +95,7 @@ class Subdomain {
     // Marks the catoms next to a cell, or to a catom.
     void mark_around(Cell cell, u64 bits);
     void mark_neighbours(Catom catom, u64 bits);
-    // Calls visit(Catom) for the catoms that a catom is linked with, in the order of its ports. Some may be ghosts.
+    // Calls visit(Catom) for the neighbours of a catom, in the order of its ports. Some may be ghosts.
     template <class Visit>
     void each_neighbour(Catom catom, const Visit& visit) const {
         const bool free = ensemble.is_free();
@@ -105,44 +105,44 @@ class Subdomain {
                 visit(*other);
     }
 
-    // ---- catoms on a lattice. They come and go; links around the cell are marked. Arrays may move.
+    // ---- catoms on a lattice. Adding and removing them marks links around the cell. Arrays may move.
     Catom add_catom(std::uint64_t id, Cell cell, CatomState state);
     void remove_catom(Catom catom);
     // Within this process; the catom keeps its index.
     void move_catom(Catom catom, Cell to);
-    // Ids for catoms that are made, so many on all processes together; the first of them.
+    // Ids for new catoms, this many on all processes together; returns the first.
     std::uint64_t take_ids(std::uint64_t count);
 
-    // ---- catoms that stand anywhere. A ghost has an owner, and goes when nothing of this process touches it any more.
+    // ---- catoms at arbitrary positions. A ghost has an owner, and is removed when nothing of this process touches it any more.
     Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
     void remove_freely(Catom catom);
     void set_owner(Catom catom, int owner) { members_.set_owner(catom, owner); }
-    // Whether it has entered or left the target. From all workers at once, for different catoms.
+    // Returns whether it has entered or left the target. From all workers at once, for different catoms.
     bool place(Catom catom, const world::Vec3& position) { return members_.ensemble.place(catom, position); }
-    // Two catoms begin or cease to be neighbours over their ports; they are marked.
+    // Two catoms become or stop being neighbours over their ports; they are marked.
     void link(Catom a, int port_of_a, Catom b, int port_of_b);
     void unlink(Catom a, Catom b);
-    // A link that a catom brings from the process it came from.
+    // A link that a catom brings from its former process.
     void restore_link(Catom a, int port_of_a, Catom b, int port_of_b) { members_.ensemble.link(a, port_of_a, b, port_of_b); }
-    // What programs have sensed of their positions.
+    // The positions that programs have sensed.
     bool senses_positions() const { return members_.senses_positions(); }
     world::Vec3 sensed_position(Catom catom) const { return members_.sensed_position(catom); }
     void sense_position(Catom catom, const world::Vec3& position) { members_.sense_position(catom, position); }
-    // The cell in which a catom starts; until motion has started, which then forgets them.
+    // The cell in which a catom starts; until motion has started, which then drops them.
     Cell start_cell(Catom catom) const { return members_.start_cell(catom); }
     void forget_start_cells() { members_.forget_start_cells(); }
 
-    // ---- catoms that change processes
-    // What another process needs of a catom (runtime/sim/core/migration.h): all of it if it is owned there, what it exports if it is
-    // a ghost.
+    // ---- catoms that migrate
+    // What another process needs of a catom (runtime/sim/core/migration.h): everything if it will own it, the exports if it will have a
+    // ghost.
     void pack_catom(Catom catom, CatomState there, ByteWriter& out) const;
-    // As it was packed for the state that the catom has here.
+    // The bytes must have been packed for the state that the catom has here.
     void unpack_catom(Catom catom, ByteReader& in);
 
-    // ---- what a module says of the run
+    // ---- notices from modules
     // Facts or links have changed in a tick that may still fail: then they are no longer those of the last tick.
     void note_change() { status_.note_change(); }
-    // Something moves by itself, so the run goes on though no program has anything to do.
+    // Something moves by itself, so the run continues although no program has anything to do.
     void set_moving(bool moving) { status_.moving = moving; }
     void request_stop() { status_.stop_requested = true; }
     // Derivations of views that have no value are errors at once.
@@ -158,8 +158,8 @@ class Subdomain {
     friend class Tick;
 
     SubdomainView abi_;                         // As the compiled module sees it.
-    std::function<double(Catom)> diameter_of_;  // None where all have the world's.
-    std::size_t motion_bytes_ = 0;              // Held by what moves it.
+    std::function<double(Catom)> diameter_of_;  // Empty if all have the world's.
+    std::size_t motion_bytes_ = 0;              // The memory of the motion module.
 };
 
 }  // namespace meld::sim

@@ -1,5 +1,5 @@
-// What was still changing when a run that had to become quiescent did not: which predicates, at how many catoms, what one catom held,
-// and the rules that make them, so that a person can find the loop.
+// Reports what was still changing when a run should have become quiescent but did not: which predicates, at how many catoms, what one catom
+// held, and the rules that make them, so that a person can find the loop.
 #pragma once
 
 #include <string>
@@ -13,17 +13,17 @@ class Subdomain;
 
 class Unsettled {
   public:
-    // Ticks that are looked at, the last of the run. Long enough for most delays, short enough to cost nothing.
+    // The number of ticks that are examined, the last of the run. Long enough for most delays, short enough to cost nothing.
     static constexpr i64 kTicks = 128;
 
     explicit Unsettled(const ModuleInfo& module);
 
-    // Around the evaluation of a tick, on every process at the same time. Catoms whose facts were given or taken by somebody
-    // else before it have not changed by themselves. Cost: the facts of the catoms that are awake, twice.
+    // Called before and after the evaluation of a tick, on every process at the same time. Facts that were given or taken from outside
+    // before it do not count as changes of the catom. Cost: the facts of the catoms that are awake, twice.
     void before(Subdomain& subdomain);
     void after(Subdomain& subdomain);
 
-    // One text for all processes, the same for any number of them; each calls it.
+    // One text for all processes, the same for any number of them; each process calls it.
     std::string describe(Subdomain& subdomain) const;
 
   private:
@@ -31,21 +31,21 @@ class Unsettled {
         u32 catom;
         u64 id;
     };
-    // One change of the catom that is followed.
+    // One change at the catom that is followed.
     struct Change {
         i64 tick;
         std::string text;
     };
-    // Of a predicate; the numbers are the same on all processes.
+    // For a predicate; the numbers are the same on all processes.
     struct Followed {
         u32 predicate = 0;
-        i64 ticks = 0;                        // In how many ticks it has changed,
+        i64 ticks = 0;                        // The number of ticks in which it changed,
         i64 last = 0;                         // the last of them,
-        u64 most = 0;                         // and at how many catoms at most.
+        u64 most = 0;                         // and the maximum number of catoms.
         u64 id = kNobody;                     // The catom that is followed,
-        i64 moved = 0;                        // and when it changed last.
-        std::vector<std::string> facts = {};  // What it held before this tick, where it is of this process.
-        std::vector<Change> changes = {};     // The latest, where it was of this process.
+        i64 moved = 0;                        // and the tick of its last change.
+        std::vector<std::string> facts = {};  // What it held before this tick, if it belongs to this process.
+        std::vector<Change> changes = {};     // The latest changes, if it belonged to this process.
     };
     static constexpr u64 kNobody = ~u64{0};
 
@@ -61,7 +61,7 @@ class Unsettled {
     std::vector<Followed> followed_;
     std::vector<Seen> awake_;
     std::vector<u32> hashes_;  // [catom of awake_][predicate of followed_]
-    u64 stride_ = 1;           // Where many are awake, those whose number it divides stand for all.
+    u64 stride_ = 1;           // If many are awake, those whose number it divides stand for all.
     i64 looked_ = 0;           // Ticks
 };
 

@@ -24,15 +24,15 @@ class LatticeMotion : public SimModule {
     std::string status() const override;
     std::string outcome() const override;
 
-    // A wish of one catom. Everything it would touch is a claim on a cell; it is granted if on each of them it is the
-    // smallest by (kind, id, direction); kinds have the order of the table runtime/abi/actions.def.
+    // A proposal of one catom. Everything it would affect is a claim on a cell; it is granted if it is the smallest by (kind, id,
+    // direction) on each of them; kinds have the order of the table runtime/abi/actions.def.
     struct Proposal {
         ActionKind kind = ActionKind::Create;
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
         std::int32_t direction = 0;
-        std::uint64_t id = 0;     // Of the mover.
+        std::uint64_t id = 0;     // The id of the mover.
         Catom mover = 0;          // Its index on its own process.
-        Cell from = {}, to = {};  // Its cell; the cell of the new place, the new catom, or the receiver.
+        Cell from = {}, to = {};  // Its cell; the cell of the new position, of the new catom, or of the receiver.
         auto order() const { return std::tuple(kind, id, direction); }
     };
     struct Proposals {
@@ -44,13 +44,13 @@ class LatticeMotion : public SimModule {
     struct Known {  // Predicates of the program, or none.
         std::optional<u32> holds, failed, created;
     };
-    // What the granted proposals mean for a cell, sent to every process that knows it.
+    // The effect of the granted proposals on a cell, sent to every process that knows it.
     struct Change {
         enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
         bool newborn = false;                                                            // Add
-        std::int32_t held = 0;                                                           // Add: units it comes with; Hold: the change.
-        Cell cell = {};                                                                  // Move: the old place.
-        Cell to = {};      // Move: the new one; only for the process that owns both.
+        std::int32_t held = 0;                                                           // Add: its units at first; Hold: the change.
+        Cell cell = {};                                                                  // Move: the old cell.
+        Cell to = {};      // Move: the new cell; only for the process that owns both.
         Migrant who = {};  // Add
     };
 
@@ -81,7 +81,7 @@ class LatticeMotion : public SimModule {
     void apply(Subdomain& subdomain, std::vector<Change> changes);
     void apply_add(Subdomain& subdomain, const Change& change);
     void hold(Subdomain& subdomain, Catom catom, std::int32_t units);
-    // Adds a catom of ours to the counts below, or takes it out.
+    // Adds a catom of ours to the counts below, or subtracts it.
     void account(const Subdomain& subdomain, Catom catom, int sign);
 
     const world::World& world_;

@@ -1,4 +1,4 @@
-// The actions `print` and `write-string`: what catoms say, a line each, in the same order for any number of processes.
+// The actions `print` and `write-string`: the output of catoms, one line each, in the same order for any number of processes.
 #pragma once
 
 #include <cstdio>
@@ -10,10 +10,10 @@ namespace meld::sim {
 
 class Printer : public SimModule {
   public:
-    // Process 0 writes there; the others send it what their catoms say.
+    // Process 0 writes the lines; the others send it the output of their catoms.
     explicit Printer(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& subdomain) override;
-    // After each tick, ordered by the numbers of the catoms and for each by what it says.
+    // After each tick, ordered by the numbers of the catoms and then by text.
     Result<void> after(Subdomain& subdomain) override;
 
   private:

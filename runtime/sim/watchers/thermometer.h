@@ -21,7 +21,7 @@ class PlaneThermometer : public CodeModule {
     Predicate temperature_;
 };
 
-// Each catom warms by a tenth of a degree a tick up to 30 degrees, wherever it goes: its state is its own and follows it.
+// Each catom warms by a tenth of a degree a tick up to 30 degrees, wherever it goes: it has its own state, which migrates with it.
 class DriftingThermometer : public CodeModule {
   public:
     Instances instances() const override { return Instances::PerCatom; }
@@ -40,8 +40,8 @@ class DriftingThermometer : public CodeModule {
     int tenths_ = 150;
 };
 
-// The weather of the day is decided centrally, alike on every process because it depends on the seed and the tick alone; each
-// catom feels it, colder by half a degree a diameter of height.
+// The weather of the day is decided centrally, in the same way on every process because it depends only on the seed and the tick; each
+// catom senses it, colder by half a degree per diameter of height.
 class Weather : public Component {
   public:
     explicit Weather(std::uint64_t seed) : seed_(seed) {}

@@ -1,4 +1,4 @@
-// The action `watch`: a line for each fact of a predicate that comes or goes at a catom, on standard output.
+// The action `watch`: a line for each fact of a predicate that appears or disappears at a catom, on standard output.
 #pragma once
 
 #include <cstdio>
@@ -16,11 +16,11 @@ namespace meld::sim {
 
 class Watcher : public SimModule {
   public:
-    // Process 0 writes there; the others send it what their catoms hold.
+    // Process 0 writes the lines; the others send it what their catoms hold.
     explicit Watcher(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& subdomain) override;
-    // After each tick: what has changed since the one before, by catom and predicate. All facts are new where a watch begins.
-    // Errors: a watch names no predicate. Cost: the facts that are watched are looked at in every tick.
+    // After each tick: the changes since the previous one, by catom and predicate. When a watch begins, all facts are new. Errors: a watch
+    // names no predicate. Cost: reads the watched facts in every tick.
     Result<void> after(Subdomain& subdomain) override;
 
   private:
@@ -35,12 +35,12 @@ class Watcher : public SimModule {
     Result<void> print(Subdomain& subdomain, const std::map<Watch, Facts>& now);
 
     std::FILE* to_;
-    std::optional<u32> watch_, watch_all_;  // As the program knows it; none if it does not use it.
+    std::optional<u32> watch_, watch_all_;  // As in the program; none if it does not use it.
     std::set<Watch> named_, watched_;       // By name, and in all; the same on all processes.
-    std::set<u64> everything_;              // Catoms of which all is watched.
+    std::set<u64> everything_;              // Catoms of which all predicates are watched.
     bool watching_ = false;                 // There were any in the last tick.
-    std::map<Watch, Facts> reported_;       // What process 0 has got of catoms of this one.
-    std::map<Watch, Facts> known_;          // On process 0, of all.
+    std::map<Watch, Facts> reported_;       // What process 0 has received about catoms of this one.
+    std::map<Watch, Facts> known_;          // On process 0, about all.
 };
 
 }  // namespace meld::sim
