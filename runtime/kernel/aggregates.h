@@ -1,8 +1,8 @@
-// What each aggregate makes of the values of its matches, one class each, named after the table compiler/syntax/aggregates.def.
+// How each aggregate reduces the values of its matches, one class each, named after the table compiler/syntax/aggregates.def.
 //
-// An aggregate takes the values one by one with add(), counts them in `count`, and gives what it has made of them with result().
-// start() takes the first value of a group that has one, for those that would have to begin with a zero; merge() takes what has been
-// made of others. The parameter V is the type of a value, or one of the tags below for values that are lists. No standard library.
+// An aggregate takes the values one by one with add(), counts them in `count`, and returns the reduction with result(). start() takes the
+// first value of a group that has one, for aggregates that would otherwise have to begin with a zero; merge() takes the reduction of other
+// values. The parameter V is the type of a value, or one of the tags below for values that are lists. No standard library.
 #pragma once
 
 #include "runtime/kernel/exact_mean.h"
@@ -20,7 +20,7 @@ struct CountOf {
     i64 result(Eval&, u32) const { return static_cast<i64>(count); }
 };
 
-// Of lists: sums of floats, element by element.
+// For lists: sums of floats, element by element.
 template <class V>
 struct SumOf {
     u64 count = 0;
@@ -55,7 +55,7 @@ struct SumOf<Vector> {
     ListRef result(Eval&, u32) const { return sum; }
 };
 
-// The mean of floats, exact but for its one rounding: the sum and the count are kept together.
+// The mean of floats, exact except for its one rounding: the sum and the count are stored together.
 template <class V>
 struct AvgOf {
     u64 count = 0;
@@ -119,7 +119,7 @@ struct CollectOf {
     ListRef result(Eval& e, u32) const { return list_over(e, items.rows, items.count); }
 };
 
-// Lists or strings, one behind the other.
+// The concatenation of lists or strings.
 template <class V>
 struct AppendOf {
     u64 count = 0;
@@ -135,17 +135,17 @@ struct AppendOf {
 template <class V>
 struct SetUnionOf {
     const TypeInfo* types;
-    u16 type;  // Of an element.
+    u16 type;  // The type of an element.
     AppendOf<V> sets{};
     void add(Eval& e, u32 rule, ListRef set) { sets.add(e, rule, set); }
     ListRef result(Eval& e, u32 rule) const { return list_to_set(e, rule, types, type, sets.result(e, rule)); }
 };
 
-// The `limit` least values in order, or the greatest from the greatest on; all of them where there are fewer.
+// The `limit` least values in ascending order, or the greatest in descending order; all values if there are fewer.
 template <class V>
 struct MinKOf {
     const TypeInfo* types;
-    u16 type;  // Of an element.
+    u16 type;  // The type of an element.
     i64 limit;
     u64 count = 0;
     RowList<u64> items{};
@@ -153,7 +153,7 @@ struct MinKOf {
         items.add(e, word(value));
         ++count;
     }
-    // The best of several are among the best of each.
+    // The best of all are among the best of each part.
     void merge(Eval& e, u32, ListRef list) {
         for (u32 i = 0; i < count_of(list); ++i) items.add(e, list->items[i]);
         ++count;
@@ -175,7 +175,7 @@ struct MaxKOf : MinKOf<V> {
     }
 };
 
-// What the aggregate makes of one field of all candidates of a group, of which there are some.
+// The reduction of one field over all candidates of a group; there is at least one.
 template <class Row, class Aggregate, class Field>
 auto combine_rows(Eval& e, u32 rule, Aggregate made, const Row* rows, u32 n, const Field& field) {
     u32 i = 0;

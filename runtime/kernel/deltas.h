@@ -1,7 +1,7 @@
-// Settling a predicate with many rows where only some rows of what it is derived from have changed: the groups that these
-// rows can affect are found, derived anew and decided; all others stay as they are. Included by modules with such rules.
+// Evaluates a predicate with many rows if only some rows of its inputs have changed: finds the groups that these rows can affect, derives
+// them again and decides them; all others stay as they are. Included by modules with such rules.
 //
-// The outcome is the one that evaluating the whole predicate would have: a group whose inputs are unchanged decides as before.
+// The result is the same as evaluating the whole predicate: a group whose inputs are unchanged would be decided as before.
 #pragma once
 
 #include "runtime/kernel/views.h"
@@ -31,7 +31,7 @@ bool same_row(const typename T::Row& a, const typename T::Row& b) {
     return T::same(a, b);
 }
 
-// What has changed in this evaluation. Both lists of rows are sorted by group.
+// The changes in this evaluation. Both lists of rows are sorted by group.
 template <class T>
 [[gnu::noinline]] const RowChanges* own_changes(Eval& e, Relation<T>& r) {
     using Row = typename T::Row;
@@ -52,7 +52,7 @@ template <class T>
     return r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);
 }
 
-// gather(), keeping the rows that are new as the changes of the round.
+// Like gather(), but also keeps the new rows as the changes of the round.
 template <class T>
 [[gnu::noinline]] bool gather_round(Eval& e, Relation<T>& r) {
     using Row = typename T::Row;
@@ -76,20 +76,20 @@ template <class T>
 struct AffectedGroups {
     using Row = typename T::Row;
     RowList<Row> groups;
-    u32* first;  // Of each group's candidates among the proposed ones; one more for the end.
+    u32* first;  // The first candidate of each group among the proposals; one more entry for the end.
 
     AffectedGroups() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
-    // Groups whose quarantine has ended; with them come those that changed in the last tick, which do no harm.
+    // Groups whose quarantine has ended; groups that changed in the last tick come with them, which is harmless.
     void add_woken(Eval& e, const RowChanges* changes) {
         for (; changes != nullptr; changes = changes->next)
             for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
     }
 
-    // Sorts the groups, each once. False: so many that evaluating all is cheaper.
+    // Sorts the groups and removes duplicates. False: there are so many that evaluating all is cheaper.
     [[gnu::noinline]] bool few(Eval& e, const Relation<T>& r) {
-        // Each group is affected by a few neighbours, by the row as it was and as it is; hardly by more.
+        // Each group is affected by a few neighbours, by the old and the new row; rarely by more.
         if (groups.count > 16 + 2 * r.count) return false;
         sort_rows(e, groups.rows, groups.count, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
         u32 kept = 0;
@@ -101,7 +101,7 @@ struct AffectedGroups {
     }
 };
 
-// Decides the affected groups from their candidates and leaves all others. Returns whether anything changed.
+// Decides the affected groups from their candidates and leaves all others unchanged. Returns whether anything changed.
 template <class T, class Decide>
 bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Decide& decide) {
     using Row = typename T::Row;
@@ -140,7 +140,7 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
     return true;
 }
 
-// combine, needed: as of reduce_group().
+// combine, needed: as for reduce_group().
 template <class T, class Combine = OwnCombine<T>>
 [[gnu::noinline]] bool evaluate_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Combine& combine = {},
                                          u32 needed = 0) {

@@ -57,14 +57,14 @@ class ExactMean {
     // A digit of 32 bits; below bit 0 there are zeros.
     u64 digit(i32 index) const { return index < 0 ? 0 : (words_[index / 2] >> (32 * (index % 2))) & 0xffffffffu; }
 
-    // The bits of the nearest double to this number, which is not negative, divided by count: long division, as far as the first
-    // three digits of the quotient that count, which hold 65 bits or more, and whether anything is left.
+    // The bits of the double nearest to this number, which is not negative, divided by count: long division down to the first three
+    // significant digits of the quotient, which have 65 bits or more, and a flag for a remainder.
     u64 divided(u32 count) const {
         i32 at = 2 * kWords - 1;
         while (at >= 0 && digit(at) == 0) --at;
         if (at < 0) return 0;
         u64 rest = 0, quotient[3] = {};
-        // The first digit of the quotient is that of the number or the one after it.
+        // The first digit of the quotient is at that of the number or at the one after it.
         if (digit(at) < count) rest = digit(at--);
         for (u64& q : quotient) {
             const u64 part = rest << 32 | digit(at--);
@@ -73,7 +73,7 @@ class ExactMean {
         }
         bool left = rest != 0;
         for (i32 i = at; i >= 0 && !left; --i) left = digit(i) != 0;
-        // The top 64 bits of the quotient, and the weight of the last of them.
+        // The top 64 bits of the quotient, and the weight of the lowest of them.
         const u64 top = quotient[0] << 32 | quotient[1];
         const i32 shift = __builtin_clzll(top);
         const u64 bits = shift == 0 ? top : top << shift | quotient[2] >> (32 - shift);
@@ -81,16 +81,16 @@ class ExactMean {
         return rounded(bits, 32 * (at + 2) - 1074 - shift, left);
     }
 
-    // The bits of the nearest double to significand * 2^exponent, and a little more if `left`. The highest bit is set.
+    // The bits of the double nearest to significand * 2^exponent, plus a little more if `left`. The highest bit is set.
     static u64 rounded(u64 significand, i32 exponent, bool left) {
         const i32 top = exponent + 63;  // The exponent of the highest bit.
-        // A normal double keeps 53 bits, a smaller one as many as weigh 2^-1074 or more.
+        // A normal double keeps 53 bits, a smaller one only the bits that weigh 2^-1074 or more.
         const i32 dropped = top >= -1022 ? 11 : 11 - 1022 - top;
         if (dropped > 64) return 0;
         const u64 kept = dropped == 64 ? 0 : significand >> dropped;
         const u64 half = u64{1} << (dropped - 1), tail = significand & ((half - 1) | half);
         const bool up = tail > half || (tail == half && (left || (kept & 1) != 0));
-        // A carry out of the fraction runs into the exponent, as it should.
+        // A carry out of the fraction increments the exponent, as it should.
         const u64 biased = top >= -1022 ? static_cast<u64>(top + 1022) << 52 : 0;
         return biased + kept + u64{up};
     }

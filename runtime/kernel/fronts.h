@@ -7,8 +7,8 @@
 
 namespace meld {
 
-// Whether `a` makes `b` superfluous: whoever stands on b stands as well on a, and what follows from b is beaten by what follows
-// from a. Of one group.
+// Whether `a` makes `b` superfluous: what b supports, a supports too, and what follows from b is beaten by what follows from a. Both are of
+// one group.
 template <class T>
 bool beats(const typename T::Row& a, const typename T::Row& b) {
     return !T::better(b, a) && a.rank <= b.rank;
@@ -35,7 +35,7 @@ struct Front : Mutual<T> {
 
     using Base::Base;
 
-    // It is no loss where something else is there that beats it.
+    // An element is not lost if another one beats it.
     MELD_STEP void lose(Eval& e) {
         if constexpr (T::kLinks)
             for (u32 i = 0; i < old_count; ++i) {
@@ -53,7 +53,7 @@ struct Front : Mutual<T> {
             }
         r.proposed.reset();
     }
-    // Groups take all trusted proposals that nothing beats, and drop what these beat. A value that is there keeps its rank.
+    // Groups take all trusted proposals that no other beats, and drop the elements that these beat. A value that exists keeps its rank.
     MELD_STEP bool take(Eval& e) {
         Row* p = r.proposed.rows;
         const u32 n = r.proposed.count;
@@ -78,7 +78,7 @@ struct Front : Mutual<T> {
     }
 
   private:
-    // Whether the proposal joined its group, the rows from `first` on.
+    // Whether the proposal joined its group, whose rows start at `first`.
     bool join(Eval& e, RowList<Row>& rows, u32 first, const Row& p) {
         for (u32 i = first; i < rows.count; ++i) {
             const Row& other = rows.rows[i];

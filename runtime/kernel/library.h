@@ -1,5 +1,5 @@
-// The functions of the library (compiler/check/library.def says what each gives). Each takes the evaluation and the rule
-// that a trap names; those that compare are told the type of the elements. No standard library, but libm and two of libc.
+// The functions of the library (compiler/check/library.def describes their results). Each takes the evaluation and the rule that a trap
+// names; those that compare also take the type of the elements. No standard library except libm and two functions of libc.
 #pragma once
 
 #include "runtime/kernel/lists.h"
@@ -91,7 +91,7 @@ inline ListRef sort(Eval& e, u32, const TypeInfo* types, u16 type, ListRef l) {
     sort_words(e, types, type, items, l->count);
     return list_over(e, items, l->count);
 }
-// The place of an element in a sorted list, or where it would stand.
+// The index of an element in a sorted list, or where it would be inserted.
 inline u32 place_in(const TypeInfo* types, u16 type, ListRef sorted, u64 x) {
     u32 low = 0, high = count_of(sorted);
     while (low < high) {
@@ -107,7 +107,7 @@ inline bool member(Eval&, u32, const TypeInfo* types, u16 type, ListRef set, u64
     const u32 at = place_in(types, type, set, x);
     return at < count_of(set) && compare_words(types, type, set->items[at], x) == 0;
 }
-// Those of the one list that are, or are not, in the other, in their order.
+// The elements of one list that are, or are not, in the other, in their order.
 inline ListRef common(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l, ListRef other) {
     const ListRef set = list_to_set(e, rule, types, type, other);
     return filter(e, l, [&](u32 i) { return member(e, rule, types, type, set, l->items[i]); });
@@ -122,7 +122,7 @@ inline bool subset(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l
 inline ListRef list_union(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef a, ListRef b) {
     return meld::append(e, a, difference(e, rule, types, type, b, a));
 }
-// Each element where it stands first.
+// Each element at its first occurrence.
 inline ListRef unique(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l) {
     return filter(e, l, [&](u32 i) { return !exists(e, rule, types, type, part(e, l, 0, i), l->items[i]); });
 }
@@ -194,17 +194,17 @@ inline double atan2(Eval& e, u32 rule, double y, double x) { return checked_real
 inline double pow(Eval& e, u32 rule, double a, double b) { return checked_real(e, rule, __builtin_pow(a, b)); }
 inline double sigmoid(Eval& e, u32 rule, double a) { return checked_real(e, rule, 1 / (1 + __builtin_exp(-a))); }
 
-// ---- chance
+// ---- random numbers
 
 inline i64 random_below(Eval& e, u32 rule, i64 n) {
     if (n <= 0) trap(e, Trap::NothingBelow, rule, n);
-    // The high half of a product is below n, and all values but a few in 2^64 are equally likely.
+    // The high half of a product is below n, and all values are equally likely, up to a few in 2^64.
     return n <= 0 ? 0
                   : static_cast<i64>(static_cast<u64>((static_cast<unsigned __int128>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
 }
 inline double random_real(Eval& e, u32) { return static_cast<double>(e.host->random(&e) >> 11) * 0x1p-53; }
 
-// ---- strings: UTF-8; a character is what does not continue another
+// ---- strings: UTF-8; a character is a byte that does not continue another one
 
 inline bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 inline i64 characters(Eval&, u32, ListRef s) {
@@ -212,7 +212,7 @@ inline i64 characters(Eval&, u32, ListRef s) {
     for (u32 i = 0; i < count_of(s); ++i) n += !continues(text_of(s)[i]);
     return n;
 }
-// Where the character with this number begins.
+// The start of the character with this number.
 inline u32 byte_of(ListRef s, i64 character) {
     u32 i = 0;
     for (; i < count_of(s); ++i)
@@ -278,7 +278,7 @@ inline i64 to_int(Eval& e, u32 rule, ListRef s) {
         wrong =
             wrong || digit < 0 || digit > 9 || __builtin_mul_overflow(value, 10, &value) || __builtin_sub_overflow(value, digit, &value);
     }
-    // Counted downwards, so that the least number can be read too.
+    // Counted downwards, so that the least int can be read too.
     if (!minus) wrong = __builtin_sub_overflow(i64{0}, value, &value) || wrong;
     if (wrong) trap_text(e, Trap::NotAnInt, rule, text, n);
     return wrong ? 0 : value;
@@ -308,7 +308,7 @@ inline double to_real(Eval& e, u32 rule, ListRef s) {
     return checked_real(e, rule, value);
 }
 
-// ---- lists of floats as belief propagation uses them: logarithms of likelihoods
+// ---- lists of floats in belief propagation: logarithms of likelihoods
 
 template <class F>
 ListRef pairwise(Eval& e, u32 rule, ListRef a, ListRef b, const F& f) {
@@ -336,7 +336,7 @@ inline ListRef normalize(Eval& e, u32 rule, ListRef l) {
     const double shift = most + __builtin_log(all);
     return pairwise(e, rule, l, l, [shift](double x, double) { return x - shift; });
 }
-// What a neighbour with these beliefs says over a link with this potential: an n by n table, column by column.
+// The message of a neighbour with these beliefs over a link with this potential: an n by n table, column by column.
 inline ListRef convolve(Eval& e, u32 rule, ListRef table, ListRef l) {
     const u32 n = count_of(l);
     u64* items = new_items(e, n);
@@ -346,7 +346,7 @@ inline ListRef convolve(Eval& e, u32 rule, ListRef table, ListRef l) {
             const u32 at = x + y * n;
             all += __builtin_exp((at < count_of(table) ? as<double>(table->items[at]) : 0) + as<double>(l->items[y]));
         }
-        // The logarithm of nothing would end all arithmetic; the least positive number is as good.
+        // The logarithm of zero would break all later arithmetic; the least positive number serves as well.
         items[x] = word(checked_real(e, rule, __builtin_log(all == 0 ? __DBL_MIN__ : all)));
     }
     return list_over(e, items, n);

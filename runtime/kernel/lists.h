@@ -1,5 +1,5 @@
-// Values of more than one word as emitted code makes, reads and compares them. All are made in scratch memory; what a fact
-// keeps is copied by the runtime. No standard library.
+// Values of more than one word as emitted code makes, reads and compares them. All are made in scratch memory; the runtime copies those
+// that a fact keeps. No standard library.
 #pragma once
 
 #include "runtime/kernel/values.h"
@@ -27,7 +27,7 @@ inline bool as<bool>(u64 w) {
 
 inline u32 count_of(ListRef l) { return l == nullptr ? 0 : l->count; }
 
-// A list that a function goes along: where it stands, and how much is left.
+// A list that a function walks along: its present position, and how much is left.
 inline List contents(ListRef l) { return l == nullptr ? List{} : *l; }
 inline void step(List& l) {
     if (l.count == 0) return;
@@ -35,8 +35,8 @@ inline void step(List& l) {
     --l.count;
 }
 
-// A list over words that live as long as the evaluation. One that is too long is cut here, where all are made, before it
-// grows further: the evaluation ends soon, but not at once.
+// A list over words that live as long as the evaluation. One that is too long is cut here, where all are made, before it grows further: the
+// evaluation ends soon, but not at once.
 inline ListRef list_over(Eval& e, const u64* items, u64 count, Trap kind = Trap::TooLong) {
     if (count == 0) return nullptr;
     if (count > e.subdomain->max_list) {
@@ -76,7 +76,7 @@ inline ListRef append(Eval& e, ListRef a, ListRef b) {
     __builtin_memcpy(items + n, b->items, u64{m} * sizeof(u64));
     return list_over(e, items, u64{n} + m);
 }
-// The lists list(0), ... list(n - 1), or strings, one behind the other.
+// The concatenation of the lists list(0), ... list(n - 1), or of strings.
 template <class ListOf>
 ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u64)) {
     u64 count = 0;
@@ -93,7 +93,7 @@ ListRef append_all(Eval& e, u32 n, const ListOf& list, u32 item_bytes = sizeof(u
     }
     return list_over(e, reinterpret_cast<const u64*>(items), count, kind);
 }
-// Patterns ask only after they have counted: what is not there reads as zero.
+// Patterns read only after they have counted; an element that does not exist reads as zero.
 inline u64 item(ListRef l, u32 i) { return i < count_of(l) ? l->items[i] : 0; }
 inline ListRef tail(Eval& e, ListRef l) { return count_of(l) < 2 ? nullptr : list_over(e, l->items + 1, l->count - 1); }
 
@@ -119,7 +119,7 @@ inline ListRef join_text(Eval& e, ListRef a, ListRef b) {
     return text_over(e, copy, u64{n} + m);
 }
 
-// ---- order: three-way, by content. Shorter before longer where one starts the other.
+// ---- order: three-way, by content. A prefix comes before the longer value.
 
 inline int compare_lists(const TypeInfo* types, u16 type, ListRef a, ListRef b);
 
@@ -194,7 +194,7 @@ inline u64 hash_list(const TypeInfo* types, u16 type, ListRef l) {
     }
     if (from != words) __builtin_memcpy(words, from, u64{count} * sizeof(u64));
 }
-// The elements of a list in order, each once.
+// The elements of a list in order, without duplicates.
 inline ListRef list_to_set(Eval& e, u32, const TypeInfo* types, u16 type, ListRef l) {
     const u32 n = count_of(l);
     u32 kept = 0;
@@ -209,7 +209,7 @@ inline ListRef list_to_set(Eval& e, u32, const TypeInfo* types, u16 type, ListRe
     return list_over(e, items, kept);
 }
 
-// ---- what extern functions give is looked at once: no NaN, sets in order, structs with all their fields
+// ---- checks of the results of extern functions: no NaN, sets sorted, structs with all their fields
 
 inline ListRef checked_extern(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l);
 

@@ -1,8 +1,8 @@
 // Rows in scratch memory, their order, and how the candidates of a group become one row.
 //
-// T describes a predicate: Row (plain data, with `rank` where kRanked and `from`, the ports of the neighbours it comes from,
-// where kWaits), key(a, b) orders the group, better(a, b) the aggregated value, same(a, b) compares all but the rank,
-// before(a, b) is the last tie-break, hash(row) names the group, combine(e, rows, n, out) makes one value of all.
+// T describes a predicate: Row (plain data, with `rank` if kRanked and `from`, the ports of the neighbours it comes from, if kWaits),
+// key(a, b) orders the group, better(a, b) the aggregated value, same(a, b) compares everything but the rank, before(a, b) is the last
+// tie-break, hash(row) names the group, combine(e, rows, n, out) reduces all rows to one value.
 #pragma once
 
 #include "runtime/kernel/library.h"
@@ -66,8 +66,8 @@ void sort_rows(Eval& e, Row* rows, u32 count, Less) {
                [](const void* a, const void* b) { return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b)); });
 }
 
-// How the candidates of a group become its value: one of them is chosen, or all are combined, in the order of derivation, which
-// no partition changes, or in that of their values.
+// How the candidates of a group become its value: one of them is chosen, or all are combined, either in the order of derivation, which no
+// partition changes, or in the order of their values.
 enum class Reduce : u8 { Set, Best, First, Since, Combine, CombineInOrder };
 
 // The row of a group among sorted rows, or count.
@@ -84,7 +84,7 @@ u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& grou
     return low < count && T::key(rows[low], group) == 0 ? low : count;
 }
 
-// The first fact of a catom in a table of facts by catom, or their number.
+// The first fact of a catom in a table of facts by catom, or the number of facts.
 template <u32 N, u32 Words>
 u32 first_fact(const u64 (&facts)[N][Words], u64 catom) {
     u32 low = 0, high = N;
@@ -98,7 +98,7 @@ u32 first_fact(const u64 (&facts)[N][Words], u64 catom) {
     return low;
 }
 
-// By group, then the better value, then the lower rank, then the lower values: the first row of a group is its choice.
+// By group, then the better value, then the lower rank, then the lower values: the first row of a group is the chosen one.
 template <class T>
 struct ChoiceOrder {
     bool operator()(const typename T::Row& a, const typename T::Row& b) const {
@@ -111,7 +111,7 @@ struct ChoiceOrder {
     }
 };
 
-// Before reduce_group().
+// Call it before reduce_group().
 template <class T>
 void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
     using Row = typename T::Row;
@@ -121,15 +121,15 @@ void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
         sort_rows(e, rows, n, ChoiceOrder<T>{});
 }
 
-// The combination of T itself. One with a function of the program comes from outside.
+// The combination of T itself. A combination by a function of the program is an argument.
 template <class T>
 struct OwnCombine {
     void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::combine(e, rows, n, out); }
 };
 
-// The candidates of one group, of which there are some, to its row. `held` is the group's row as it was, or null; needed has a
-// bit for the port of each neighbour that must be among those the candidates come from. Returns whether the group holds: a combination
-// that has no value leaves it empty.
+// Reduces the candidates of one group, at least one, to its row. `held` is the group's previous row, or null; `needed` has a bit for the
+// port of each neighbour that must be among those the candidates come from. Returns whether the group holds: a combination without a value
+// leaves it empty.
 template <class T, class Combine>
 bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* rows, u32 n, const Combine& combine, u32 needed,
                   typename T::Row& out) {
@@ -145,7 +145,7 @@ bool reduce_group(Eval& e, const typename T::Row* held, const typename T::Row* r
     }
     if constexpr (T::kReduce == Reduce::Since)
         if (held != nullptr) out = *held;
-    // A value once chosen stays while something supports it.
+    // A chosen value stays while something supports it.
     if constexpr (T::kReduce == Reduce::First)
         for (u32 i = 0; i < n; ++i)
             if (held != nullptr && T::same(*held, rows[i])) out = rows[i];

@@ -1,4 +1,4 @@
-// Scratch memory, traps, and arithmetic that never goes wrong silently, for emitted code. No standard library.
+// Scratch memory, traps, and arithmetic without silent errors, for emitted code. No standard library.
 #pragma once
 
 #include "runtime/abi/module_abi.h"
@@ -15,10 +15,11 @@ inline void* scratch(Eval& e, u64 bytes) {
     return result;
 }
 
-// Whether a trap of this kind replaces the one that is set: the first stays, but for a limit, since only that always ends the run.
+// Whether a trap of this kind replaces the one that is set: the first one stays, except that a limit replaces it, since only a limit always
+// ends the run.
 inline bool outranks(Trap kind, Trap set) { return set == Trap::None || (is_limit(kind) && !is_limit(set)); }
 
-// Out of the way of what goes well.
+// Out of line, so that the common path stays short.
 [[gnu::noinline, gnu::cold]] inline void trap(Eval& e, Trap kind, u32 rule, i64 left = 0, i64 right = 0) {
     if (!outranks(kind, e.trap)) return;
     e.trap = kind;
@@ -46,25 +47,25 @@ inline bool outranks(Trap kind, Trap set) { return set == Trap::None || (is_limi
 [[gnu::noinline, gnu::cold]] inline void leave_out(Eval& e) {
     if (!e.subdomain->strict && !is_limit(e.trap)) e.host->note_undefined(&e);
 }
-// Whether a derivation of a view has gone well so far. If not it is left out, and the next one starts anew.
+// Whether a derivation of a view has succeeded so far. If not it is left out, and the next one starts again.
 inline bool defined(Eval& e) {
     if (e.trap == Trap::None) [[likely]]
         return true;
     leave_out(e);
     return false;
 }
-// The same, and whether the condition that has just been computed holds.
+// The same, and whether the condition that was just computed is true.
 inline bool defined(Eval& e, bool condition) {
     const bool went_well = defined(e);
     return went_well && condition;
 }
-// Before all rules of the stratum at work are evaluated, once more where it recurs.
+// Called before all rules of the stratum under evaluation are evaluated, and again in each round of a recursion.
 inline void derive_anew(Eval& e) {
     if (e.undefined & undefined_bit(e.stratum)) [[unlikely]]
         e.host->forget_undefined(&e);
 }
 
-// ---- arithmetic that never goes wrong silently
+// ---- arithmetic without silent errors
 
 inline i64 checked_add(Eval& e, u32 rule, i64 a, i64 b) {
     i64 r;
@@ -92,7 +93,7 @@ inline bool divisible(Eval& e, u32 rule, i64 a, i64 b) {
     }
     return true;
 }
-// Division truncates, and the remainder has the sign of the dividend, as in C and in every Meld before.
+// Division truncates, and the remainder has the sign of the dividend, as in C and in all earlier Melds.
 inline i64 checked_divide(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a / b : 0; }
 inline i64 checked_modulo(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a % b : 0; }
 inline double checked_divide(Eval& e, u32 rule, double a, double b) {
@@ -129,8 +130,8 @@ template <class V>
 V greatest_of(V a, V b) {
     return a < b ? b : a;
 }
-// A NaN has no place in an order and infinity is an overflow, so neither ever enters a fact; and zero has one sign there, so
-// that equal facts have equal bytes.
+// A NaN has no place in an order and infinity is an overflow, so neither ever enters a fact; and zero has only one sign there, so that
+// equal facts have equal bytes.
 inline double checked_real(Eval& e, u32 rule, double a) {
     if (!(__builtin_fabs(a) <= __DBL_MAX__)) trap(e, a != a ? Trap::NotANumber : Trap::Overflow, rule, a);
     return a + 0.0;
@@ -140,13 +141,13 @@ inline double checked_real(Eval& e, u32 rule, double a) {
 
 // A number from 0 to below `bound`, each as likely as a 64-bit draw allows.
 inline u64 draw_below(Eval& e, u64 bound) { return e.host->random(&e) % bound; }
-// Values that nobody else has, short of a chance of one in 2^63 for any two: a positive int, and an id of no catom.
+// Unique values, except with a probability of 2^-63 for any two: a positive int, and an id of no catom.
 inline i64 fresh_int(Eval& e) { return static_cast<i64>(e.host->random(&e) >> 1); }
 inline u64 fresh_node(Eval& e) { return e.host->random(&e) | (u64{1} << 63); }
 
 // ---- time
 
-// The nearest number of ticks to so many seconds, at least one.
+// The number of ticks nearest to this many seconds, at least one.
 inline i64 ticks_of(Eval& e, double seconds) {
     const double ticks = seconds / e.subdomain->tick_seconds + 0.5;
     return ticks < 1 ? 1 : ticks < 9e18 ? static_cast<i64>(ticks) : __INT64_MAX__ / 2;
@@ -154,7 +155,7 @@ inline i64 ticks_of(Eval& e, double seconds) {
 
 // ---- calls of functions of the program
 
-// How many may be open, and how much stack they may take together; a thread's stack has at least eight times as much.
+// The maximum number of open calls, and of bytes of stack they may use together; a thread's stack has at least eight times as much.
 inline constexpr u32 kMaxOpenCalls = 10'000;
 inline constexpr i64 kMaxStack_bytes = 1 << 20;
 
@@ -171,7 +172,7 @@ class OpenCall {
     }
     ~OpenCall() { e.depth -= 1 + repeats_; }
 
-    // A function that ends by calling itself starts again instead, which counts as a call. False: too many.
+    // A function that ends by calling itself starts again instead, which counts as a call. False: there were too many.
     bool again(u32 rule) {
         ++repeats_;
         if (++e.depth > kMaxOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
@@ -182,7 +183,7 @@ class OpenCall {
     u32 repeats_ = 0;
 };
 
-// A call that gives a single word: nobody can see what it made in scratch memory, which is free again when it ends.
+// A call that returns a single word: nothing can refer to what it made in scratch memory, which is free again when it ends.
 class WordCall : public OpenCall {
   public:
     WordCall(Eval& eval, u32 rule, const void* base) : OpenCall(eval, rule, base), arena_(eval.arena), chunk_(eval.arena_start) {}

@@ -2,7 +2,7 @@
 // header; a rule becomes a plain loop that adds candidates, and these templates decide what holds. Here are the steps of
 // predicates without recursion over links; those with it are in ranks.h and mutual.h.
 //
-// What T is, is said in rows.h.
+// rows.h describes T.
 #pragma once
 
 #include "runtime/kernel/aggregates.h"
