@@ -17,7 +17,7 @@ inline std::uint64_t packed(Cell brick) {
     return part(brick.x) | part(brick.y) << kBits | part(brick.z) << 2 * kBits;
 }
 
-// From a packed brick coordinate to its slot. Bricks are never taken out; slot 0 means absent.
+// From a packed brick coordinate to its slot. Bricks are never removed; slot 0 means absent.
 class BrickTable {
   public:
     std::uint32_t find(std::uint64_t key) const;
@@ -37,8 +37,7 @@ class BrickTable {
     std::size_t used_ = 0;
 };
 
-// From a catom's id to its index, in 4 bytes a row: the id itself is read from the ensemble's own column, which every
-// call is given.
+// From a catom's id to its index, in 4 bytes per row: the id itself is read from the ensemble's column, which every call is given.
 class IdTable {
   public:
     static constexpr std::uint32_t kAbsent = 0xffffffff;

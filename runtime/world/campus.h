@@ -1,12 +1,12 @@
-// The built-in shape campus(size), written in shapes.
+// The built-in shape campus(size), composed of other shapes.
 #pragma once
 
 #include <string_view>
 
 namespace meld::world {
 
-// Two hollow buildings of five and three floors on a plinth, a round tower with a ramp that winds up in it, and a bridge;
-// 100 long. Walls, floors and the ramp are two thick, so it is connected on each lattice when it is not made smaller.
+// Two hollow buildings of five and three floors on a plinth, a round tower with a spiral ramp, and a bridge; 100 long. Walls, floors and
+// the ramp are two thick, so it is connected on each lattice unless it is made smaller.
 inline constexpr double kCampusLength = 100;
 inline constexpr std::string_view kCampus =
     "union("

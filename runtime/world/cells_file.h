@@ -13,20 +13,20 @@
 
 namespace meld::world {
 
-// Cells as they were listed, with where, for messages about two of them.
+// The listed cells, each with its place in the file, for messages about two of them.
 class CellList {
   public:
     explicit CellList(const Lattice& lattice) : lattice_(lattice) {}
     const Lattice& lattice() const { return lattice_; }
 
-    // Adds lines of three integers with commas between them, or two on a flat lattice; a first line of words, empty lines,
-    // and lines that start with '#' are passed over. `path` is for messages. Errors name line and column.
+    // Adds lines of three integers separated by commas, or two on a flat lattice; skips a first line of words, empty lines, and lines that
+    // start with '#'. `path` is for messages. Errors name line and column.
     Result<void> add_file(std::string_view text, const std::string& path);
 
-    // Adds the cell with these coordinates. Errors say why it is none of the lattice, without the place; column 0: none.
+    // Adds the cell with these coordinates. Errors say why it is not a cell of the lattice, without the place; column 0: none.
     Result<void> add(const std::vector<std::int64_t>& coordinates, const std::string& path, std::size_t line, std::size_t column);
 
-    // The cells in the order that World::cells has. Errors: a cell is listed twice, with both places.
+    // The cells in the order of World::cells. Errors: a cell is listed twice, with both places.
     Result<std::vector<Cell>> sorted();
 
   private:

@@ -1,4 +1,4 @@
-// The catoms one process knows: which cell each stands on, which catom stands on each cell, in bricks.
+// The catoms that one process knows, in bricks: the cell of each catom, and the catom on each cell.
 #pragma once
 
 #include <array>
@@ -21,42 +21,42 @@ class Target;
 
 class Ensemble {
   public:
-    // in_target says for a cell whether it is in the target shape; asked once per cell of a brick when the brick is made.
+    // in_target returns whether a cell is in the target shape; called once per cell of a brick when the brick is made.
     Ensemble(const Lattice& lattice, std::function<bool(Cell)> in_target);
-    // The same from a world's target, which skips bricks that the target does not reach. The target must outlive this.
+    // The same from a world's target, which skips bricks that the target does not reach. The target must outlive this object.
     Ensemble(const Lattice& lattice, const Target& target);
 
     const Lattice& lattice() const { return lattice_; }
     // The arrays a module reads. Pointers change when catoms or bricks are added: fetch again after any change.
     Geometry geometry() const;
 
-    // The slot of a brick, made empty if it is not there yet. Cost: a hash lookup, cached for repeated bricks.
+    // The slot of a brick, made empty if it does not exist. Cost: a hash lookup, cached for repeated bricks.
     Slot slot(Cell brick);
     std::optional<Slot> find_slot(Cell brick) const;
     Cell brick(Slot slot) const;
     std::size_t brick_count() const;  // Without the empty slot 0.
-    // Makes all 26 neighbours of a brick present, so that every cell a catom there can reach has a slot. At the edge of
-    // the world, where there are fewer, the others stay slot 0.
+    // Makes all 26 neighbours of a brick present, so that every cell a catom there can reach has a slot. At the edge of the world, where
+    // there are fewer, the others stay slot 0.
     void surround(Slot slot);
 
-    // Adds a catom on an empty cell and returns its index, the lowest free one, else a new one at the end.
+    // Adds a catom on an empty cell and returns its index: the lowest free one, otherwise a new one at the end.
     Catom add(std::uint64_t id, Cell cell, CatomState state);
     void remove(Catom catom);
     // Moves a catom to an empty cell.
     void move(Catom catom, Cell to);
     void set_state(Catom catom, CatomState state);
 
-    // ---- catoms that stand anywhere (free_ensemble.cpp)
-    // They have no cells; neighbours are those they are linked with, over ports that mean nothing but a number. The arrays of
-    // geometry() are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
+    // ---- catoms at arbitrary positions (free_ensemble.cpp)
+    // They have no cells; their neighbours are the catoms they are linked with, over ports that are only numbers. The arrays of geometry()
+    // are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
     void set_free(std::function<bool(const Vec3&)> in_target);
     bool is_free() const { return free_links_; }
-    // Room for so many, so that arrays need not grow.
+    // Makes room for this many, so that arrays need not grow.
     void reserve_free(std::size_t catoms);
     Catom add_at(std::uint64_t id, const Vec3& position, CatomState state);
     // Returns whether it has entered or left the target.
     bool place(Catom catom, const Vec3& position);
-    // Links two catoms over a port of each that has no link, or takes the link at a port away, on both sides.
+    // Links two catoms over a port of each that has no link, or removes the link at a port, on both sides.
     void link(Catom a, int port_of_a, Catom b, int port_of_b);
     void unlink(Catom catom, int port);
     std::optional<Catom> linked(Catom catom, int port) const;
@@ -65,19 +65,19 @@ class Ensemble {
     std::optional<int> port_towards(Catom catom, Catom other) const;
 
     std::optional<Catom> at(Cell cell) const;
-    // As Lattice::key, without the curve for bricks that are present.
+    // Like Lattice::key, without the walk along the curve for bricks that are present.
     CellKey key(Cell cell) const;
     Cell cell(Catom catom) const;
     std::uint64_t id(Catom catom) const { return id_[catom]; }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }
-    bool target(Cell cell) const;  // False also where no brick is present.
+    bool target(Cell cell) const;  // False also if no brick is present.
     Vec3 position(Catom catom) const { return free_links_ ? positions_[catom] : lattice_.position(cell(catom)); }
 
     std::size_t index_count() const { return id_.size(); }
     std::size_t owned_count() const { return owned_count_; }
     std::size_t ghost_count() const { return ghost_count_; }
-    // The catom with this id, if this process knows it. Cost: a comparison where ids follow indices, else one hash lookup; the map
-    // is made on first use and kept, so the first call must not run beside others.
+    // The catom with this id, if this process knows it. Cost: a comparison if ids follow indices, otherwise one hash lookup; the map is
+    // made on first use, so the first call must not run in parallel with others.
     std::optional<Catom> find(std::uint64_t id) const;
     void reserve(std::size_t catoms, std::size_t bricks);
     std::size_t bytes() const;
@@ -91,7 +91,7 @@ class Ensemble {
     void add_free(Geometry& g) const;
     void cut(Catom catom);
     Slot make_slot(Cell brick);
-    std::uint32_t site(Cell cell);  // Makes the brick if need be.
+    std::uint32_t site(Cell cell);  // Makes the brick if necessary.
     void count(std::uint8_t state, std::size_t by);
 
     Lattice lattice_;
@@ -104,7 +104,7 @@ class Ensemble {
     std::vector<std::int32_t> origin_;
     std::vector<BrickKey> key_;
     BrickTable slots_;
-    // The brick that was asked for last.
+    // The last brick that was looked up.
     std::uint64_t last_key_ = 0;
     Slot last_slot_ = 0;
 
@@ -116,14 +116,14 @@ class Ensemble {
     std::vector<Catom> free_;
     std::size_t owned_count_ = 0, ghost_count_ = 0;
 
-    // Where catoms stand anywhere. By site and port, the port at the other end of the link.
+    // For catoms at arbitrary positions: by site and port, the port at the other end of the link.
     bool free_links_ = false;
     std::function<bool(const Vec3&)> in_target_;
     std::vector<Vec3> positions_;
     std::vector<std::uint8_t> link_back_;
 
-    // Catoms are numbered as they are placed, so the number of most is that of the first plus their index; those of the others
-    // are in the table.
+    // Catoms are numbered as they are placed, so the number of most is that of the first plus their index; the numbers of the others are in
+    // the table.
     bool in_order(Catom catom) const { return id_[catom] == first_id_ + catom; }
     std::uint64_t first_id_ = 0;
     mutable IdTable ids_;

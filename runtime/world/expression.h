@@ -1,4 +1,4 @@
-// Reading the small expressions of a world file, shapes and regions: words, numbers and signs, each with its column.
+// Reads the small expressions of a world file, shapes and regions: words, numbers and signs, each with its column.
 #pragma once
 
 #include <cstddef>
@@ -38,18 +38,18 @@ struct Token {
 // Errors: a byte that starts no token; a number that is not finite.
 Parsed<std::vector<Token>> tokenize(std::string_view text);
 
-// A place in the tokens of one expression, moved forward by parsing.
+// A position in the tokens of one expression, moved forward by parsing.
 class Cursor {
   public:
     explicit Cursor(std::vector<Token> tokens) : tokens_(std::move(tokens)) {}
     const Token& peek(std::size_t ahead = 0) const;
-    const Token& last() const { return tokens_[next_ - 1]; }  // The one taken last.
+    const Token& last() const { return tokens_[next_ - 1]; }  // The last token taken.
     bool at(std::string_view sign) const { return is(peek(), sign); }
     bool accept(std::string_view sign);
     Token take();
     tl::unexpected<ExpressionError> expected(std::string_view what) const;  // "expected what, found 'this'".
 
-    // How deep parentheses may be nested: far more than anybody writes, far less than the stack holds.
+    // The maximum nesting of parentheses: far more than anybody writes, far less than the stack holds.
     static constexpr int kMaxDepth = 200;
     int depth = 0;
 

@@ -16,10 +16,10 @@ struct FittedShape {
     std::vector<CellKey> surplus;  // Cells to leave out so that exactly the wanted number is left, ascending.
 };
 
-// Finds the scale at which the number of cells reaches `wanted`. A symmetric shape gains several cells at that scale, all on
-// its surface: the surplus is taken from those, the ones farthest from the rest first and evenly among equals. The result
-// depends on the arguments alone. Cost: some forty counts of the shape's cells. Errors: no scale that fits between the
-// smallest shape and the edge of the lattice holds as many cells.
+// Finds the scale at which the number of cells reaches `wanted`. A symmetric shape gains several cells at that scale, all on its surface:
+// the surplus is chosen from those, the ones farthest from the rest first and evenly among equals. The result depends only on the
+// arguments. Cost: some forty counts of the shape's cells. Errors: no scale between the smallest shape and the edge of the lattice gives
+// that many cells.
 Result<FittedShape> fit_shape(const Shape& shape, const Lattice& lattice, std::uint64_t wanted);
 
 }  // namespace meld::world

@@ -1,4 +1,4 @@
-// The sections of a world file that speak the language: [facts], [[event]] and [set].
+// The sections of a world file that contain predicates or literals of the language: [facts], [[event]] and [set].
 #pragma once
 
 #include <map>
@@ -22,8 +22,8 @@ void read_events(TomlReader& reader, const toml::table& top, double tick_seconds
 // name = value
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set);
 
-// A TOML value as a literal of the language. A string that is itself a number, true, false, or a catom such as "@3" stands
-// for that, any other for a string; an array for a list. Anything else is a mistake, called `what`.
+// A TOML value as a literal of the language. A string that is itself a number, true, false, or a catom such as "@3" means that value, any
+// other a string; an array means a list. Anything else is a mistake, which the message calls `what`.
 std::string literal(TomlReader& reader, const toml::node& node, std::string_view what);
 
 }  // namespace meld::world

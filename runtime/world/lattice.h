@@ -23,8 +23,8 @@ using Vec3 = std::array<double, 3>;
 
 enum class LatticeKind { Square, Hex, Cubic, Fcc };
 
-// A cell's place in the order all processes agree on: the Hilbert index of its brick, then its number in the brick.
-// Cells are ordered along the curve, and whoever owns a range of keys owns those bricks.
+// A cell's position in the order that all processes share: the Hilbert index of its brick, then its number in the brick. The owner of a
+// range of keys owns those bricks.
 using CellKey = std::uint64_t;
 using BrickKey = std::uint64_t;
 
@@ -64,7 +64,7 @@ class Lattice {
     std::uint32_t number_in_brick(Cell cell) const;
     Cell cell_in_brick(Cell brick, std::uint32_t number) const;
     bool brick_in_range(Cell brick) const;
-    // The 27 bricks around a brick, itself among them, are numbered (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
+    // The 27 bricks around a brick, including itself, are numbered (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
     static Cell brick_offset(u32 neighbour);
     BrickKey brick_key(Cell brick) const;  // Hilbert index; brick coordinates as brick_of gives them.
     Cell brick_at(BrickKey key) const;

@@ -1,4 +1,4 @@
-// The cell that stands for a catom which may be anywhere.
+// The cell that stands for a catom at an arbitrary position.
 #pragma once
 
 #include "runtime/world/lattice.h"
@@ -6,7 +6,7 @@
 
 namespace meld::world {
 
-// The one whose centre is nearest to a place that is given in diameters: its rounded coordinates.
+// The cell whose centre is nearest to a position in diameters: its rounded coordinates.
 Cell nearest_cell(const Vec3& position);
 
 }  // namespace meld::world

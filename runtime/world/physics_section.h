@@ -6,8 +6,8 @@
 
 namespace meld::world {
 
-// [motion] kind = "bodies", without the key `kind` itself. Diameters in metres: that of the world, and that of the smallest catom as far
-// as is known without this section.
+// [motion] kind = "bodies", without the key `kind` itself. Diameters in metres: the world's, and that of the smallest catom as far as it is
+// known without this section.
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& physics);
 
 }  // namespace meld::world

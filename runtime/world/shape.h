@@ -16,14 +16,14 @@ struct Box {
     bool empty() const { return !(low[0] <= high[0] && low[1] <= high[1] && low[2] <= high[2]); }
 };
 
-// A solid in space, lengths in catom diameters. Cheap to copy (shared immutable tree is hidden inside); any thread may ask.
+// A solid in space, lengths in catom diameters. Cheap to copy (it shares an immutable tree); any thread may use it.
 //
-// Solids, centred on the origin, the ones with an axis along z; arguments by place or by name, cylinder(r=20, h=50):
+// Solids, centred on the origin, those with an axis along z; arguments by position or by name, cylinder(r=20, h=50):
 //   box(x, y, z)  sphere(r)  ellipsoid(a, b, c)  cylinder(r, h)  cone(r1, r2, h): r1 at the bottom, r2 at the top
 //   torus(R, r): a tube of radius r around a circle of radius R in the plane z = 0
 //   helix(r, pitch, turns, thickness): a tube `thickness` wide around a coil that passes (r, 0, 0), its ends cut flat
-//   gyroid(size, thickness, period = size / 2): a cube of a sheet that divides space in two labyrinths
-//   trumpet(length, bell = length / 3, wall = 2): a horn along x: its stem begins in the origin, its rim is at x = length
+//   gyroid(size, thickness, period = size / 2): a cube of a sheet that divides space into two labyrinths
+//   trumpet(length, bell = length / 3, wall = 2): a horn along x: its stem begins at the origin, its rim is at x = length
 //   campus(size): a made-up group of buildings `size` long in x, standing on the plane z = 0 around the origin
 // Combinations: union(s, ...)  intersect(s, ...)  minus(s, t, ...): s without t, ...
 //   shell(s, thickness): the points of s nearer than that to its surface
@@ -39,9 +39,9 @@ class Shape {
     static Shape unite(std::vector<Shape> shapes);
     bool contains(const Vec3& point) const;
     Box bounds() const;
-    // Whether all of the box surely lies in the shape; false also when in doubt.
+    // Whether the whole box certainly lies in the shape; false if in doubt.
     bool surely_contains(const Box& box) const;
-    // Whether the box may hold a point of the shape; false only when surely not. For skipping whole bricks.
+    // Whether the box may contain a point of the shape; false only if it certainly does not. For skipping whole bricks.
     bool may_touch(const Box& box) const;
     std::string text() const;
 
@@ -49,9 +49,8 @@ class Shape {
     std::shared_ptr<const Node> root_;
 };
 
-// Which catoms a given fact is for: "id == 4", "cell == (0,0,0)", "all", "id < 10", "x > 3 && z == 0",
-// "inside(sphere(r=4))", combined with && || ! and parentheses. x, y and z are coordinates of the cell; inside() asks where
-// its centre is. "id % 2 == 0" and the like pick each n-th.
+// The catoms that get a given fact: "id == 4", "cell == (0,0,0)", "all", "id < 10", "x > 3 && z == 0", "inside(sphere(r=4))", combined with
+// && || ! and parentheses. x, y and z are coordinates of the cell; inside() tests its centre. "id % 2 == 0" and the like select every n-th.
 class Region {
   public:
     struct Node;

@@ -1,4 +1,4 @@
-// The shapes an expression can name, what they are given, and how they are made.
+// The shapes that an expression can name, their arguments, and how they are made.
 #pragma once
 
 #include <optional>
@@ -27,7 +27,7 @@ struct Parameter {
     bool optional = false;
 };
 
-// The arguments of one shape in the order of its parameters; an optional one that was left out is empty.
+// The arguments of one shape in the order of its parameters; an omitted optional argument is empty.
 struct Arguments {
     std::vector<std::optional<double>> number;
     std::vector<Shape> shapes;
@@ -38,7 +38,7 @@ struct Arguments {
 struct ShapeEntry {
     std::string_view name;
     std::vector<Parameter> parameters;
-    // The solid, or what is wrong with these arguments together.
+    // The solid, or what is wrong with this combination of arguments.
     tl::expected<Solid, std::string> (*make)(const Arguments& arguments);
     // "cylinder(r, h)".
     std::string usage() const;

@@ -33,7 +33,7 @@ struct Moved {
     Vec3 by;
 };
 
-// A turn about axis 0, 1 or 2.
+// A rotation about axis 0, 1 or 2.
 struct Rotated {
     Shape solid;
     std::size_t axis;
@@ -54,7 +54,7 @@ struct Shape::Node {
     std::string text;
 };
 
-// Works out the bounds.
+// Computes the bounds.
 Shape make_shape(Solid solid, std::string text);
 
 }  // namespace meld::world

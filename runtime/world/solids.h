@@ -1,12 +1,12 @@
-// The solids that shapes are put together from. Each is centred on the origin unless it says otherwise; flat ends and faces
-// are half open (low <= p < high), so that box(n, n, n) holds exactly n cells along each axis of a cubic lattice.
+// The solids of which shapes are composed. Each is centred on the origin unless it says otherwise; flat ends and faces are half open (low
+// <= p < high), so that box(n, n, n) contains exactly n cells along each axis of a cubic lattice.
 //
 // contains(s, p): whether the point is in the solid.
 // distance(s, p): below zero inside, above zero outside, zero on the surface; it changes by no more than one per unit of
 //   way, so a ball around p of a smaller radius than |distance| does not reach the surface. For most solids it is the
 //   distance to the surface itself; for a gyroid and a trumpet it is less.
-// bounds(s): a box that holds the solid.
-// Lengths are in catom diameters. All are deterministic and of any thread.
+// bounds(s): a box that contains the solid.
+// Lengths are in catom diameters. All functions are deterministic and may be called by any thread.
 #pragma once
 
 #include "runtime/world/shape.h"
@@ -45,16 +45,16 @@ struct Helix {
     double radius, rise, half, tube;  // rise: pitch / 2 pi.
 };
 
-// The sheet |sin kx cos ky + sin ky cos kz + sin kz cos kx| <= limit in a cube. `limit` is sqrt(3) k thickness / 2: the
-// sheet is at least as thick as asked for, up to a half thicker.
+// The sheet |sin kx cos ky + sin ky cos kz + sin kz cos kx| <= limit in a cube. `limit` is sqrt(3) k thickness / 2: the sheet is at least
+// as thick as requested, and at most half as thick again.
 struct Gyroid {
     double half, wave, limit;
 };
 
-// A horn along x from its stem at the origin, x = 0, to the bell at x = length; at distance rho from the axis it holds the
-// points with |rho - R(x)| <= (wall / 2) sqrt(1 + R'(x)^2), where R(x) = wall / 2 + (bell - wall) (e^(4x/length) - 1) / (e^4 - 1).
-// So the wall is about `wall` thick across, the stem is solid where it begins, and the rim's radius is about `bell`. A
-// wall of two diameters is connected on each lattice, also in the plane, where the horn is cut along its axis.
+// A horn along x from its stem at the origin, x = 0, to the bell at x = length. At distance rho from the axis it contains the points with
+// |rho - R(x)| <= (wall / 2) sqrt(1 + R'(x)^2), where R(x) = wall / 2 + (bell - wall) (e^(4x/length) - 1) / (e^4 - 1). So the wall is about
+// `wall` thick, the stem is solid at its beginning, and the rim's radius is about `bell`. A wall of two diameters is connected on each
+// lattice, also in the plane, where the horn is cut along its axis.
 struct Trumpet {
     double length, bell, wall;
 };

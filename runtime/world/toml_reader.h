@@ -1,5 +1,5 @@
-// Typed reading of a TOML file that remembers the first mistake with its place, so that the code that reads a section is a
-// list of its keys. After a mistake all values are defaults; the caller asks once, at the end, whether there was one.
+// Typed reading of a TOML file that stores the first mistake with its place, so that the code that reads a section is a list of its keys.
+// After a mistake all values are defaults; the caller checks once, at the end, whether there was one.
 #pragma once
 
 #include <toml++/toml.h>
@@ -18,8 +18,8 @@
 
 namespace meld::world {
 
-// An error if a key of the file has more parts (`a.b.c` has three) than the library may be given: each part becomes a table inside of
-// another, and the library walks tables by recursion. Of values it limits the depth itself.
+// An error if a key of the file has more parts (`a.b.c` has three) than the library can handle: each part becomes a table inside another,
+// and the library walks tables by recursion. It limits the depth of values itself.
 Result<void> check_key_depth(std::string_view text, const std::string& path);
 
 class TomlReader {
@@ -28,13 +28,13 @@ class TomlReader {
 
     const std::optional<Error>& error() const { return error_; }
     std::string place(const toml::source_region& source) const;  // "world.toml:12:5".
-    // Notes a mistake, if it is the first.
+    // Stores a mistake, if it is the first.
     void wrong(const toml::source_region& source, std::string_view problem, std::string suggestion = {});
-    // A mistake within an expression that a string holds; the place is that of the column where the string is plain.
+    // A mistake within an expression in a string; the place is that of the column if the string is plain.
     void wrong_in(const toml::node& string, const ExpressionError& error);
     void wrong(Error error);
     const std::string& path() const { return path_; }
-    // The path of a file that the world names: from the folder of the world, if it is not absolute.
+    // The path of a file that the world names: relative to the folder of the world, unless it is absolute.
     std::string beside(const std::string& name) const;
     // Reads such a file; the errors are those of read_input.
     Result<std::string> read_file(const std::string& path, std::uint64_t most_bytes);
@@ -55,18 +55,18 @@ std::string type_mismatch(const toml::node& node, std::string_view wanted);
 // A table of the file, by its name in messages: "[limits]".
 class Section {
   public:
-    // Notes each key that is not known.
+    // Reports each unknown key.
     Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known);
 
     const toml::node* find(std::string_view key) const { return table_.get(key); }
     bool has(std::string_view key) const { return find(key) != nullptr; }
-    // The value, or what is there already if the key is missing or wrong.
+    // The value, or the present one if the key is missing or wrong.
     void read(std::string_view key, std::string& value) const;
     void read(std::string_view key, bool& value) const;
     void read(std::string_view key, std::vector<std::string>& value) const;
     // A finite number above zero.
     void read_positive(std::string_view key, double& value) const;
-    // A finite number within these limits.
+    // A finite number within these bounds.
     void read_number(std::string_view key, double& value, double least = std::numeric_limits<double>::lowest(),
                      double most = std::numeric_limits<double>::max()) const;
     // Three finite numbers, [x, y, z].

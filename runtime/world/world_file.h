@@ -1,4 +1,4 @@
-// A world file (TOML): lattice, bodies, target, facts, motion, network, record, limits. Read, checked, never half-used.
+// A world file (TOML): lattice, bodies, target, facts, motion, network, record, limits. It is read and checked as a whole.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace meld::world {
 
-// One fact given by the world: predicate, literal arguments after the catom, and which catoms get it.
+// One fact given by the world: predicate, literal arguments after the catom, and the catoms that get it.
 struct GivenFact {
     std::string predicate;
     std::vector<std::string> arguments;  // Meld literals as text: "12", "0.5", "true", "@3", "[1, 2]".
@@ -22,10 +22,10 @@ struct GivenFact {
     std::string place;  // "world.toml:12:5", for errors found later.
 };
 
-// What the world does to its catoms while they run: facts given and taken back at the start of a tick.
+// Events during the run: facts given and taken back at the start of a tick.
 struct Event {
     std::int64_t tick = 0;   // The first time; from 1.
-    std::int64_t every = 0;  // Ticks between two times, where there are several.
+    std::int64_t every = 0;  // Ticks between two repetitions, if there are several.
     std::int64_t times = 1;
     std::vector<GivenFact> give, take;
     bool happens_in(std::int64_t now) const {
@@ -35,7 +35,7 @@ struct Event {
 };
 
 struct MotionOptions {
-    std::string kind = "none";    // "none", "lattice", "bodies", or a name a SimModule registered.
+    std::string kind = "none";    // "none", "lattice", "bodies", or a name that a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
 };
@@ -50,42 +50,42 @@ struct Limits {
     std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
     std::uint64_t max_list = 1'000'000;  // Elements of a list, bytes of a string.
-    std::uint64_t memory_bytes = 0;      // 0: what the machine has.
+    std::uint64_t memory_bytes = 0;      // 0: all the memory that the machine has.
 };
 
 struct World {
     std::string path;
     LatticeKind lattice = LatticeKind::Cubic;
-    double radius = 0.5;  // Metres; only recordings and physics see it. A diameter is twice this, also where catoms are of several sizes.
+    double radius = 0.5;  // Metres; used only by recordings and physics. A diameter is twice this, even if catoms have several sizes.
     Shape body;           // Union of all [[body]] shapes.
-    // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may lie
-    // in `body` too. See sort_cells.
+    // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may also lie in
+    // `body`. See sort_cells.
     std::vector<Cell> cells;
-    // Where catoms stand besides, in the order listed; only where they move freely.
+    // Additional catoms at listed positions, in the order listed; only if catoms move freely.
     std::vector<PlacedCatom> placed;
     std::optional<Shape> target;
-    // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, that is
+    // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, which is the number of
     // catoms times (1 + held). Target (target.h) chooses them.
     std::optional<std::uint64_t> target_cells;
     bool target_is_mass = false;
-    // [target] fit = "mass": the shape is scaled until it holds exactly as many cells as there is mass.
+    // [target] fit = "mass": the shape is scaled until it contains exactly as many cells as there is mass.
     bool target_fits_mass = false;
     int held = 0;  // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
     std::vector<Event> events;
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
-    PhysicsOptions physics;  // Where motion.kind is "bodies".
+    PhysicsOptions physics;  // If motion.kind is "bodies".
     RecordOptions record;
     Limits limits;
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
     std::uint64_t seed = 1;
-    double tick_seconds = 1e-3;  // What a tick stands for in the delays of a program.
-    // The text of the file, and a hash of that and of the files it names, by which processes see that they have the same world.
+    double tick_seconds = 1e-3;  // The duration of a tick, for the delays of a program.
+    // The text of the file, and a hash of it and of the files it names, by which processes check that they have the same world.
     std::string text;
     std::uint64_t source_hash = 0;
 
-    // Whether catoms are bodies that stand anywhere, and touch whom they meet; else they stand on cells.
+    // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }
 };
 
@@ -94,14 +94,14 @@ Result<World> read_world(const std::string& path);
 // The same from text; `path` is only for messages.
 Result<World> parse_world(const std::string& text, const std::string& path);
 
-// Brings cells into the order that World::cells has.
+// Sorts cells into the order of World::cells.
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);
 
-// How many catoms the world has and the box of cells they lie in, without making them. Used for memory estimates before
-// anything is allocated; exact for one box and for listed cells. Otherwise space is cut into some ten thousand pieces, and
-// those that the shape does not reach are left out: the upper bound counts the rest as full, which is far too much for a
-// large thin shell; the estimate asks a few cells in each and is right to a percent or two. Cost: some milliseconds, however
-// large the world. Errors: the body is empty; it reaches beyond the cells that there are.
+// The number of catoms of the world and the box of cells that contains them, without making them. Used for memory estimates before anything
+// is allocated; exact for one box and for listed cells. Otherwise space is divided into some ten thousand pieces, and those that the shape
+// does not reach are left out. The upper bound counts the rest as full, which is far too much for a large thin shell; the estimate tests a
+// few cells in each and is right to a percent or two. Cost: some milliseconds, however large the world. Errors: the body is empty; it
+// reaches beyond the cells that exist.
 struct WorldSize {
     double cells_upper_bound = 0;
     double cells_estimate = 0;
