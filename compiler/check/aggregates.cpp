@@ -173,7 +173,7 @@ class Aggregates {
         };
         if (f.parameter_count != 2)
             return differs(Kind::ArityMismatch,
-                           fmt::format("an aggregate makes one value of two, and `{}` takes {}", f.name, f.parameter_count));
+                           fmt::format("an aggregate function takes two arguments, and `{}` takes {}", f.name, f.parameter_count));
         const Type& type = p.arguments[p.aggregate_at].type;
         for (const Type& other : {f.variables[VariableId(0)].type, f.variables[VariableId(1)].type, f.result})
             if (!(other == type) && other != Type::Error && type != Type::Error)
@@ -208,7 +208,7 @@ class Aggregates {
         if (p.complete_link.valid() || (other == nullptr && tree_.is_lost(a.neighbour_link.text))) return;
         if (other != nullptr) {
             auto& d = report_.add(Kind::BadAggregate, a.neighbour_link.span,
-                                  fmt::format("`{}` {}, and what is waited for are links that stay", other->name,
+                                  fmt::format("`{}` {}, and an aggregate can wait only for links that stay", other->name,
                                               other->route ? "is linear" : "is not a route"));
             d.labels = {{other->span, "declared here"}};
             d.help = other->route ? "wait for `neighbor`, or for a view of these links"

@@ -138,9 +138,9 @@ class Bindings {
                 if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
                     report_
                         .add(Kind::UnboundVariable, c.span,
-                             fmt::format("`{}` has no value: something inside the aggregate waits for it, or has none itself",
+                             fmt::format("`{}` has no value: something inside the aggregate needs it, or has no value itself",
                                          rule_.variables[c.variable].name))
-                        .help = "what the inside shares with the rest of the rule must have a value there";
+                        .help = "variables that the aggregate shares with the rest of the rule need a value there";
             }
         }
     }
@@ -149,8 +149,8 @@ class Bindings {
         if (h.term.op != Op::Fresh && bound.contains(h.variable))
             report_
                 .add(Kind::SyntaxError, h.span,
-                     fmt::format("`{}` has a value already, and a head asks for nothing", rule_.variables[h.variable].name))
-                .help = "a condition belongs on the body's side of the arrow";
+                     fmt::format("`{}` has a value already, and a head tests nothing", rule_.variables[h.variable].name))
+                .help = "write conditions in the body";
         inner.insert(h.variable);
     }
     void heads(const std::vector<Head>& all, const Bound& bound) {

@@ -62,13 +62,13 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
         if (key.first == name) {
             auto& d = report_.add(Kind::UnknownFunction, span,
                                   fmt::format("`{}` is a predicate: its facts hold or do not, and have no value", name));
-            d.help = fmt::format("make it a clause of its own, `{0}(...)` or `not {0}(...)`", name);
+            d.help = fmt::format("make it a separate clause, `{0}(...)` or `not {0}(...)`", name);
             d.labels = {{program_.predicates[id].span, "declared here"}};
             return term;
         }
     if (name == "priority" && arguments.size() == 1) {
         report_.add(Kind::UnknownFunction, span, "catoms have no priority").help =
-            "what a condition on it leaves out must be said by the rules; leave the condition out";
+            "leave the condition out, and let the rules say what it would have excluded";
         return term;
     }
     // Forms of their own, with something missing.
@@ -79,7 +79,7 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
         return term;
     }
     if (name == "delta" && arguments.size() == 1) {
-        report_.add(Kind::UnknownFunction, span, "`delta` says first which argument changes").help =
+        report_.add(Kind::UnknownFunction, span, "`delta` first names the argument that changes").help =
             fmt::format("write `delta(X; {})`, where X is that argument", syntax::print(*arguments[0]));
         return term;
     }

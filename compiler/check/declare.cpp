@@ -83,7 +83,7 @@ class Declarer {
             report_.add(Kind::BadModifiers, d.name.span, fmt::format("`{}` cannot be both sensed and an action", p.name));
         if (p.sensed && p.kind == PredicateKind::Persistent) p.kind = PredicateKind::Sensed;
         if (p.repeats && p.kind != PredicateKind::Action)
-            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is none", p.name)).help =
+            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is not an action", p.name)).help =
                 fmt::format("write `type action {}(...) while.`", p.name);
     }
 

@@ -56,7 +56,7 @@ class Randomness {
             if (!inside)
                 report_
                     .add(Kind::RandomInView, t.span,
-                         fmt::format("`{}` gives another value each time, and {} would never come to rest", name, what))
+                         fmt::format("`{}` returns a different value each time, and {} would never become quiescent", name, what))
                     .help = "draw in a rule that consumes a linear fact, and keep the value in a fact";
         });
     }

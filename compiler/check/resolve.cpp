@@ -64,7 +64,7 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     if (tree.arrow != syntax::Arrow::View && read != nullptr && !consumes) {
         report_
             .add(Kind::InfiniteLinear, read->span,
-                 fmt::format("`{}` is read here and nothing is consumed, so this rule would be applied without end",
+                 fmt::format("`{}` is read here and nothing is consumed, so this rule would fire without end",
                              program_.predicates[read->predicate].name))
             .help = "consume a linear fact in the body";
         return;
@@ -102,7 +102,7 @@ bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
             if (fact && program_.predicates[c.atom.predicate].linear())
                 report_
                     .add(Kind::LinearInside, c.atom.span,
-                         fmt::format("`{}` is linear, and what is only looked at here would stay",
+                         fmt::format("`{}` is linear, and would be read here without being consumed",
                                      program_.predicates[c.atom.predicate].name))
                     .help = "keep a persistent fact beside it, or consume the linear facts in the head: [count => N | | body | head]";
             self(self, c.inner, asked || c.kind == Clause::Kind::Aggregate);
@@ -174,7 +174,7 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 }
                 report_
                     .add(Kind::OnlyConsuming, h.span,
-                         "only a rule that consumes linear facts makes values that are new: a view holds again and again")
+                         "only a rule that consumes linear facts makes new values: a view is evaluated again and again")
                     .help = "consume a linear fact in the body";
                 return;
         }
@@ -332,7 +332,7 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
     for (const Constant& c : program.constants)
         if (c.argument && has_unknown(c.type) && !report.has_errors())
-            report.add(Kind::BadConstant, c.span, fmt::format("nothing here says of what type `@{}` is", c.name)).help =
+            report.add(Kind::BadConstant, c.span, fmt::format("nothing here determines the type of `@{}`", c.name)).help =
                 "make it an argument of a fact or function, or compare it with a value of its type";
 }
 

@@ -70,7 +70,7 @@ void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& 
     if (stands != 1)
         report_
             .add(Kind::UnboundVariable, tree.variable.span,
-                 fmt::format("`{}` must be one argument of `{}`, whose change is looked at", tree.variable.text, tree.atom.name.text))
+                 fmt::format("`{}` must be one argument of `{}`, whose change is tested", tree.variable.text, tree.atom.name.text))
             .help = fmt::format("write delta(X; {}(A, ..., X, ...))", tree.atom.name.text);
     else if (!type.numeric() && type != Type::Error)
         report_.add(Kind::TypeMismatch, tree.variable.span,
@@ -242,15 +242,15 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
         return std::nullopt;
     };
     if (f.parameter_count != 2)
-        return complain(Kind::ArityMismatch,
-                        fmt::format("a fold takes two arguments, what is so far and a value, and `{}` takes {}", name, f.parameter_count));
+        return complain(Kind::ArityMismatch, fmt::format("a fold takes two arguments, the result so far and a value, and `{}` takes {}",
+                                                         name, f.parameter_count));
     const auto fits = [](const Type& from, const Type& to) {
         return from == to || from == Type::Error || to == Type::Error || (from == Type::Int && to == Type::Float);
     };
     const Type &so_far = f.variables[VariableId(0)].type, &each = f.variables[VariableId(1)].type;
     if (!(so_far == f.result))
-        return complain(Kind::TypeMismatch, fmt::format("`{}` is given what it gave before, {}, and takes {}", name,
-                                                        check::type_name(f.result), check::type_name(so_far)));
+        return complain(Kind::TypeMismatch, fmt::format("`{}` gets its previous result, {}, and takes {}", name, check::type_name(f.result),
+                                                        check::type_name(so_far)));
     if (!fits(value.type, each))
         return complain(Kind::TypeMismatch,
                         fmt::format("`{}` folds {} values, and these are {}", name, check::type_name(each), check::type_name(value.type)));

@@ -62,7 +62,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     MELD_ASSERT(p.arguments.size() == tree.arguments.size(), "{} with {} arguments", p.signature(), tree.arguments.size());
     sigil(tree, p);
     if (p.sensed)
-        report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: the runtime alone says where it holds", p.name)).help =
+        report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: only the runtime says where it holds", p.name)).help =
             "derive a predicate of your own";
     Head h{.kind = Head::Kind::Fact, .span = tree.span};
     h.atom.predicate = *id;
@@ -132,7 +132,7 @@ Term Resolver::delay(const syntax::Delay& tree) {
     ticks.span = tree.span;
     const bool whole = tree.unit == syntax::Delay::Unit::Ticks;
     if (!(tree.amount > 0) || (whole && tree.amount < 1))
-        report_.add(Kind::BadDelay, tree.span, "a delay of no time is none").help = "leave it out, or write @+1 for the next tick";
+        report_.add(Kind::BadDelay, tree.span, "a delay is at least one tick").help = "leave it out, or write @+1 for the next tick";
     const bool fits = !whole || tree.amount <= kLongestDelay;
     if (!fits)
         report_.add(Kind::NumberOutOfRange, tree.span, "this delay does not fit").help =

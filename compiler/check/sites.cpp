@@ -91,7 +91,7 @@ class Sites {
         auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
                               fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.site), shown(at)));
         d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
-        d.help = "note the change there by a rule of its own, and read that";
+        d.help = "record the change there by a separate rule, and read the record";
     }
 
     void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
@@ -245,15 +245,15 @@ class Sites {
                 if (refused_.insert(at).second)
                     report_
                         .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
-                             fmt::format("{} is a new value, and no catom is at it", shown(at)))
-                        .help = "no catom is made from nothing: ask for one with the action `create`";
+                             fmt::format("{} is a new value, and there is no catom at it", shown(at)))
+                        .help = "to make a catom, request the action `create`";
                 continue;
             }
             if (p.kind == PredicateKind::Action) {
                 report_
                     .add(Kind::ActionElsewhere, h.atom.span,
                          fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.site)))
-                    .help = "send a linear fact there, and let it act by a rule of its own";
+                    .help = "send a linear fact there, and let that catom act by its own rule";
                 continue;
             }
             if (!refused_.insert(at).second) continue;

@@ -225,7 +225,7 @@ class Strata {
             const std::string& from = program_.predicates[(*e)->from].name;
             d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
         }
-        d.help = through.waits                     ? "decide the links without what waits for them"
+        d.help = through.waits                     ? "derive the links without the facts that wait for them"
                  : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
                                                    : "aggregate into another predicate, which the rules of the cycle do not read";
     }

@@ -144,7 +144,7 @@ class TypeNameExpansion {
                 continue;
             }
             report_.add(Kind::HintIgnored, d.modifiers[i].span, fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text))
-                .help = "the types of the arguments stand between the brackets";
+                .help = "the types of the arguments go between the brackets";
             d.modifiers.erase(d.modifiers.begin() + static_cast<std::ptrdiff_t>(i));
         }
     }

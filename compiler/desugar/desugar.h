@@ -23,7 +23,7 @@ void delay_heads(check::Program& program);
 void relay_heads(check::Program& program);
 // Lets facts that cannot be delivered come back, where the program declares that they do. Assumes relays.
 void return_undelivered(check::Program& program);
-// Gives facts whose change is looked at a view that can be compared with what it was.
+// Gives facts whose change is tested a view that can be compared with what it was.
 void watch_changes(check::Program& program);
 // Gives aggregates that wait for neighbours over links of the program's own a view of the neighbours they wait for.
 void wait_for_neighbours(check::Program& program);

@@ -18,7 +18,7 @@ using diagnostics::Kind;
 namespace {
 
 constexpr const char* kGetWorse =
-    "let values stay or get worse from catom to catom, or count the turns in an argument before the aggregate";
+    "let values stay the same or get worse from catom to catom, or count the rounds in an argument before the aggregate";
 
 class Recursion {
   public:
@@ -62,7 +62,7 @@ class Recursion {
             .add(Kind::TreeRecursion, program_.predicates[p].span,
                  fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree",
                              aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
-            .help = "lead it along a spanning tree, as examples/meld/census.meld does";
+            .help = "use the links of a spanning tree, as examples/meld/census.meld does";
     }
     // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
     // shape is the program's business.
@@ -142,7 +142,7 @@ class Recursion {
             const std::string& name = program_.predicates[w.to].name;
             auto& d = report_.add(Kind::ImprovesItself, w.span,
                                   fmt::format("`{}` may improve through itself: this may be better than what it is computed from", name));
-            d.labels.push_back({w.span, fmt::format("`{}` is made of `{}` here", name, program_.predicates[w.from].name)});
+            d.labels.push_back({w.span, fmt::format("`{}` is derived from `{}` here", name, program_.predicates[w.from].name)});
             for (const Way* b : back)
                 d.labels.push_back(
                     {b->span, fmt::format("and `{}` of `{}` here", program_.predicates[b->to].name, program_.predicates[b->from].name)});
@@ -157,11 +157,11 @@ class Recursion {
         if (!found) return false;
         const std::string& name = program_.predicates[found->predicate].name;
         auto& d = report_.add(Kind::ImprovesItself, found->made,
-                              fmt::format("`{}` replaces the value that this follows from, and loses it again", name));
-        d.labels.push_back({found->asked, "this is no longer so then"});
+                              fmt::format("`{}` replaces the value that this is derived from, and then loses its support", name));
+        d.labels.push_back({found->asked, "this is then no longer true"});
         for (const Replaced::Between& b : found->between)
-            d.labels.push_back(
-                {b.span, fmt::format("`{}` is made of `{}` here", program_.predicates[b.head].name, program_.predicates[b.read].name)});
+            d.labels.push_back({b.span, fmt::format("`{}` is derived from `{}` here", program_.predicates[b.head].name,
+                                                    program_.predicates[b.read].name)});
         const Aggregate kept = program_.predicates[found->predicate].aggregate;
         if (found->guard) {
             d.help = fmt::format("leave the comparison out: `{}` keeps the {} by itself", aggregate_name(kept),
@@ -169,8 +169,8 @@ class Recursion {
             return true;
         }
         d.help = keeps_greatest(kept)
-                     ? "ask for at least so much, which better values pass too, or keep what has been reached in another predicate"
-                     : "ask for at most so much, which better values pass too, or keep what has been reached in another predicate";
+                     ? "test for at least this value, which better values pass too, or keep what has been reached in another predicate"
+                     : "test for at most this value, which better values pass too, or keep what has been reached in another predicate";
         return true;
     }
     // q(A) :- p(A, _), where a better p may follow from q, and some rule does not hold for better values.
@@ -181,7 +181,7 @@ class Recursion {
         auto& d = report_.add(Kind::NotMonotone, found->ask,
                               fmt::format("this needs any value of `{}`, and a better one that follows from it may take it away", name));
         d.labels.push_back({found->breaks, "what holds of one value here need not hold of a better one"});
-        d.help = "compute with values only in the `min` or `max` itself, and ask for at most or at least so much";
+        d.help = "compute with values only in the `min` or `max` itself, and test only for bounds that better values pass too";
         return true;
     }
     // lit(A, ~X) :- neighbor(A, B), lit(B, X). Along links that the program keeps itself it ends where these lead in no circle.
@@ -194,7 +194,7 @@ class Recursion {
             report_.add(Kind::NotMonotone, found->made,
                         fmt::format("a better value of `{}` makes this worse, and itself in turn: both may come and go for ever", name));
         d.labels.push_back({found->read, fmt::format("`{}` is read here", name)});
-        d.help = "decide one of the two without the other, or count the turns in an argument before the aggregate and bound them";
+        d.help = "decide one of the two without the other, or count the rounds in an argument before the aggregate and bound them";
     }
     void add_ways(const Rule& rule, const Atom& a, Aggregate best, Improves how, std::vector<Way>& ways) const {
         const Predicate &from = program_.predicates[a.predicate], &to = program_.predicates[rule.heads[0].atom.predicate];

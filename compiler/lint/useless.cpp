@@ -66,7 +66,7 @@ class Useless {
         }
     }
     static std::string of_nothing(const Clause& c, const std::string& then) {
-        if (c.aggregate == Aggregate::Custom && c.parameter.op != Op::Anonymous) return "so the aggregate is always what it starts from";
+        if (c.aggregate == Aggregate::Custom && c.parameter.op != Op::Anonymous) return "so the aggregate always has its initial value";
         const std::string_view value = info(c.aggregate).of_nothing;
         if (value.empty()) return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
         if (c.aggregate == Aggregate::Collect) return "so the list is always empty";
@@ -81,7 +81,7 @@ class Useless {
                 const bool asked = h.term.op != Op::Bool;
                 const bool never = asked && impossible(rule, around, condition, Kind::NeverMatches, "so `then` gives nothing");
                 const bool always = asked && !h.others.empty() && !never &&
-                                    impossible(rule, around, {{&h.term, false}}, Kind::NeverMatches, "so `otherwise` gives nothing");
+                                    impossible(rule, around, {{&h.term, false}}, Kind::NeverMatches, "so `otherwise` produces nothing");
                 if (!never) parts_of_heads(rule, with(around, condition), h.heads);
                 if (!always) parts_of_heads(rule, with(around, {{&h.term, false}}), h.others);
                 continue;
@@ -96,7 +96,7 @@ class Useless {
             parts_of_heads(rule, around, h.others);
         }
     }
-    static constexpr const char* kHeadOfNothing = "so this part of the head gives nothing";
+    static constexpr const char* kHeadOfNothing = "so this part of the head produces nothing";
 
     // Whether these can never match; reports that, and what it means.
     bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
@@ -167,7 +167,7 @@ class Useless {
         const bool denied = test.op == Op::Not && same_place(test.span, test.operands[0].span);
         if (clauses != nullptr && kind == Kind::NeverFires && in_head(*clauses, test)) {
             kind = Kind::NeverMatches;
-            so = denied ? "so `otherwise` gives nothing" : kHeadOfNothing;
+            so = denied ? "so `otherwise` produces nothing" : kHeadOfNothing;
         }
         const char* others = found->with.empty()       ? ""
                              : found->with.size() == 1 ? " with the other condition"

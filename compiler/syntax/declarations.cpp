@@ -89,7 +89,7 @@ Argument DeclarationReader::argument(const DeclarationWords& words) {
     if (named) argument.name = name_of(words[at++]);
     neighbour();
     if (at < words.size()) {
-        report_.add(Kind::SyntaxError, words[at].span, "`,` or `)` is expected behind an argument").help =
+        report_.add(Kind::SyntaxError, words[at].span, "`,` or `)` is expected after an argument").help =
             "an argument is a type and a name: int D, list node Path, min float Best";
     }
     return argument;
@@ -104,7 +104,7 @@ void DeclarationReader::parameter(const DeclarationWord& group, Argument& argume
     else if (word.form == Form::Name)
         argument.aggregate_parameter = name_of(word);
     else
-        report_.add(Kind::SyntaxError, group.span, fmt::format("a number or a constant is expected behind `{}`", argument.aggregate)).help =
+        report_.add(Kind::SyntaxError, group.span, fmt::format("a number or a constant is expected after `{}`", argument.aggregate)).help =
             fmt::format("{}(3) list int", argument.aggregate);
     argument.aggregate_span = argument.aggregate_span.to(group.span);
 }
@@ -164,7 +164,7 @@ Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at
                         word.form == Form::Number ? fmt::format("expected a type, found `{}`", word.text) : "a type is expected here");
         if (word.form == Form::Variable)
             diagnostic.help = is_type_word(lower_case(word.text)) ? fmt::format("types are lower-case: `{}`", lower_case(word.text))
-                                                                  : fmt::format("the type stands before the name: int {}", word.text);
+                                                                  : fmt::format("the type comes before the name: int {}", word.text);
         return result;
     }
     if (is_collection(word.text)) {
@@ -261,7 +261,7 @@ void Builder::import_item(DeclarationWords words, Span span) {
     const char* const form = "import p as q from file.  import linear p(node, int) from \"file.meld\".";
     const bool has_source = words.size() >= 3 && is_name(words[words.size() - 2], "from") &&
                             (words.back().form == Form::Name || words.back().form == Form::Text);
-    if (!has_source) return wrong(span, "an import says from where", form);
+    if (!has_source) return wrong(span, "an import says from which file", form);
     Import result;
     result.span = span;
     result.path = words.back().text;

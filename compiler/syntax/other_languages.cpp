@@ -11,7 +11,7 @@ namespace {
 // Words that other languages have between conditions, and branches of an `if`.
 std::string cure_of_word(const std::string& word) {
     if (word == "and") return "write `,` between the clauses of a rule, and `&&` within a condition";
-    if (word == "or") return "write `||` within a condition; for clauses, write a rule for each way";
+    if (word == "or") return "write `||` within a condition; for clauses, write one rule for each alternative";
     if (word == "where" || word == "when" || word == "if") return "conditions are clauses of the body, with a `,` between them";
     if (word == "elseif" || word == "elif" || word == "elsif") return "write `else if ... then ... else ... end end`";
     return "";
@@ -28,7 +28,7 @@ bool is_aggregate_before(const Stop& stop) {
 std::string cure_of_semicolon(const Stop& stop) {
     const Token& next = stop.tokens[stop.at + 1];
     if (next.kind == TokenKind::End || next.first_on_line) return "rules and declarations end with a full stop: `.`";
-    return "where `;` means or, write a rule for each way, or `||` within a condition";
+    return "where `;` means or, write one rule for each alternative, or `||` within a condition";
 }
 
 }  // namespace
@@ -72,11 +72,12 @@ std::string cure_of_other_language(const Stop& stop) {
         case TokenKind::Percent:
             return stop.at == stop.begin || token.first_on_line ? "comments start with `//`" : "";
         case TokenKind::Equal:
-            return stop.tokens[stop.begin].kind == TokenKind::Fun ? "a function says the type of its value: `fun f(int A) : int = A + 1.`"
-                                                                  : "";
+            return stop.tokens[stop.begin].kind == TokenKind::Fun
+                       ? "a function declares the type of its result: `fun f(int A) : int = A + 1.`"
+                       : "";
         case TokenKind::LeftBrace: {
             const bool value = std::find(stop.expected.begin(), stop.expected.end(), TokenKind::Let) != stop.expected.end();
-            return value ? "a set is written as a list where a set is wanted, or made of one: `list2set([1, 2])`" : "";
+            return value ? "a set is written as a list where a set is expected, or made from one: `list2set([1, 2])`" : "";
         }
         default:
             return "";

@@ -127,7 +127,7 @@ class FileParser {
 
     void stray_period() {
         ++error_count_;
-        report_.add(Kind::SyntaxError, tokens_[at_].span, "nothing stands before this full stop");
+        report_.add(Kind::SyntaxError, tokens_[at_].span, "there is nothing before this full stop");
         while (tokens_[at_].kind == TokenKind::Period) ++at_;
     }
 

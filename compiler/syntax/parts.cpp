@@ -198,9 +198,9 @@ void Builder::count_proved(ExprPtr& condition, std::vector<Clause>& out) {
 
 Clause Builder::clause(Part part) {
     const Span span = part.span;
-    if (part.delay) wrong(part.delay->span, "a body cannot wait", "a delay stands behind a fact of the head: the fact arrives later");
+    if (part.delay) wrong(part.delay->span, "a body cannot wait", "a delay comes after a fact of the head: the fact arrives later");
     const auto only_in_heads = [&](std::string_view what, std::string_view help) {
-        wrong(span, fmt::format("{} stands in a head, not in a body", what), std::string(help));
+        wrong(span, fmt::format("{} belongs in a head, not in a body", what), std::string(help));
         return Clause{Constraint{expr(BoolLiteral{true}, span)}, span};
     };
     return std::visit(
@@ -219,9 +219,9 @@ Clause Builder::clause(Part part) {
             [&](Comprehension&) { return only_in_heads("a comprehension", "to count or sum what matches, write S = sum X : { p(A, X) }"); },
             [&](Bracketed&) {
                 return only_in_heads("a selection or rule aggregate",
-                                     "[desc => X | body] is the whole left side of -o; [sum => S | X | body | head] stands in its head");
+                                     "[desc => X | body] is the whole left side of -o; [sum => S | X | body | head] belongs in its head");
             },
-            [&](Exists&) { return only_in_heads("`exists`", "a variable that occurs in a body alone exists already"); },
+            [&](Exists&) { return only_in_heads("`exists`", "a variable that occurs only in a body exists already"); },
             [&](HeadIf&) { return only_in_heads("`if` with heads", "write one rule for each case"); },
             [&](auto& node) { return Clause{std::move(node), span}; },
         },
@@ -251,7 +251,7 @@ BodyAggregate Builder::body_aggregate(ExprPtr result, const Token& op, ExprPtr p
 
 HeadAggregate Builder::sized_aggregate(Atom call, const Token& result) {
     if (call.arguments.size() != 1)
-        wrong(call.span, fmt::format("one number stands in the brackets of an aggregate, and here are {}", call.arguments.size()),
+        wrong(call.span, fmt::format("an aggregate has one number in its brackets, and here are {}", call.arguments.size()),
               fmt::format("[{}(3) => L | X | body | head]", call.name.text));
     ExprPtr parameter = call.arguments.empty() ? nullptr : std::move(call.arguments.front());
     return {std::move(call.name.text), "", std::move(parameter), to_name(result)};
@@ -269,7 +269,7 @@ std::vector<HeadItem> Builder::heads(std::vector<Part> parts) {
 HeadItem Builder::head(Part part) {
     HeadItem item{Nothing{}, part.span};
     const auto only_in_bodies = [&](std::string_view what, std::string_view help) {
-        wrong(item.span, fmt::format("{} stands in a body, not in a head", what), std::string(help));
+        wrong(item.span, fmt::format("{} belongs in a body, not in a head", what), std::string(help));
     };
     const bool is_fact = std::holds_alternative<Atom>(part.node) || std::holds_alternative<ExprPtr>(part.node);
     if (part.delay && !is_fact) wrong(part.delay->span, "only a fact can be delayed");
@@ -293,7 +293,7 @@ HeadItem Builder::head(Part part) {
                     return wrong(
                         value->span, "a head is made of facts, and this is not one",
                         "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
-                        "a condition belongs on the body's side of the arrow");
+                        "write conditions in the body");
                 }
                 const auto name_end = value->span.begin + static_cast<std::uint32_t>(call->name.size());
                 Name name{call->name, {value->span.file, value->span.begin, name_end}};
@@ -304,7 +304,7 @@ HeadItem Builder::head(Part part) {
             [&](Exists& node) { item.node = std::move(node); },
             [&](HeadIf& node) { item.node = std::move(node); },
             [&](Bracketed& node) { bracketed_head(std::move(node), item); },
-            [&](Not&) { only_in_bodies("`not`", "a head says what holds; what does not is left out"); },
+            [&](Not&) { only_in_bodies("`not`", "a head says only what holds"); },
             [&](Forall&) { only_in_bodies("`forall`", "to derive for all matches, write { X | body | head }"); },
             [&](Element&) { only_in_bodies("`in`", "put it on the other side of the arrow, or write { X | X in List | head }"); },
             [&](Delta&) { only_in_bodies("`delta`", ""); },
@@ -325,7 +325,7 @@ std::vector<Name> Builder::variables(std::vector<Part> parts) {
         } else if (lower_case != nullptr) {
             result.push_back({lower_case->name, part.span});
         } else {
-            wrong(part.span, "before the first `|` stand variables", "{ X, Y | body | head }, or { | body | head } without any");
+            wrong(part.span, "only variables come before the first `|`", "{ X, Y | body | head }, or { | body | head } without any");
         }
     }
     return result;
@@ -348,7 +348,7 @@ void Builder::bracketed_head(Bracketed bracketed, HeadItem& item) {
     const std::size_t given = sections.size();
     add_variables(sections, 4);
     if (sections.size() != 3 && sections.size() != 4) {
-        wrong(item.span, fmt::format("a rule aggregate has three or four parts behind its results, this has {}", given),
+        wrong(item.span, fmt::format("a rule aggregate has three or four parts after its results, this has {}", given),
               "[sum => S | X | body | head] or [sum => S | X | body | head for each | head]");
         return;
     }
@@ -372,7 +372,7 @@ std::optional<Selector> Builder::selector(const Bracketed& bracketed, Span span)
     if (single && first.op == "random") return Selector{Selector::Order::Random, first.result};
     if (single && first.op == "min") return Selector{Selector::Order::Minimum, first.result};
     wrong(span, fmt::format("`{}` selects nothing", first.op),
-          "before a body stands one of [asc => X | body], [desc => X | body], [random => X | body], [min => X | body]");
+          "before a body comes one of [asc => X | body], [desc => X | body], [random => X | body], [min => X | body]");
     return std::nullopt;
 }
 

@@ -81,7 +81,7 @@ void ScanState::real(const char* written) {
 
 void ScanState::bad_number() {
     wrong(Kind::UnexpectedCharacter, span(), "this is neither a number nor a name").help =
-        "a name starts with a letter; between a number and a name stands a blank or an operator";
+        "a name starts with a letter; put a blank or an operator between a number and a name";
     // A number stands in for it, so that the rule around it is not reported as well.
     push(TokenKind::Int).text = "0";
 }
@@ -92,7 +92,7 @@ void ScanState::run_argument(const char* written) {
     const std::string_view digits = std::string_view(written).substr(4);
     token.integer = digits.size() == 1 && digits[0] != '0' ? digits[0] - '0' : 0;
     if (token.integer != 0) return;
-    wrong(Kind::UnexpectedCharacter, span(), "there is no run argument of this number").help = "run arguments are @arg1 to @arg9";
+    wrong(Kind::UnexpectedCharacter, span(), "there is no run argument with this number").help = "run arguments are @arg1 to @arg9";
     token.integer = 1;
 }
 
@@ -119,7 +119,7 @@ void ScanState::delay(const char* written) {
 }
 
 void ScanState::computed_delay() {
-    wrong(Kind::SyntaxError, span(), "a delay is a number in the text: nothing is computed in it").help =
+    wrong(Kind::SyntaxError, span(), "a delay is a literal number: nothing is computed in it").help =
         "write @+3 for ticks, @+250ms or @+2s for times; to wait for a computed number of ticks,\n"
         "count down: `wait(A, N), N > 0 -o wait(A, N - 1)@+1.`";
     // A delay stands in for it, so that the rule around it is not reported as well.
@@ -158,7 +158,7 @@ void ScanState::unexpected_character(std::string_view help) {
 }
 
 void ScanState::single_quotes() {
-    wrong(Kind::UnexpectedCharacter, span(), "a text does not stand in single quotes").help = R"(write "text", in double quotes)";
+    wrong(Kind::UnexpectedCharacter, span(), "a string has double quotes, not single ones").help = R"(write "text", in double quotes)";
     // A text stands in for it, so that the rule around it is not reported as well.
     push(TokenKind::String);
 }
@@ -208,7 +208,7 @@ void ScanState::text_escape(char letter) {
             text_ += letter;
             return;
         default:
-            wrong(Kind::UnexpectedCharacter, span(), "this escape means nothing in a text").help =
+            wrong(Kind::UnexpectedCharacter, span(), "there is no such escape in a string").help =
                 R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";
     }
 }
@@ -222,8 +222,8 @@ void ScanState::close_text() {
 
 void ScanState::text_never_ends(bool at_line_end) {
     const std::uint32_t text_end = at_line_end ? end_ - 1 : end_;
-    wrong(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this text has no closing quote").help =
-        R"(a text ends on its own line; write \n for a new line)";
+    wrong(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this string has no closing quote").help =
+        R"(a string ends on the line where it starts; write \n for a new line)";
     const std::uint32_t resume = end_;
     end_ = text_end;
     close_text();

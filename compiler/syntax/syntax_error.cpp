@@ -147,7 +147,7 @@ void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
     const std::vector<std::string> known = {"type",   "const",  "fun",      "extern", "node",    "include", "use",      "import",
                                             "export", "module", "priority", "index",  "compact", "data",    "allocator"};
     const std::string near = diagnostics::nearest_name(word.text, known);
-    report.add(Kind::SyntaxError, word.span, fmt::format("`{}` starts no declaration that Meld knows", word.text)).help =
+    report.add(Kind::SyntaxError, word.span, fmt::format("no declaration starts with `{}`", word.text)).help =
         near.empty()
             ? "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
               "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out"
@@ -200,7 +200,7 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
     }
     if (token.kind == TokenKind::Aggregate || token.kind == TokenKind::SizedAggregate) {
         report.add(Kind::SyntaxError, token.span, fmt::format("{} cannot stand here", quoted(token.text))).help =
-            "an aggregate is a clause of its own in a body: S = sum X : { p(A, X) }";
+            "an aggregate is a separate clause of a body: S = sum X : { p(A, X) }";
         return true;
     }
     return false;

@@ -103,7 +103,7 @@ std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diag
     report
         .add(diagnostics::Kind::InvalidText, {file_index, bad, bad + 1},
              text[good] == '\0' ? "a program cannot contain a NUL byte" : "this byte is not UTF-8 text")
-        .help = "save the file as UTF-8 text; nothing of it was read";
+        .help = "save the file as UTF-8 text; none of it was read";
     return state.take_tokens();
 }
 

@@ -49,7 +49,7 @@ std::string about_value(const CLI::Option& option, const CLI::ParseError& error)
     if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return name + " " + message.substr(message.find(": ") + 2);
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return "";
     if (option.get_items_expected_max() == 0) return name + " takes no value";
-    if (option.count() > 1) return fmt::format("{} is given {} times, and once is all it can be", name, option.count());
+    if (option.count() > 1) return fmt::format("{} is given {} times, and may be given only once", name, option.count());
     return fmt::format("{} needs a value, its {}", name, option.get_type_name());
 }
 

@@ -108,7 +108,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     if (!module) return tl::unexpected<Error>(module.error());
     const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
     if (info.schema_hash != module->note().schema_hash)
-        return fail(module_path + " says of itself what is not so", "Compile it again", ExitCode::ModuleRefused);
+        return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
     Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
     if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
@@ -258,7 +258,7 @@ int run_command(RunOptions options) {
     if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
     if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
     if (outcome.launcher_signal != 0)
-        return tell({fmt::format("mpirun itself was ended by signal {}, so how the run ended is not known", outcome.launcher_signal),
+        return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
                      "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
     if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
         return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});

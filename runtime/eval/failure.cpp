@@ -86,11 +86,11 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
         case Trap::BadIndex:
             return fmt::format("there is no element {} in a list of {} {}", operand(f.left), operand(f.right), where);
         case Trap::TooLong:
-            return fmt::format("a list has {} items, and {} are the most {}", operand(f.left), operand(f.right), where);
+            return fmt::format("a list has {} items, and the maximum is {} {}", operand(f.left), operand(f.right), where);
         case Trap::TooMuchMemory:
             return fmt::format("the rules of a catom take more than {} of memory in one tick {}", format_bytes(2 * kMaxChunk), where);
         case Trap::TextTooLong:
-            return fmt::format("a string has {} bytes, and {} are the most {}", operand(f.left), operand(f.right), where);
+            return fmt::format("a string has {} bytes, and the maximum is {} {}", operand(f.left), operand(f.right), where);
         case Trap::NotAnInt:
             return fmt::format("{} is no int {}", text_of(f), where);
         case Trap::NotAFloat:
@@ -117,7 +117,7 @@ std::string cure(const Failure& f) {
         case Trap::TextTooLong:
             return "Raise [limits] max_list in the world if it should";
         case Trap::NotAnInt:
-            return "An int is written in digits alone, with `-` before them if it is negative, and fits in 64 bits";
+            return "An int is written only in digits, with `-` before them if it is negative, and fits in 64 bits";
         case Trap::NotAFloat:
             return "A float is written as in a program, without blanks: \"1.5\", \"-2\" or \"3e-4\"";
         case Trap::NegativePower:

@@ -148,7 +148,7 @@ Result<void> Recording::State::appear() {
 tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) const {
     std::string cure = why.find("space") == std::string::npos ? "" : "Free some space, record fewer predicates or less often";
     if (steps && steps->steps() > 0 && place != output->target())
-        cure += fmt::format("{}{} is as it was, and the {} steps so far are in {}", cure.empty() ? "" : ". ", path, steps->steps(), place);
+        cure += fmt::format("{}{} is unchanged, and the {} steps so far are in {}", cure.empty() ? "" : ". ", path, steps->steps(), place);
     return fail(fmt::format("cannot write {}: {}", path, why), cure, ExitCode::LimitHit);
 }
 

@@ -151,7 +151,7 @@ void read_event(TomlReader& reader, const toml::table& table, double tick_second
         if (node != nullptr) read_facts(reader, *node->as_table(), *facts);
     }
     if (event.give.empty() && event.take.empty())
-        return reader.wrong(table.source(), "in this [[event]] nothing happens", "write give = { tap = \"id == 0\" }");
+        return reader.wrong(table.source(), "this [[event]] does nothing", "write give = { tap = \"id == 0\" }");
     events.push_back(std::move(event));
 }
 

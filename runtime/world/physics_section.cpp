@@ -67,7 +67,7 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
     if (directions && directions->is_integer()) {
         section.read_count("directions", feature.count, 0);
         if (feature.count != 6 && feature.count != 12 && feature.count != 24)
-            section.wrong("directions", fmt::format("[[motion.feature]] directions = {} is none of 6, 12 and 24", feature.count),
+            section.wrong("directions", fmt::format("[[motion.feature]] directions = {} is not 6, 12 or 24", feature.count),
                           "list others as an array of [x, y, z]");
     } else {
         section.read("directions", feature.directions);

@@ -168,7 +168,7 @@ Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
         const std::size_t column = cursor.peek().column;
         const Parsed<std::int64_t> modulus = parse_integer(cursor, "an integer");
         if (!modulus) return tl::unexpected(modulus.error());
-        if (*modulus <= 0) return tl::unexpected(ExpressionError{column, "what stands after '%' must be above zero", {}});
+        if (*modulus <= 0) return tl::unexpected(ExpressionError{column, "the number after '%' must be above zero", {}});
         test.modulus = *modulus;
     }
     const auto sign = std::find_if(kSigns.begin(), kSigns.end(), [&cursor](const Sign& s) { return cursor.at(s.text); });

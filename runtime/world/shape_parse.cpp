@@ -76,7 +76,7 @@ class ArgumentReader {
 
     Parsed<std::size_t> next_by_place() {
         const std::size_t column = cursor_.peek().column;
-        if (by_name_) return wrong(column, "an argument without a name stands after one with a name", "name it too");
+        if (by_name_) return wrong(column, "an argument without a name follows one with a name", "name it too");
         for (std::size_t i = 0; i < given_.size(); ++i) {
             if (!given_[i] || entry_.parameters[i].kind == ParameterKind::MoreShapes) return i;
         }

@@ -246,7 +246,7 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
     target.body = *world.target;
     const Result<WorldSize> size = measure(target);
     if (!size)
-        reader.wrong(top.find("target")->source(), "the target is as no body could be: " + size.error().problem, size.error().suggestion);
+        reader.wrong(top.find("target")->source(), "the target is not a possible body: " + size.error().problem, size.error().suggestion);
 }
 
 World read_sections(TomlReader& reader, const toml::table& table) {
@@ -277,7 +277,7 @@ std::string cure_of(std::string_view mistake) {
     if (has("could not determine value type")) return "write a text in quotes: lattice = \"square\"";
     if (has("control characters")) return "a text in quotes ends on its line: is its second quote missing?";
     if (has("expected '='")) return "write key = value";
-    if (has("cannot redefine")) return "give each key once; what there may be several of has two brackets: [[body]]";
+    if (has("cannot redefine")) return "give each key once; a section that may occur several times has two brackets: [[body]]";
     return "";
 }
 

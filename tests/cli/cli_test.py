@@ -277,7 +277,7 @@ class Endings(Case):
 
     def test_list_that_doubles(self):
         self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n",
-                  code=4, says=["a list has 192 items, and 100 are the most in rule l@3 at catom @0 in tick 1", "max_list"])
+                  code=4, says=["a list has 192 items, and the maximum is 100 in rule l@3 at catom @0 in tick 1", "max_list"])
 
     def test_list_that_grows_for_ever_in_scratch_memory(self):
         self.ends("type linear l(node, list int).\nl(@0, []).\nl(A, L) -o l(A, [1 | L]).\n", code=4, processes=(1,),
@@ -288,7 +288,7 @@ class Endings(Case):
         self.write("long.toml", SQUARE + "[limits]\nmax_list = 2\n[facts]\nl = { args = [[1, 2, 3]] }\n")
         for n in (1, 2):
             self.refused("meldsim", "run", "d.meld", "--world", "long.toml", "--quiet", "-n", n, code=4,
-                         says=["an argument of l has a list of 3 items, and 2 are the most", "max_list"])
+                         says=["an argument of l has a list of 3 items, and the maximum is 2", "max_list"])
 
     def test_arguments_that_the_program_does_not_read(self):
         self.write("d.meld", "type n(node).\nn(@0).\n")

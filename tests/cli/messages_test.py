@@ -29,7 +29,7 @@ class Options(cli_test.Case):
         self.says("meldsim", "run", "p.meld", "--facts-out",
                   text="meldsim run: --facts-out needs a value, its FILE. see 'meldsim run --help'")
         self.says("meldsim", "run", "p.meld", "--ticks", "3", "--ticks", "4",
-                  text="meldsim run: --ticks is given 2 times, and once is all it can be. see 'meldsim run --help'")
+                  text="meldsim run: --ticks is given 2 times, and may be given only once. see 'meldsim run --help'")
         self.says("meldsim", "run", "p.meld", "--json=yes", text="meldsim run: --json takes no value. see 'meldsim run --help'")
 
     def test_an_unknown_option_comes_before_what_it_leaves_over(self):

@@ -233,7 +233,7 @@ def warns(bodies):
     for processes in ("1", "3"):
         done = bodies.command(PLACE, world, 1, "-n", processes)
         same((done.returncode, done.stderr.count("matches no catom")), (0, 1), f"warnings on {processes} processes: {done.stderr}")
-        same("w.toml:5:1: `id == 7 && x < 2` matches no catom, so these [[motion.catoms]] are of none" in done.stderr, True, done.stderr)
+        same("w.toml:5:1: `id == 7 && x < 2` matches no catom, so these [[motion.catoms]] have no effect" in done.stderr, True, done.stderr)
 
 
 def advises_on_steps(bodies):
@@ -396,7 +396,7 @@ def wait_for_ports(bodies):
     for processes in ("2", "4"):
         told, summary = bodies.run(program, flying, 60, "-n", processes)
         same(told, facts, f"the facts on {processes} processes in flight")
-        same("times a catom has come to another process" in summary["outcomes"][0], True, summary["outcomes"][0])
+        same("migrations of catoms between processes" in summary["outcomes"][0], True, summary["outcomes"][0])
 
 
 def divides_anew(bodies):
@@ -412,7 +412,7 @@ def divides_anew(bodies):
         found[processes, threads] = (bodies.folder / "out.facts").read_text(), (bodies.folder / "out.digest").read_text()
         same(found[processes, threads] == found[1, 1], True, f"whether {processes} processes of {threads} threads do the same")
         outcome = json.loads(done.stdout)["outcomes"][0]
-        divided = re.search(r"(\d+) times space was divided anew, and no process had more than ([\d.]+) of the mean", outcome)
+        divided = re.search(r"(\d+) times space was divided again, and no process had more than ([\d.]+) of the mean", outcome)
         same(divided is not None, processes > 1, outcome)
         if divided and (int(divided[1]) < 3 or float(divided[2]) > 1.25):
             sys.exit(f"{processes} processes: {outcome}")

@@ -44,7 +44,7 @@ void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
     if (subdomain.comm.process() != 0) return;
     for (std::size_t i = 0; i < met.size(); ++i)
         if (const world::CatomGroup& group = subdomain.world.physics.groups[i]; !met[i])
-            log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] are of none", group.place, group.where.text());
+            log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] have no effect", group.place, group.where.text());
 }
 
 void warn_of_coarse_steps(Subdomain& subdomain, RadiusRange radii, HeightRange heights, const std::set<Surface>& surfaces) {
@@ -247,9 +247,9 @@ SimModule::Stages FreeMotion::stages() const {
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
-    if (crossed_ > 0) text += fmt::format("; {} times a catom has come to another process", crossed_);
+    if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);
     if (divided_ && divided_->divisions() > 0)
-        text += fmt::format("; {} times space was divided anew, and no process had more than {:.2f} of the mean", divided_->divisions(),
+        text += fmt::format("; {} times space was divided again, and no process had more than {:.2f} of the mean", divided_->divisions(),
                             divided_->greatest_load());
     return text;
 }

@@ -61,9 +61,9 @@ Result<void> add_features(const World& world, PhysicsScene& out) {
         if (options.count > 0) directions = physics::feature_directions(options.count);
         for (const physics::Vec3 direction : directions) out.features.push_back(feature_of(options, direction));
         if (out.features.size() > physics::kMaxFeatures)
-            return fail(
-                fmt::format("{}: a catom has {} features, and {} are the most", options.place, out.features.size(), physics::kMaxFeatures),
-                "List fewer directions");
+            return fail(fmt::format("{}: a catom has {} features, and the maximum is {}", options.place, out.features.size(),
+                                    physics::kMaxFeatures),
+                        "List fewer directions");
     }
     if (out.features.empty()) return {};
     const auto table = out.scene->add_feature_table(out.features);

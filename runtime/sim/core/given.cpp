@@ -58,7 +58,7 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
         return fail(fmt::format("{}: {} has {} after the catom, and is given {}", fact.place, p.name, arguments(p.arity),
                                 arguments(fact.arguments.size())),
                     p.base != kNone16 ? "Write " + as_given(module, p)
-                                      : "Rules derive it or the world senses it: give facts to a predicate of its own");
+                                      : "Rules derive it or the world senses it: give facts to a separate predicate");
     }
     return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) +
                     " arguments after the catom",
@@ -79,7 +79,7 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     const PredicateInfo& p = subdomain_.module.predicates[*predicate];
     if (p.base == kNone16 || p.column == kNone16)
         return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
-                    "Give facts to a predicate of its own and derive " + fact.predicate + " from it");
+                    "Give facts to a separate predicate and derive " + fact.predicate + " from it");
     tuple::ListStore& lists_of_facts = subdomain_.facts_.columns.lists();
     tuple::Arena lists;
     std::vector<Value> values;

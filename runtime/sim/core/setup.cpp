@@ -161,8 +161,8 @@ void Setup::populate_freely(const Counts& counts) {
 Result<void> check_length(tuple::ListStore& lists, const SubdomainView& limits, const std::string& what) {
     const auto [items, text] = lists.too_long(0);
     if (items == 0) return {};
-    return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") + ", and " +
-                    std::to_string(limits.max_list) + " are the most",
+    return fail(what + (text ? " has a string of " : " has a list of ") + std::to_string(items) + (text ? " bytes" : " items") +
+                    ", and the maximum is " + std::to_string(limits.max_list),
                 "Raise [limits] max_list in the world if it should", ExitCode::LimitHit);
 }
 
@@ -188,8 +188,7 @@ Result<void> Setup::set_parameters() {
             missing.erase(known.back());
             found = true;
         }
-        if (!found && is_run_argument(name))
-            return fail("the program does not read the argument @" + name, "Leave out what it has no use for");
+        if (!found && is_run_argument(name)) return fail("the program does not read the argument @" + name, "Leave it out");
         if (!found) {
             return fail("the program has no constant '" + name + "' to set",
                         known.empty() ? "Declare it in the program: const " + name + " = " + text + "."

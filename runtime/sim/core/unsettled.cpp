@@ -206,7 +206,7 @@ std::string Unsettled::next_timer(Subdomain& subdomain) const {
         ByteReader in(bytes, "what changes still");
         next = std::min(next, in.read<i64>());
     }
-    return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  What is delayed comes in tick {}", next);
+    return next == std::numeric_limits<i64>::max() ? "" : fmt::format("\n  The next delayed fact arrives in tick {}", next);
 }
 
 std::string Unsettled::describe(Subdomain& subdomain) const {

@@ -44,7 +44,7 @@ TEST(BadInput, CommentsAndTextsWithoutEnd) {
 
 TEST(BadInput, AnUnclosedTextEndsWithItsLine) {
     const Parsed program = parsed("p(A) :- \"abc\n  , q(A).\nr(A).");
-    EXPECT_EQ(program.brief(), "1:9 UnterminatedString this text has no closing quote\n");
+    EXPECT_EQ(program.brief(), "1:9 UnterminatedString this string has no closing quote\n");
     EXPECT_EQ(program.tree.items.size(), 2u);
 }
 

@@ -52,7 +52,7 @@ TEST(SyntaxError, SaysWhatIsExpected) {
     EXPECT_EQ(brief("const a 1."), "1:9 SyntaxError expected `=`, found `1`\n");
     EXPECT_EQ(brief("type p(node, 3)."), "1:14 SyntaxError expected a type, found `3`\n");
     EXPECT_EQ(brief("type p(node,)."), "1:13 SyntaxError expected a type, found `)`\n");
-    EXPECT_EQ(brief("p(A) :- if A = B then q(A) end."), "1:9 SyntaxError `if` with heads stands in a head, not in a body\n");
+    EXPECT_EQ(brief("p(A) :- if A = B then q(A) end."), "1:9 SyntaxError `if` with heads belongs in a head, not in a body\n");
 }
 
 TEST(SyntaxError, ShowsTheBracketThatIsOpen) {
@@ -72,7 +72,7 @@ TEST(SyntaxError, KnowsCommonMistakes) {
     EXPECT_EQ(brief("include other."), "1:1 SyntaxError `include` names a file in quotes\n");
     EXPECT_EQ(brief("const x = let X = 3."), "1:20 SyntaxError expected `in`, found `.`\n");
     EXPECT_THAT(parsed("p(A) := q(A).").rendered(), HasSubstr("help: write head :- body"));
-    EXPECT_EQ(brief(".. p(A)."), "1:1 SyntaxError nothing stands before this full stop\n");
+    EXPECT_EQ(brief(".. p(A)."), "1:1 SyntaxError there is nothing before this full stop\n");
     EXPECT_EQ(brief("type p(min D)."), "1:12 SyntaxError a type is expected after `min`\n");
     EXPECT_EQ(brief("type p(D int)."), "1:8 SyntaxError a type is expected here\n");
 }
@@ -80,11 +80,11 @@ TEST(SyntaxError, KnowsCommonMistakes) {
 TEST(SyntaxError, TellsHeadsFromBodies) {
     EXPECT_EQ(brief("p(A), X > 1 :- q(A)."), "1:7 SyntaxError a head is made of facts, and this is not one\n");
     EXPECT_EQ(brief("p(A) :- q(A)@+2s."), "1:13 SyntaxError a body cannot wait\n");
-    EXPECT_EQ(brief("p(A) -o not q(A)."), "1:9 SyntaxError `not` stands in a body, not in a head\n");
-    EXPECT_EQ(brief("p(A) :- { X | q(X) | r(X) }."), "1:9 SyntaxError a comprehension stands in a head, not in a body\n");
+    EXPECT_EQ(brief("p(A) -o not q(A)."), "1:9 SyntaxError `not` belongs in a body, not in a head\n");
+    EXPECT_EQ(brief("p(A) :- { X | q(X) | r(X) }."), "1:9 SyntaxError a comprehension belongs in a head, not in a body\n");
     EXPECT_EQ(brief("p(A) -o { X | q(X) }."), "1:9 SyntaxError a comprehension has three parts, this has 2\n");
     EXPECT_EQ(brief("[up => X | p(A, X)] -o q(A)."), "1:1 SyntaxError `up` selects nothing\n");
-    EXPECT_EQ(brief("p(A) -o { 3 | q(A) | r(A) }."), "1:11 SyntaxError before the first `|` stand variables\n");
+    EXPECT_EQ(brief("p(A) -o { 3 | q(A) | r(A) }."), "1:11 SyntaxError only variables come before the first `|`\n");
     EXPECT_EQ(brief("p(A) :- S = sum : { q(A) }."), "1:13 SyntaxError `sum` needs something to work on\n");
 }
 
@@ -102,7 +102,7 @@ TEST(SyntaxError, FiveMistakesGiveFiveMessagesInOrder) {
     EXPECT_EQ(program.brief(),
               "2:5 SyntaxError expected `,` or `)`, found `:-`\n"
               "4:1 SyntaxError expected `,` or `)`, found `type`\n"
-              "5:9 UnterminatedString this text has no closing quote\n"
+              "5:9 UnterminatedString this string has no closing quote\n"
               "7:7 SyntaxError expected a name or a variable, found `=`\n"
               "8:13 MissingPeriod this rule has no full stop\n");
     EXPECT_EQ(print(program.tree), "type p(node).\ntype r(node).\nr(A) :- \"abc.\", p(A).\ns(A) :- p(A).\nt(A).\n");

@@ -178,7 +178,7 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         {"capacity = 2", "w.toml:5:1: there is no key 'capacity' in [motion]"},
         {"sense = 3", "w.toml:5:9: [motion] sense is an integer, not a table [motion.sense]"},
         {"[[motion.feature]]\ndirections = 7",
-         "w.toml:6:14: [[motion.feature]] directions = 7 is none of 6, 12 and 24. list others as an array of [x, y, z]"},
+         "w.toml:6:14: [[motion.feature]] directions = 7 is not 6, 12 or 24. list others as an array of [x, y, z]"},
         {"[[motion.feature]]\nkind = \"latch\"",
          "w.toml:5:1: a [[motion.feature]] has no directions. write directions = 6, 12 or 24, or an array of [x, y, z]"},
         {"[[motion.obstacle]]\nkind = \"cube\"", "w.toml:6:8: [[motion.obstacle]] kind = \"cube\" does not exist"},

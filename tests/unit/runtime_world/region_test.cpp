@@ -46,7 +46,7 @@ TEST(Region, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(error_of("id == 4 id == 5"), "column 9: expected '&&', '||' or nothing more, found 'id'");
     EXPECT_EQ(error_of("x > 3 &&"), "column 9: expected a test such as id == 4, cell == (0, 0, 0) or inside(sphere(4)), found the end");
     EXPECT_EQ(error_of("inside(spher(3))"), "column 8: there is no shape 'spher'. did you mean 'sphere'?");
-    EXPECT_EQ(error_of("x % 0 == 1"), "column 5: what stands after '%' must be above zero");
+    EXPECT_EQ(error_of("x % 0 == 1"), "column 5: the number after '%' must be above zero");
     EXPECT_EQ(error_of(std::string(300, '!')), "column 201: regions are nested more than 200 deep");
 }
 

@@ -202,7 +202,7 @@ TEST(Shape, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(error_of("box(1,2,3,4)"), "column 11: box has 3 arguments, here is one more. write box(x, y, z)");
     EXPECT_EQ(error_of("cylinder(radius=2, h=3)"), "column 10: cylinder has no argument 'radius'. one of r, h");
     EXPECT_EQ(error_of("sphere(r=1, r=2)"), "column 13: argument r is given twice");
-    EXPECT_EQ(error_of("cylinder(r=1, 2)"), "column 15: an argument without a name stands after one with a name. name it too");
+    EXPECT_EQ(error_of("cylinder(r=1, 2)"), "column 15: an argument without a name follows one with a name. name it too");
     EXPECT_EQ(error_of("sphere(-2)"), "column 8: r = -2 of sphere is not above zero");
     EXPECT_EQ(error_of("sphere(0)"), "column 8: r = 0 of sphere is not above zero");
     EXPECT_EQ(error_of("sphere(nan)"), "column 8: expected a number for r of sphere(r), found 'nan'");

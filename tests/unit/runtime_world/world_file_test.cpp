@@ -160,7 +160,7 @@ TEST(WorldFile, RefusesEventsThatAreNone) {
     const auto error = [](const std::string& event) { return error_of(kBody + "[[event]]\n" + event); };
     EXPECT_EQ(error("give = { tap = \"all\" }"), "w.toml:3:1: an [[event]] has neither tick nor time. write tick = 10");
     EXPECT_EQ(error("tick = 1\ntime = 1\ngive = { tap = \"all\" }"), "w.toml:3:1: an [[event]] has both tick and time. write tick = 10");
-    EXPECT_EQ(error("tick = 1"), "w.toml:3:1: in this [[event]] nothing happens. write give = { tap = \"id == 0\" }");
+    EXPECT_EQ(error("tick = 1"), "w.toml:3:1: this [[event]] does nothing. write give = { tap = \"id == 0\" }");
     EXPECT_EQ(error("tick = 0\ngive = { tap = \"all\" }"), "w.toml:4:8: [[event]] tick = 0 is not between 1 and 1000000000");
     EXPECT_EQ(error("tick = 1\nevery = 2\ngive = { tap = \"all\" }"),
               "w.toml:3:1: an [[event]] that happens again has both every and times. write every = 10 and times = 3");
