@@ -17,7 +17,7 @@ struct BuildOptions {
     int optimisation = 2;  // 0 to 3, as in -O2
     // What the text may include besides <cstdint>, <cstddef> and <cstring>: include path and text.
     std::vector<std::pair<std::string, std::string>> headers = {};
-    // Files to link in, the header they may include as <meld/extern.h>, and the functions that must come from them.
+    // Files to link in, the header they may include as <meld/extern.h>, and the functions that they must define.
     std::vector<ExternSource> linked = {};
     std::string extern_header = {};
     std::vector<std::string> externs = {};
@@ -26,11 +26,11 @@ struct BuildOptions {
     CacheLimits limits = {};
 };
 
-// Compiles and links the text and returns the path of the module, from the cache if the same text was built with the same
-// options before. The name appears in Clang's messages and must be usable as a file name. Text that is not C++ is our
-// mistake: ExitCode::OurBug; a linked file that does not compile, or an extern that none defines, the program's. A cache that
-// cannot be written: ExitCode::UsageOrWorld. Any number of processes and threads may build the same module at once. Costs a few
-// tenths of a millisecond when cached.
+// Compiles and links the text and returns the path of the module, from the cache if the same text was built with the same options before.
+// The name appears in Clang's messages and must be usable as a file name. Errors: if the text is not C++, that is our bug,
+// ExitCode::OurBug; a linked file that does not compile, or an extern that no file defines, is the program's error; a cache that cannot be
+// written is ExitCode::UsageOrWorld. Any number of processes and threads may build the same module at the same time. Costs a few tenths of
+// a millisecond if cached.
 Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options);
 
 }  // namespace meld

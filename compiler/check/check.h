@@ -7,34 +7,34 @@
 
 namespace meld::check {
 
-// Checks the tree (prelude first, then the program) after separate_modules(), and reports every mistake it finds; what is no mistake
-// but makes no sense is reported by compiler/lint. The result is complete only where nothing was reported as an error; it is safe to
-// print in any case. Names in the tree become what they stand for. prelude_files: how many files of the set are ours.
+// Checks the tree (prelude first, then the program) after separate_modules(), and reports every mistake it finds; compiler/lint reports
+// constructs that are correct but make no sense. The result is complete only if no error was reported; it is safe to print in any case.
+// Names in the tree are replaced by their meaning. prelude_files: how many files of the set are ours.
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
 
 // ---- the passes, one file each, in this order
 
-// Modules: names of a module become `module-name`, imported names the names of what they import. Rules that ask for names which
-// their module does not show are reported and left out.
+// Modules: names of a module become `module-name`, imported names the names of what they import. Rules that use names which their module
+// does not export are reported and left out.
 void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
-// `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for so long.
+// `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for that long.
 void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 // Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
 void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report);
-// Imports that repeat a declaration must repeat it rightly.
+// Imports that repeat a declaration must agree with it.
 void check_imports(const syntax::Tree& tree, diagnostics::Reporter& report);
 // Predicates, constants and functions from declarations, the latter two by name and type. Sensed and action predicates must be
 // known to the prelude.
 void declare(const syntax::Tree& tree, std::uint32_t prelude_files, Program& program, diagnostics::Reporter& report);
 // Aggregates of declared predicates, with the functions and links they name.
 void declare_aggregates(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
-// Constants that say how many values an aggregate keeps are ints. Assumes resolve_values().
+// Constants that give the number of values an aggregate keeps are ints. Assumes resolve_values().
 void check_aggregate_parameters(const Program& program, diagnostics::Reporter& report);
 // Constants and the bodies of functions: names to ids, types, values.
 void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
-// Rules: names to ids, types of all terms, implicit conversions; heads of views split into a rule each.
+// Rules: names to ids, types of all terms, implicit conversions; heads of views are split into one rule each.
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
-// Random functions stand in linear rules only.
+// Random functions may be used only in linear rules.
 void refuse_random_views(Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value.
 void check_bindings(Program& program, diagnostics::Reporter& report);

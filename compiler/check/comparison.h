@@ -1,4 +1,4 @@
-// What comparisons mean the other way round.
+// The negation and the reversal of comparisons.
 #pragma once
 
 #include "compiler/check/program.h"
@@ -7,7 +7,7 @@ namespace meld::check {
 
 inline bool compares(const Term& t) { return t.op >= Op::Equal && t.op <= Op::GreaterEqual; }
 
-// True where the comparison is false, but for floats that are no number.
+// True exactly when the comparison is false, except for NaN.
 inline Op opposite(Op op) {
     switch (op) {
         case Op::Equal:
@@ -25,7 +25,7 @@ inline Op opposite(Op op) {
     }
 }
 
-// The same with its sides exchanged; any other operator stays.
+// The comparison with its sides exchanged; any other operator is unchanged.
 inline Op turned(Op op) {
     switch (op) {
         case Op::Less:

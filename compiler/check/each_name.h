@@ -1,4 +1,4 @@
-// Walks over a syntax tree: every name that an item declares or uses, with what kind of thing it names.
+// Walks over a syntax tree: every name that an item declares or uses, with the kind of thing it names.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace meld::check {
 
-// What is said to be stable in `stable(p(A, X), 5)`; none in other atoms.
+// The atom inside `stable(p(A, X), 5)`; none for other atoms.
 inline syntax::Call* stable_fact(syntax::Atom& a) {
     if (a.name.text != "stable" || a.arguments.size() != 2) return nullptr;
     auto* fact = std::get_if<syntax::Call>(&a.arguments[0]->node);
@@ -102,7 +102,7 @@ class EachName {
     }
 
   private:
-    // Whether the word may name a function of the program: where it is no aggregate, or one that yields to such a function.
+    // Whether the word may name a function of the program: if it is not an aggregate, or one over which such a function takes precedence.
     static bool may_be_function(const std::string& word, Aggregate known) {
         return !word.empty() && (known == Aggregate::Custom || info(known).has(AggregateInfo::kYields));
     }

@@ -12,13 +12,13 @@ namespace meld::check {
 
 class Folder {
   public:
-    // `constant` gives the value of another constant, or none if it has none before the run.
+    // `constant` returns the value of another constant, or none if it has none before the run.
     Folder(const Program& program, std::function<std::optional<Term>(ConstantId)> constant)
         : program_(program), constant_(std::move(constant)) {}
 
-    // The term as literals; none where only the run can tell, or where computing goes wrong.
+    // The term as literals; none if only the run can compute it, or if computing fails.
     std::optional<Term> fold(const Term& term);
-    // What went wrong, and where; empty if nothing did.
+    // The error and its place; empty if there was none.
     const std::string& wrong() const { return wrong_; }
     Span wrong_at() const { return wrong_at_; }
 

@@ -1,4 +1,4 @@
-// Which recursive strata have to keep more of a min or max than its best value.
+// Which recursive strata must keep more of a min or max than its best value.
 #pragma once
 
 #include <optional>
@@ -7,17 +7,17 @@
 
 namespace meld::check {
 
-// A better value may follow from one that it replaces, by way of a rule that asks only whether there is a value, or whether it
-// is within a bound, or by an expression that improves on it. Where what a group had before is then forgotten, the better value
-// loses its support and the group begins again, for ever. The cure is to keep the front of each group: its derivations (value,
-// rank) that no other beats in both (runtime/kernel/fronts.h).
+// A better value may follow from one that it replaces, through a rule that asks only whether there is a value or whether it is within a
+// bound, or through an expression that improves it. If the group then forgets its earlier value, the better value loses its support and the
+// group starts again, for ever. The cure is to keep the front of each group: its derivations (value, rank) that no other one beats in both
+// (runtime/kernel/fronts.h).
 enum class Fronts {
     NotNeeded,   // No value of the stratum can follow from a worse one of its group, or only without end.
     Needed,      // It may, and all rules of the stratum are monotone: better values derive at least what worse ones do.
     Impossible,  // It may, but some rule is not monotone, so worse values would derive what the best one does not.
 };
 
-// Of a recursive stratum that is no tree.
+// For a recursive stratum that is not a tree (Stratum::tree).
 Fronts fronts_of(const Program& program, const Stratum& stratum);
 
 // A rule that asks only for the existence of a value, or for a bound, in a stratum where fronts are impossible and existence
@@ -25,7 +25,7 @@ Fronts fronts_of(const Program& program, const Stratum& stratum);
 struct NotMonotone {
     PredicateId asked;
     Span ask;     // The atom.
-    Span breaks;  // What is not monotone.
+    Span breaks;  // The expression or clause that is not monotone.
 };
 std::optional<NotMonotone> not_monotone(const Program& program, const Stratum& stratum);
 

@@ -1,4 +1,4 @@
-// What becomes of an expression, a condition or a head while the value of a min or max that a rule reads improves.
+// How an expression, a condition or a head changes when the value of a min or max that a rule reads improves.
 #pragma once
 
 #include <map>
@@ -9,26 +9,27 @@
 
 namespace meld::check {
 
-// How an expression follows a value: it stays, moves the same way or stays, the opposite way or stays, or any way.
+// How an expression follows a value: it stays, moves in the same direction or stays, in the opposite direction or stays, or in any
+// direction.
 enum class Course { Constant, Same, Opposite, Unknown };
 
 // One value of one atom in a rule's body.
 class Improvement {
   public:
-    // `best` keeps the least or greatest value: which way it improves.
+    // `best` keeps the least or greatest value: the direction in which it improves.
     Improvement(const Program& program, const Rule& rule, const Atom& atom, VariableId value, Aggregate best);
 
     Course course(const Term& expression) const { return course(expression, courses_); }
-    // Whether all that the body asks of the value stays true while it improves.
+    // Whether every test of the value in the body stays true while it improves.
     bool keeps_body() const;
-    // Whether the body asks anything of the value.
+    // Whether the body tests the value.
     bool bounded() const;
     // Whether the expression is never better than the value.
     bool worse(const Term& expression) const;
-    // Whether the expression moves the same way as the value, or the opposite way. Truth values count too: `~X` opposes X.
+    // Whether the expression moves in the same direction as the value, or in the opposite one. Booleans count too: `~X` opposes X.
     bool follows(const Term& expression) const { return moves(expression, Course::Same); }
     bool opposes(const Term& expression) const { return moves(expression, Course::Opposite); }
-    // Whether it is the value and something that does not depend on it.
+    // Whether it consists of the value and something that does not depend on it.
     bool shifted(const Term& expression) const;
 
   private:
@@ -50,7 +51,7 @@ class Improvement {
     VariableId value_;
     bool least_;
     Courses courses_;                            // Of variables that depend on the value.
-    std::map<VariableId, const Term*> defined_;  // What the body makes them equal to.
+    std::map<VariableId, const Term*> defined_;  // The terms that the body makes them equal to.
     std::vector<const Clause*> definitions_;
 };
 

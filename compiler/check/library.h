@@ -1,5 +1,5 @@
-// The functions of the library: what they take and give, and which C++ function of runtime/kernel/library.h each is.
-// The table also makes the list in docs/language.md.
+// The functions of the library: their types, and the C++ function of runtime/kernel/library.h for each. The table also makes
+// docs/functions.md.
 #pragma once
 
 #include <map>
@@ -21,19 +21,19 @@ using LibraryBindings = std::map<char, Type>;
 struct LibraryFunction {
     std::string name;
     std::string signature;  // "list T, int -> T"
-    std::string text;       // What it gives, in a sentence.
+    std::string text;       // Its result, in a sentence.
     std::vector<LibraryType> parameters = {};
     LibraryType result = {};
     Op op = Op::Library;       // Those with an operator of their own need no C++ function.
     std::string cpp = {};      // The name there.
-    bool compares = false;     // It compares values of type T, and is told the type.
-    bool random = false;       // It gives another value each time.
-    std::string section = {};  // What it is about; empty: a name of older programs.
+    bool compares = false;     // It compares values of type T, and gets the type as an argument.
+    bool random = false;       // It returns a different value for each call.
+    std::string section = {};  // Its section in the docs; empty: a name of older programs.
 };
 
-// All functions, sorted by what they are about. Several may share a name; then they differ in the number of arguments.
+// All functions, sorted by section. Several may share a name; then they differ in the number of arguments.
 const std::vector<LibraryFunction>& library();
-// The function of this name with so many arguments; failing that any of the name, or null.
+// The function with this name and number of arguments; otherwise any with the name, or null.
 const LibraryFunction* library_function(const std::string& name, std::size_t arguments);
 
 // What the letters of a parameter stand for if its argument has this type. False if it does not fit.
@@ -41,7 +41,7 @@ bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& 
 // The type with its letters replaced; one that is not bound is unknown.
 Type substitute(const LibraryType& type, const LibraryBindings& bindings);
 
-// Whether the term calls a function that gives another value each time, itself or through functions of the program.
+// Whether the term calls a random function, itself or through functions of the program.
 bool is_random(const Program& program, const Term& term);
 
 }  // namespace meld::check

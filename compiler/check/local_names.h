@@ -1,5 +1,5 @@
-// Which names of a rule belong to a negation, aggregate or comprehension alone. `X` in two of them is two variables,
-// unless the body around them mentions it too.
+// Which names of a rule belong only to a negation, aggregate or comprehension. `X` in two of them is two variables, unless the body around
+// them mentions it too.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace meld::check {
 
 class LocalNames {
   public:
-    // The name, if the expression is nothing but a variable.
+    // The name, if the expression is just a variable.
     using NameOf = std::function<const std::string*(const syntax::Expr&)>;
     using Names = std::set<std::string>;
 
@@ -31,8 +31,8 @@ class LocalNames {
     void add(const syntax::Atom& atom, Names& out) const;
     void add(const Clauses& clauses, Names& out) const;
     void add(const Heads& heads, Names& out) const;
-    // Notes what is local to a part with these direct names, `always` even where they are known outside; returns all
-    // names that are known inside.
+    // Notes which names are local to a part with these direct names, `always` even if they are known outside; returns all names that are
+    // known inside.
     Names open(const void* part, const Names& direct, const Names& known, const Names& always = {});
     void visit(const Clauses& clauses, const Names& known);
     void visit(const Heads& heads, const Names& known);

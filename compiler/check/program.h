@@ -1,4 +1,4 @@
-// The checked program: names resolved, types known, every rule with one execution site. What all later stages work on.
+// The checked program: names resolved, types known, every rule with one execution site. All later stages work on it.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace meld::check {
 
 using source::Span;
 
-// A type. Lists, sets and arrays have one part, structs and tuples one a field. Type::Int and its like are the simple ones.
+// A type. Lists, sets and arrays have one part, structs and tuples one part per field. Type::Int and similar ones are the simple types.
 struct Type {
     // Error stands for "already reported" or "not known yet": it fits everything, so one mistake gives one message.
     enum class Kind { Error, Int, Float, Bool, Node, String, List, Set, Array, Struct, Tuple, Vec3 };
@@ -70,7 +70,7 @@ enum class Op {
     ListHead,
     ListTail,
     IsEmpty,
-    Item,     // What patterns are taken apart with; Item: field number `integer`.
+    Item,     // The value that patterns take apart; Item: field number `integer`.
     Let,      // `variable` = operands[0] in operands[1]
     Call,     // `function` of the program.
     Library,  // The function `text` of runtime/kernel/library.h.
@@ -78,7 +78,7 @@ enum class Op {
     Now,      // The tick. Made by delays, as are the next two.
     Ticks,    // How many ticks operands[0] seconds are, at least 1.
     Due,      // Bool: operands[0] is not after now; if it is, the catom is woken then.
-    Fresh,    // A value that nobody else has, of `exists`.
+    Fresh,    // A unique value, for `exists`.
     Negate,
     Not,
     ToFloat,
@@ -130,7 +130,7 @@ struct Fact {
 struct Argument {
     Type type = Type::Error;
     std::string name;
-    std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Between which an int is proven to lie (the planner's pass `narrow`).
+    std::int64_t least = INT64_MIN, greatest = INT64_MAX;  // Bounds that the planner's pass `narrow` has proved for an int.
 };
 
 struct Predicate {
@@ -142,31 +142,31 @@ struct Predicate {
     bool route = false;      // The second argument is the catom it points to.
     bool repeats = false;    // type action ... while.
     bool prelude = false;    // Declared in stdlib/prelude.meld.
-    bool repeated = false;   // And again by the program.
+    bool repeated = false;   // Also declared by the program.
     bool auxiliary = false;  // Made by the compiler.
-    bool refused = false;    // Its declaration has been reported; rules that use it are not looked at further.
+    bool refused = false;    // An error in its declaration was reported; rules that use it are not examined further.
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it the payload.
     FunctionId fold;               // Aggregate::Custom
-    Term parameter = {};           // How many values min_k and max_k keep: an int that is a literal or a constant.
+    Term parameter = {};           // The number of values that min_k and max_k keep: an int that is a literal or a constant.
     // Min or Max: the rows of a group are the front of the argument `aggregate_at` (fronts.h). Made by the planner.
     Aggregate front = Aggregate::None;
-    // `[<- neighbor]`: the aggregate holds when every catom that this link predicate joins to this one has contributed.
+    // `[<- neighbor]`: the aggregate holds if every catom that this link predicate joins to this one has contributed.
     Id<Predicate> complete_link;
     bool complete_outgoing = false;  // `[-> edge]`: the catoms the link points to, not those it comes from.
     WorldSource world = WorldSource::None;
     std::vector<Fact> facts = {};  // WorldSource::Facts: all of them, by catom. Made by the planner.
-    Id<Predicate> returns;         // `undelivered-p`: the p whose facts come back here when their way is gone.
-    // Of an auxiliary for facts of a linear predicate on their way: which, and how many catoms that they pass stand before
-    // their goal, and how many arguments of ours behind theirs.
+    Id<Predicate> returns;         // `undelivered-p`: the p whose facts come back here when they cannot be delivered.
+    // For an auxiliary that forwards facts of a linear predicate: that predicate, the number of catoms on the remaining path, which come
+    // before their target, and the number of our arguments after theirs.
     Id<Predicate> carries;
     std::size_t passes = 0, behind = 0;
     Id<Predicate> given;  // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }
-    // Whether every derivation counts, so that recursion through it is right along a tree only.
+    // Whether every derivation counts, so that recursion through it is correct only along a tree.
     bool needs_all() const { return combines(aggregate) || complete_link.valid(); }
-    // name/arity, as messages say it.
+    // name/arity, as in messages.
     std::string signature() const { return name + "/" + std::to_string(arguments.size()); }
 };
 using PredicateId = Id<Predicate>;
@@ -186,8 +186,8 @@ struct Constant {
     std::string text;          // String
     Term value = {};           // All others: a term of literals.
     bool prelude = false;
-    bool argument = false;     // @arg1: the run gives it, or is told which one is missing.
-    FunctionId computed = {};  // If valid, only the run can tell the value: this function of no parameters gives it.
+    bool argument = false;     // @arg1: the run gives it, or an error says that it is missing.
+    FunctionId computed = {};  // If valid, only the run can compute the value: by this function without parameters.
 };
 
 // fun f(int X) : int = X + 1.  or  extern float f(int).
@@ -205,7 +205,7 @@ struct Function {
 struct Atom {
     PredicateId predicate;
     std::vector<Term> arguments;  // The catom first; in bodies and heads a variable.
-    bool read_only = false;       // $p: a linear fact that is read and left.
+    bool read_only = false;       // $p: a linear fact that is read and not consumed.
     Span span;
 };
 
@@ -214,19 +214,19 @@ struct Clause {
     enum class Kind {
         Atom,
         Test,       // Bool; an equality with one free variable binds it, one with a list or struct of free variables takes it apart.
-        Not,        // None of the ways to satisfy all of `inner` exists.
+        Not,        // `inner` cannot be satisfied in any way.
         Element,    // `variable` is an element of the list or set `test`, once for each.
-        Aggregate,  // `variable` is the aggregate of `test` over all ways to satisfy `inner`; of none: 0, [] or no match (min, max).
-        Delta,      // `variable`, an argument of `atom`, has changed in this tick by an amount that compares so with `test`.
+        Aggregate,  // `variable` is the aggregate of `test` over all ways to satisfy `inner`; over none: 0, [] or no match (min, max).
+        Delta,      // `variable`, an argument of `atom`, has changed in this tick by an amount for which this comparison with `test` holds.
     } kind = Kind::Atom;
     Atom atom = {};
     Term test = {};
     std::vector<Clause> inner = {};
     VariableId variable = {};
-    VariableId position = {};  // Element: which one it is, from 0, where it matters. Made by delays.
+    VariableId position = {};  // Element: its index, from 0, if it is needed. Made by delays.
     Aggregate aggregate = Aggregate::None;
     FunctionId fold = {};  // Aggregate::Custom
-    // min_k and max_k: how many values they keep. Custom: what the fold starts from, Anonymous for the first match.
+    // min_k and max_k: how many values they keep. Custom: the initial value, Anonymous for the first match.
     Term parameter = {};
     Op compare = Op::Greater;  // Delta
     Span span = {};
@@ -245,12 +245,12 @@ struct Head {
     enum class Kind {
         Fact,
         Comprehension,  // For every way to satisfy `body`, `heads`.
-        Aggregate,      // The same, and then `others` once with what `aggregates` made of all matches.
+        Aggregate,      // The same, and then `others` once with the results of `aggregates` over all matches.
         If,             // `heads` where `term` is true, else `others`.
         Set,            // `variable` = `term` in `heads`.
     } kind = Kind::Fact;
     Atom atom = {};
-    Term delay = {};  // Fact: how many ticks it waits (Int); Anonymous: not at all.
+    Term delay = {};  // Fact: how many ticks it waits (Int); Anonymous: it does not wait.
     std::vector<Clause> body = {};
     std::vector<Head> heads = {};
     std::vector<Head> others = {};
@@ -269,25 +269,25 @@ struct Rule {
     std::string file;  // Its name without folders.
     std::uint32_t line = 0;
     Span span;
-    std::vector<PredicateId> derives;  // By its heads, as the program says them; the planner may have them pass through others.
-    bool linear = false;               // Consumes facts; else a view with exactly one head.
+    std::vector<PredicateId> derives;  // The predicates of its heads, as in the program; the planner may pass them through others.
+    bool linear = false;               // Consumes facts; otherwise a view with exactly one head.
     VariableId site;  // The catom where it runs, its execution site: the head's of a view, the consumed facts' of a linear rule.
     Table<Variable> variables;
     std::vector<Clause> body;
     std::vector<Head> heads;
-    bool arrives = false;       // Made by the planner: hands on what waited or came from afar, before all other rules.
+    bool arrives = false;       // Made by the planner: passes on facts that waited or came from further away, before all other rules.
     bool initial_fact = false;  // Linear facts given once to every new catom (an axiom).
     Select select = Select::None;
     VariableId selected;
-    // Of a view that waits for neighbours: those whose contributions its facts are.
+    // For a view that waits for neighbours: those whose contributions its facts are.
     std::vector<VariableId> contributors;
     bool refused = false;  // A mistake in it has been reported; later passes leave it alone.
     std::vector<VariableId> used_once;
 };
 using RuleId = Id<Rule>;
 
-// Predicates that are evaluated together: a strongly connected component (SCC) of those that depend on each other, one predicate
-// alone, or, once the planner has taken trees apart, a part of an SCC.
+// Predicates that are evaluated together: a strongly connected component (SCC) of those that depend on each other, a single predicate, or,
+// once the planner has split trees, a part of an SCC.
 struct Stratum {
     std::vector<PredicateId> predicates;
     std::vector<RuleId> rules;  // View rules that derive them.
@@ -310,7 +310,7 @@ struct Program {
     std::vector<Stratum> strata;  // In the order of evaluation.
 };
 
-// The aggregate of a predicate as its declaration names it; of a function of the program its name.
+// The word for the aggregate of a predicate; for a function of the program its name.
 std::string aggregate_name(const Program& program, const Predicate& p);
 // Meld-like text of the checked program with types, execution sites and strata. For `meldc --emit=program`.
 std::string print(const Program& program);
@@ -319,7 +319,7 @@ std::string print(const Program& program, const Rule& rule, const Atom& atom);
 std::string print(const Program& program, const Rule& rule, const Clause& clause);
 std::string print(const Program& program, const Rule& rule);
 
-// An equality that makes or takes apart a list, struct or tuple: variable = constructor of variables and known values.
+// An equality that builds or takes apart a list, struct or tuple: variable = constructor of variables and known values.
 struct TakeApart {
     const Term* value = nullptr;
     const Term* constructor = nullptr;
@@ -339,7 +339,7 @@ void each_variable(const Term& term, const Visit& visit) {
         if (t.is_variable() || t.op == Op::Let) visit(t.variable);
     });
 }
-// Every use of a variable that is not of a `let` around it: visit(const Term&).
+// Every use of a variable that is not bound by a `let` around it: visit(const Term&).
 template <class Visit>
 void each_free_use(const Term& term, const Visit& visit, std::vector<VariableId>& bound) {
     if (term.is_variable()) {
@@ -370,8 +370,7 @@ void each_variable(const Clause& clause, const Visit& visit) {
     if (clause.variable.valid()) visit(clause.variable);
     if (clause.position.valid()) visit(clause.position);
 }
-// Every atom of a body: visit(atom, negated). What an aggregate or a delta reads counts as negated: more facts there may
-// mean fewer here.
+// Every atom of a body: visit(atom, negated). Atoms read by an aggregate or a delta count as negated: more facts there may mean fewer here.
 template <class Visit>
 void each_atom(const std::vector<Clause>& body, const Visit& visit, bool negated = false) {
     for (const Clause& clause : body) {

@@ -1,4 +1,4 @@
-// Pass 2's state: one rule at a time from syntax tree to checked rule. Used by the resolve*.cpp files only.
+// The state of pass 2: turns one rule at a time from syntax tree into a checked rule. Used only by the resolve*.cpp files.
 #pragma once
 
 #include <map>
@@ -35,7 +35,7 @@ class Resolver {
     // ---- bodies (resolve_body.cpp)
     std::vector<Clause> body(const std::vector<syntax::Clause>& clauses);
     void clause(const syntax::Clause& tree, std::vector<Clause>& out);
-    // An equality with a pattern makes or takes apart; what it is compared with is a variable, made if need be.
+    // An equality with a pattern builds or takes apart a value; the other side is a variable, made if necessary.
     bool is_predicate(const std::string& name) const;
     void condition(const syntax::Expr& e, std::vector<Clause>& out);
     void body_atom(const syntax::Atom& tree, std::vector<Clause>& out);
@@ -43,9 +43,9 @@ class Resolver {
     void delta(const syntax::Delta& tree, Span span, std::vector<Clause>& out);
     void element(const syntax::Element& tree, Span span, std::vector<Clause>& out);
     void proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out);
-    // The aggregate over matches that the program means by this word; Custom: a function of its own.
+    // The aggregate over matches that this word means; Custom: a function of the program.
     Aggregate aggregate_named(const std::string& op) const;
-    // The same; reports values of which it cannot be made.
+    // The same; reports values that it cannot aggregate.
     Aggregate aggregate(const std::string& op, const Term& value, Span span);
     // The number of values that min_k and max_k keep; Anonymous for all other aggregates.
     Term aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& number, const std::string& op, Span span);
@@ -57,7 +57,7 @@ class Resolver {
     Term location(const syntax::Expr& e, std::vector<Clause>* tests);
     std::optional<PredicateId> find(const syntax::Atom& atom);
     void unknown_predicate(const syntax::Name& name, bool with_arguments);
-    // So that variables of an atom that was refused do not count as unbound.
+    // So that variables of an atom with an error do not count as unbound.
     void visit_anyway(const syntax::Atom& tree);
     void sigil(const syntax::Atom& tree, const Predicate& p);
     void not_a_negation(const syntax::Atom& tree, const Predicate& p);
@@ -79,12 +79,12 @@ class Resolver {
     // ---- the whole rule (resolve.cpp)
     void finish(const syntax::Rule& tree, Rule& rule);
     bool refuse_linear_inside(const std::vector<Clause>& body);
-    // Views: every head is a rule of its own, with what the heads around it add to the body.
+    // Views: every head becomes a separate rule, and the heads around it add to its body.
     void views(const Rule& rule, const std::vector<Clause>& body, const std::vector<Head>& heads, bool axiom);
     void view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void place_counts(Rule& rule) const;
     void add(Rule rule);
-    // The rule with -o, and without signs that contradict a declaration.
+    // The rule with -o, without sigils that contradict a declaration.
     std::string consuming(const syntax::Rule& tree) const;
     std::string help_to_start_once(const Head& head) const;
     void find_single_use(Rule& rule) const;
@@ -99,17 +99,17 @@ class Resolver {
     const LocalNames* locals_ = nullptr;
     Rule* rule_ = nullptr;
     const syntax::Rule* tree_ = nullptr;
-    std::set<VariableId> hinted_;               // What stands in hints that are left out.
+    std::set<VariableId> hinted_;               // Variables in hints that are left out.
     std::map<std::string, int> rules_named_;    // So far, by head and line.
     std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
     bool dialect_linear_ = false;
     std::size_t errors_before_ = 0;
-    // The rule uses a predicate whose declaration was refused.
+    // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;
     bool lower_case_noted_ = false;
 };
 
-// Enters a part of a rule that has names of its own, and leaves it again.
+// Enters a part of a rule with local names, and leaves it again.
 class Inside {
   public:
     Inside(Scope& scope, const LocalNames& locals, const void* part) : scope_(scope) { scope_.enter(part, locals.of(part)); }

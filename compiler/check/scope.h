@@ -20,48 +20,48 @@ struct Names {
     std::map<std::pair<std::string, std::size_t>, PredicateId> predicates;
     std::map<std::string, ConstantId> constants;
     std::map<std::string, FunctionId> functions;
-    // What the tree lost to syntax errors: not known, and not to be missed.
+    // Names that the tree lost to syntax errors: unknown, but not to be reported as missing.
     const syntax::Tree& tree;
     Names(const Program& program, const syntax::Tree& tree);
 };
 
 class Scope {
   public:
-    // `rule` holds the variables; of a function or a constant it is a makeshift.
+    // `rule` holds the variables; for a function or a constant it is a temporary rule.
     Scope(Program& program, const Names& names, Rule& rule, diagnostics::Reporter& report, bool lower_case_variables)
         : program_(program), names_(names), rule_(rule), report_(report), lower_case_variables_(lower_case_variables) {}
 
     // The variable of this name, made on first use.
     VariableId variable(const std::string& name, Span span);
     VariableId fresh(const std::string& name, const Type& type, Span span);
-    // In a part of the rule, known by its address, these names are other variables than outside: the same ones each time
-    // the part is entered. leave() ends the part entered last.
+    // In a part of the rule, identified by its address, these names are different variables than outside: the same ones each time the part
+    // is entered. leave() ends the part that was entered last.
     void enter(const void* part, const std::set<std::string>& names);
     void leave();
     bool inside_part() const { return !entered_.empty(); }
-    // The name, if the expression is nothing but a variable; a lower-case name that is no constant counts in original Meld.
+    // The name, if the expression is just a variable; in original Meld a lower-case name that is not a constant counts.
     const std::string* variable_name(const syntax::Expr& e) const;
-    // The type of an expression as far as it is known by now, silently.
+    // The type of an expression as far as it is known, without reports.
     Type infer(const syntax::Expr& e) const;
-    // The typed term; `wanted` is what the place needs (Type::Error: anything). Reports what does not fit, with the place
-    // that says what is wanted, if there is one.
+    // The typed term; `wanted` is the type that the place requires (Type::Error: any). Reports mismatches, with the place that requires the
+    // type, if there is one.
     Term resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits = false, Span declared = {});
-    // Converts int to float where that is wanted; reports other differences.
+    // Converts int to float if required; reports other mismatches.
     Term convert(Term term, const Type& wanted, const std::string& where, Span declared = {});
 
-    // A call of a function that gives a bool, where a fact could stand.
+    // A call of a function that returns a bool, where a fact could be.
     bool is_function(const std::string& name) const;
     Term condition(const syntax::Atom& atom);
 
     // ---- patterns (patterns.cpp)
 
-    // Whether it is a list, struct or tuple with variables in it: it can be taken apart as well as made.
+    // Whether it is a list, struct or tuple that contains variables: it can be taken apart as well as built.
     bool is_pattern(const syntax::Expr& e) const;
-    // Gives the variables of an expression the types that follow from its own. Returns whether anything became known.
+    // Gives the variables of an expression the types that follow from its type. Returns whether anything became known.
     bool spread_type(const syntax::Expr& e, const Type& type);
-    // A pattern as one constructor of variables and known values; what else stands in it becomes a variable and a test.
+    // A pattern as one constructor of variables and known values; anything else in it becomes a variable and a test.
     Term pattern(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests);
-    // A fresh variable that equals the pattern, for the place of an argument.
+    // A fresh variable that equals the pattern, for use as an argument.
     Term pattern_variable(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests);
 
   private:
@@ -70,7 +70,7 @@ class Scope {
     Type infer_let(const syntax::Let& let) const;
     Type infer_binary(const syntax::Binary& b) const;
 
-    // Each gives the term of one kind of expression; `wanted` guides empty lists and the like.
+    // Each returns the term of one kind of expression; `wanted` determines the type of empty lists and similar values.
     Term untyped(const syntax::Expr& e, const Type& wanted);
     Term constant_name(const syntax::Call& call, Span span);
     using Arguments = std::vector<syntax::ExprPtr>;

@@ -1,13 +1,13 @@
-// What the check promises of a program without mistakes.
+// The guarantees of the check for a program without mistakes.
 #pragma once
 
 #include "compiler/check/program.h"
 
 namespace meld::check {
 
-// Ends the process if a later stage could not rely on the program: a name without meaning, an operator without its operands, a rule
-// that runs nowhere, a stratum that reads a later one. Such a program is our bug. Assumes that check() has reported no error. Cost:
-// linear in the program.
+// Ends the process if a later stage could not rely on the program: a name without meaning, an operator without its operands, a rule without
+// an execution site, a stratum that reads a later one. Such a program is our bug. Assumes that check() has reported no error. Cost: linear
+// in the program.
 void expect_well_formed(const Program& program);
 
 }  // namespace meld::check

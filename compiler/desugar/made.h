@@ -1,4 +1,4 @@
-// What the passes that make predicates and rules of their own have in common.
+// Shared by the passes that add predicates and rules.
 #pragma once
 
 #include <string>

@@ -46,7 +46,7 @@ struct Label {
 struct Diagnostic {
     Kind kind;
     Span span;
-    // One sentence without a full stop, about this very case.
+    // One sentence without a full stop, about this particular case.
     std::string message;
     std::vector<Label> labels = {};
     // Text to write instead, or what to do; may be empty.
@@ -56,7 +56,7 @@ struct Diagnostic {
 // Collects diagnostics. A compilation reports all mistakes it finds; equal spans and kinds are reported once.
 class Reporter {
   public:
-    // Adds one and returns it, so that labels and help can be hung on it: report.add(Kind::X, span, "...").help = "...".
+    // Adds one and returns it, so that labels and help can be attached: report.add(Kind::X, span, "...").help = "...".
     Diagnostic& add(Kind kind, Span span, std::string message) { return add({.kind = kind, .span = span, .message = std::move(message)}); }
     Diagnostic& add(Diagnostic diagnostic);
     bool has_errors() const { return error_count_ > 0; }
@@ -78,7 +78,7 @@ std::string render_text(const source::FileSet& files, const std::vector<Diagnost
 // One JSON array; each object has code, severity, message, path, line, column, end_line, end_column, labels, help.
 std::string render_json(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics);
 
-// The name among candidates nearest to the given one, or "" where none is near enough to suggest.
+// The candidate nearest to the given name, or "" if none is near enough to suggest.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 // Words as a sentence lists them: "max, min and sum".
 std::string in_words(const std::vector<std::string>& words);

@@ -7,7 +7,7 @@
 
 namespace meld::diagnostics {
 
-// The page of one kind: its code and title, what it means, a program that has the mistake, and one that has not. Ends with a new line.
+// The page of one kind: its code and title, its meaning, a program that has the mistake, and one that does not. Ends with a new line.
 std::string explanation(Kind kind);
 
 }  // namespace meld::diagnostics

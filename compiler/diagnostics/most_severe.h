@@ -1,4 +1,4 @@
-// Which diagnostics are shown where there are too many to read.
+// Which diagnostics are shown if there are too many to read.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace meld::diagnostics {
 
-// The most severe of them, at most `most`, in their order.
+// The most severe of them, at most `most`, in their original order.
 std::vector<Diagnostic> most_severe(const std::vector<Diagnostic>& diagnostics, std::size_t most);
 
 // "3 errors, 1 warning and 2 notes"; empty for none.

@@ -1,4 +1,4 @@
-// The pipeline: program text to module, a line per stage; any stage can be the last.
+// The pipeline: program text to module, one line per stage; any stage can be the last.
 #pragma once
 
 #include <optional>
@@ -17,9 +17,9 @@ enum class Stage { Tokens, Tree, Program, Plan, Explain, Cpp, Module };
 
 struct CompileOptions {
     Stage last = Stage::Module;
-    std::optional<int> optimisation = {};  // 0 to 3, as in -O2; without one, the length of the module decides.
+    std::optional<int> optimisation = {};  // 0 to 3, as in -O2; otherwise the length of the module decides.
     std::string cache_dir = {};            // Empty: the default.
-    bool progress = false;                 // Says on stderr that it compiles, where that takes longer than a second.
+    bool progress = false;                 // Prints a progress line on stderr if compiling takes longer than a second.
     std::vector<std::string> library_paths = {};
     plan::PlanOptions plan = {};
     std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
@@ -28,12 +28,12 @@ struct CompileOptions {
 struct Compilation {
     source::FileSet files;
     diagnostics::Reporter report;
-    // The printed stage, or the path of the module. Empty where the program is wrong; see `report`.
+    // The printed stage, or the path of the module. Empty if the program has errors; see `report`.
     std::string result;
 };
 
-// Compiles the program in a file. Errors of the world (unreadable file, unwritable cache) are error values; errors of the
-// program are in Compilation::report.
+// Compiles the program in a file. Errors outside the program (unreadable file, unwritable cache) are error values; errors in the program
+// are in Compilation::report.
 Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out);
 
 // The headers that emitted text includes: include path and text.

@@ -1,4 +1,4 @@
-// From text to checked program: what `meldc check`, `meldc compile` and the language server have in common.
+// From text to checked program: shared by `meldc check`, `meldc compile` and the language server.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace meld::driver {
 
-// Puts the prelude into the set, which must be empty: its files come first. Returns how many they are.
+// Adds the prelude to the set, which must be empty: its files come first. Returns their number.
 std::uint32_t add_prelude(source::FileSet& files);
 
 // Parses the program in a file of the set with what it includes and the libraries it uses; those of the compiler are added to the options.
@@ -21,8 +21,8 @@ struct ParsedProgram {
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);
 
-// Checks it. Items that were read are checked even where others were not: all mistakes in one run. The result is complete only if no
-// error was reported.
+// Checks it. Items that were read are checked even if others were not: all mistakes are reported in one run. The result is complete only if
+// no error was reported.
 check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed,
                              diagnostics::Reporter& report);
 

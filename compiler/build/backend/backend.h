@@ -1,5 +1,5 @@
-// The part of the build that needs Clang. It is a shared library of its own, opened when something has to be compiled:
-// loading Clang takes 20 ms, and most starts of meldc find their module in the cache.
+// The part of the build that needs Clang, in a separate shared library that is opened only to compile: loading Clang takes 20 ms, and most
+// starts of meldc find their module in the cache.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace meld {
 
-// Bytes of emitted text from which on a module is long. Below it -O2 takes some 0.2 s, and nothing is gained by hurrying; the
+// The number of bytes of emitted text from which a module counts as long. Below it -O2 takes some 0.2 s, which leaves little to gain; the
 // longest examples have 80,000.
 inline constexpr std::size_t kLongModule = 40'000;
 
@@ -27,10 +27,10 @@ struct ExternSource {
 };
 struct ExternObject {
     std::string object;                // ELF
-    std::vector<std::string> symbols;  // That it defines for others.
+    std::vector<std::string> symbols;  // The symbols that it defines for others.
 };
 
-// What the library offers; compile_object.h, compile_extern.h and link_module.h say what the functions do.
+// The functions of the library; compile_object.h, compile_extern.h and link_module.h describe them.
 struct Backend {
     Result<std::vector<std::string>> (*compile_object)(const std::string& cpp_text, const std::string& name,
                                                        const std::vector<std::pair<std::string, std::string>>& headers,

@@ -9,8 +9,8 @@
 
 namespace meld {
 
-// Compiles one file. It sees <meld/extern.h> and the system's C headers where there are any, and no files beside it. Clang's
-// complaints are the user's: ExitCode::ProgramWrong.
+// Compiles one file. It sees <meld/extern.h> and the system's C headers if there are any, but no files beside it. Errors that Clang reports
+// are the user's: ExitCode::ProgramWrong.
 Result<ExternObject> compile_extern(const ExternSource& source, const std::string& header, const ObjectOptions& options);
 
 }  // namespace meld

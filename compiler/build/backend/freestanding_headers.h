@@ -1,5 +1,5 @@
-// The few standard headers a module may include, written with the compiler's own type macros, so that compiling one needs
-// no C or C++ library on the machine and reads nothing from disk.
+// The few standard headers that a module may include, written with the compiler's own type macros, so that compiling a module needs no C or
+// C++ library on the machine and reads nothing from disk.
 #pragma once
 
 namespace meld {

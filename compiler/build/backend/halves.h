@@ -1,4 +1,4 @@
-// A long module is optimised and made machine code in two halves at once, which takes little more than half the time.
+// Optimizes and compiles the two halves of a long module in parallel, in little more than half the time.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace meld {
 
-// Makes two ELF objects, to be linked together, of a module in LLVM's bitcode as Clang's front end leaves it. Functions that
-// may not be inlined (MELD_STEP) are shared out; everything else goes with whatever uses it, into both where both do. The
-// same bitcode is always divided in the same way. Uses two threads; may be called from several at once.
+// Makes two ELF objects, to be linked together, from a module in LLVM's bitcode as Clang's front end leaves it. Functions that may not be
+// inlined (MELD_STEP) are divided between them; everything else goes with its users, into both objects if both use it. The same bitcode is
+// always divided in the same way. Uses two threads; may be called from several at once.
 Result<std::vector<std::string>> compile_halves(const std::string& bitcode, const ObjectOptions& options);
 
 }  // namespace meld

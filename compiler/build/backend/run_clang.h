@@ -19,7 +19,7 @@ struct ClangRun {
     std::string messages;
 };
 
-// Compiles as Clang's compiler proper does with these arguments. May be called from several threads at once.
+// Compiles like Clang's compiler proper with these arguments. May be called from several threads at once.
 ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files,
                    ClangOutput output = ClangOutput::Object);
 
