@@ -173,7 +173,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     // Also with --quiet: facts are missing.
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && !simulation.summary().undefined.empty())
-        log::warning("the run ended before the facts settled, and {}", simulation.summary().undefined);
+        log::warning("the run ended before quiescence, and {}", simulation.summary().undefined);
     if (speaks && !simulation.summary().dead_link.empty())
         log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
                      simulation.summary().dead_link);

@@ -70,7 +70,7 @@ Result<void> DeadLinks::verdict() const {
     if (first.empty()) return {};
     return fail(first,
                 "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
-                "declare the predicate without `route`. Worlds that are any graph are not supported yet");
+                "declare the predicate without `route`. Worlds that are arbitrary graphs are not supported yet");
 }
 
 std::optional<DeadLinks::All> DeadLinks::of_all_processes() const {
