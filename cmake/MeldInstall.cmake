@@ -32,6 +32,7 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/stdlib/ DESTINATION ${CMAKE_INSTALL_DATADI
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/meld/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/examples)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/editors DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION share/doc/claymeld PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/python DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION share/doc/claymeld)
 
 # Headers and the CMake package for extensions in C++, which use what meldsim has and so ask it to export it.
@@ -56,10 +57,10 @@ set(CLAYMELD_PACKAGE_NAME claymeld_${PROJECT_VERSION})
 set(CPACK_PACKAGE_FILE_NAME ${CLAYMELD_PACKAGE_NAME})
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# mpirun starts more processes. Extern functions in C need the C library's headers, pictures of recordings Python's packages,
+# mpirun starts more processes. Extern functions in C need the C library's headers, the Python package its libraries,
 # and extensions a compiler and the libraries that our headers include.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS openmpi-bin)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy, python3-pandas")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)

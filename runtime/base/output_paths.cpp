@@ -1,6 +1,8 @@
 #include "runtime/base/output_paths.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <system_error>
@@ -10,8 +12,6 @@ namespace meld {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool is_standard_output(const std::string& path) { return path == "-" || path == "/dev/stdout"; }
 
 bool is_device(const std::string& path) {
     std::error_code error;
@@ -30,6 +30,15 @@ bool same_file(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+bool is_standard_output(const std::string& path) {
+    if (path == "-" || path == "/dev/stdout") return true;
+    struct stat named{}, standard{};
+    if (stat(path.c_str(), &named) != 0 || fstat(STDOUT_FILENO, &standard) != 0) return false;
+    // Terminals and other devices may be given several things on purpose.
+    const bool one_stream = S_ISREG(standard.st_mode) || S_ISFIFO(standard.st_mode) || S_ISSOCK(standard.st_mode);
+    return one_stream && named.st_dev == standard.st_dev && named.st_ino == standard.st_ino;
+}
 
 Result<void> check_distinct(std::span<const NamedPath> paths) {
     for (std::size_t i = 0; i < paths.size(); ++i) {

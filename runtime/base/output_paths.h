@@ -14,8 +14,12 @@ struct NamedPath {
     enum Use { Read, Written } use = Read;
 };
 
-// Errors: two options name one file, also through links, or one names the file that another writes as standard output. Devices and FIFOs
-// may be named several times.
+// Whether what is written to this path goes where standard output goes: "-", a name of its descriptor, the file or pipe it is
+// redirected to.
+bool is_standard_output(const std::string& path);
+
+// Errors: two options name one file, through links too, or one of them the standard output of the other. Devices and FIFOs may be
+// named several times.
 Result<void> check_distinct(std::span<const NamedPath> paths);
 
 }  // namespace meld

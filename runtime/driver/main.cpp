@@ -64,7 +64,8 @@ int run_program(int argc, char** argv) {
     r->add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    r->add_option("--facts-out", run.facts_out, "Write all facts at the end, one per line, sorted; - for standard output")
+    r->add_option("--facts-out", run.facts_out,
+                  "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
         ->type_name("FILE");
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");

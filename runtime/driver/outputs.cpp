@@ -11,14 +11,6 @@ namespace {
 
 Durability durability(const RunOptions& options) { return options.sync ? Durability::Machine : Durability::Process; }
 
-Result<void> open_one(const std::string& path, Appears appears, Durability durability, std::optional<OutputFile>& file) {
-    if (path.empty()) return {};
-    auto opened = OutputFile::open(path, appears, durability);
-    if (!opened) return tl::unexpected(opened.error());
-    file.emplace(std::move(*opened));
-    return {};
-}
-
 }  // namespace
 
 Result<void> check_outputs(const RunOptions& options, const std::string& world) {
@@ -32,18 +24,25 @@ Result<void> check_outputs(const RunOptions& options, const std::string& world) 
     if (!options.record.empty())
         for (const char* sidecar : {record::kSidecar, record::kLinesSidecar})
             paths.push_back({"the sidecar of --record", options.record + sidecar, NamedPath::Written});
-    return check_distinct(paths);
+    if (auto distinct = check_distinct(paths); !distinct) return distinct;
+    return options.facts_out.empty() ? Result<void>{} : record::check_facts_path(options.facts_out);
 }
 
-Result<void> open_outputs(const RunOptions& options, Outputs& outputs) {
-    if (auto opened = open_one(options.facts_out, Appears::Whole, durability(options), outputs.facts); !opened) return opened;
-    return open_one(options.digest, Appears::AtOnce, durability(options), outputs.digest);
+Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, Outputs& outputs) {
+    if (!options.facts_out.empty()) {
+        auto facts = record::open_facts(options.facts_out, module, durability(options));
+        if (!facts) return tl::unexpected(facts.error());
+        outputs.facts = std::move(*facts);
+    }
+    if (options.digest.empty()) return {};
+    auto digest = OutputFile::open(options.digest, Appears::AtOnce, durability(options));
+    if (!digest) return tl::unexpected(digest.error());
+    outputs.digest.emplace(std::move(*digest));
+    return {};
 }
 
 bool results_at_standard_output(const RunOptions& options) {
-    for (const std::string& path : {options.facts_out, options.digest})
-        if (path == "-" || path == "/dev/stdout") return true;
-    return options.json;
+    return options.json || is_standard_output(options.facts_out) || is_standard_output(options.digest);
 }
 
 }  // namespace meld::driver

@@ -1,24 +1,27 @@
 // The files that a run writes: checks that they are distinct, and that only this run writes them.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "runtime/base/output_file.h"
 #include "runtime/driver/options.h"
+#include "runtime/record/facts_file.h"
 
 namespace meld::driver {
 
-// `world` is the path of the world, empty if there is none. Errors: two options name one file or one stream.
+// `world` is the path of the world, empty if there is none. Errors: two options name one file or one stream; the name of a file promises
+// a format in which it is not written.
 Result<void> check_outputs(const RunOptions& options, const std::string& world);
 
 struct Outputs {
-    std::optional<OutputFile> facts;
+    std::unique_ptr<record::FactsFile> facts;
     std::optional<OutputFile> digest;
 };
 
-// Opens them before the run, so that a long run does not find out at its end that they cannot be written.
-Result<void> open_outputs(const RunOptions& options, Outputs& outputs);
+// Takes them before the run: nobody should learn at the end of a long one that they cannot be written.
+Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, Outputs& outputs);
 
 // Whether results go to standard output, and everything else to standard error.
 bool results_at_standard_output(const RunOptions& options);

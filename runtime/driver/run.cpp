@@ -78,15 +78,13 @@ int processes_on_this_machine(const comm::Communicator& comm) {
     return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
 }
 
-OutputFile* pointer_to(std::optional<OutputFile>& file) { return file ? &*file : nullptr; }
-
 // The facts of the last tick that went well, if they are still there, and what there is to say. On every process.
 Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Outputs& outputs, Error error) {
     if (options.facts_out.empty()) return error;
     if (subdomain.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
                                         error.suggestion.empty() ? "" : ".\n", subdomain.status().last_tick() + 1);
-    } else if (const auto written = record::write_facts(subdomain, pointer_to(outputs.facts)); !written) {
+    } else if (const auto written = record::write_facts(subdomain, record::facts_form(options.facts_out), outputs.facts.get()); !written) {
         error.suggestion +=
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }
@@ -128,7 +126,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const ModuleInfo& info = inputs->info();
     const world::World& world = inputs->world;
     Outputs outputs;
-    const Result<void> opened = comm.process() == 0 ? open_outputs(options, outputs) : Result<void>{};
+    const Result<void> opened = comm.process() == 0 ? open_outputs(options, info, outputs) : Result<void>{};
     if (const auto all = comm::outcome_of_first(comm, opened); !all) return tl::unexpected<Error>(all.error());
 
     std::optional<interrupt::Answering> patiently;
@@ -167,9 +165,11 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each);
     progress.reset();
     if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, ran.error()));
-    if (!options.facts_out.empty())
-        if (auto written = record::write_facts(simulation.subdomain(), pointer_to(outputs.facts)); !written)
+    if (!options.facts_out.empty()) {
+        const auto form = record::facts_form(options.facts_out);
+        if (auto written = record::write_facts(simulation.subdomain(), form, outputs.facts.get()); !written)
             return tl::unexpected<Error>(written.error());
+    }
     // Also with --quiet: facts are missing.
     if (const std::string dropped = warning_of_dropped(simulation.summary()); speaks && !dropped.empty()) log::warning("{}", dropped);
     if (speaks && !simulation.summary().undefined.empty())

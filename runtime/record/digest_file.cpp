@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/comm/outcome.h"
-#include "runtime/record/facts_file.h"
+#include "runtime/record/state_digest.h"
 
 namespace meld::record {
 

@@ -1,140 +1,158 @@
 #include "runtime/record/facts_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <bit>
-#include <cstring>
+#include <array>
+#include <filesystem>
 #include <queue>
+#include <string_view>
+#include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/bytes.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/record/facts_csv.h"
+#include "runtime/record/facts_hdf5.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {
 
 namespace {
 
-bool shown(const PredicateInfo& p) { return !p.auxiliary && p.column != kNone16 && p.kind != PredicateKind::Action; }
+// Names that people give to data of other formats.
+constexpr std::array<std::string_view, 5> kOtherFormats = {".parquet", ".arrow", ".feather", ".tsv", ".json"};
 
-// One catom's facts of a predicate as text, to be merged by id.
-struct Lines {
-    u64 id;
-    std::string text;
+// A fact a line, as a program could write it.
+class TextFacts : public FactsFile {
+  public:
+    explicit TextFacts(OutputFile file) : file_(std::move(file)) {}
+    void begin(const FactTable&) override {}
+    void rows(std::span<const std::byte> packed) override { file_.write({reinterpret_cast<const char*>(packed.data()), packed.size()}); }
+    Result<void> commit() override { return file_.commit(); }
+
+  private:
+    OutputFile file_;
 };
 
-// The facts of one predicate on this process, by id and then by arguments, as packed bytes: id, length, text.
-std::vector<std::byte> facts_of(sim::Subdomain& part, u32 predicate) {
-    const PredicateInfo& p = part.module.predicates[predicate];
+void pack_text(const ModuleInfo& module, const FactTable& table, u64 id, const Value* arguments, ByteWriter& out) {
+    const std::string text = tuple::print_fact(module, module.predicates[table.predicate], id, arguments) + ".\n";
+    out.write_bytes(text.data(), text.size());
+}
+
+void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table, u64 id, const Value* arguments, ByteWriter& out) {
+    switch (form) {
+        case FactsForm::Text:
+            return pack_text(module, table, id, arguments, out);
+        case FactsForm::Csv:
+        case FactsForm::CsvFolder:
+            return pack_csv(module, table, id, arguments, out);
+        case FactsForm::Hdf5:
+            return pack_hdf5(module, table, id, arguments, out);
+    }
+}
+
+// The facts of one table on this process, by id and then by arguments: of each catom its id and a block of its packed facts.
+std::vector<std::byte> facts_of(sim::Subdomain& part, FactsForm form, const FactTable& table) {
+    const PredicateInfo& p = part.module.predicates[table.predicate];
     std::vector<std::pair<u64, sim::Catom>> order;
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
         if (part.owned(c)) order.emplace_back(part.ensemble.id(c), c);
     std::sort(order.begin(), order.end());
     ByteWriter out;
-    std::string text;
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
         facts.clear();
-        tuple::each_fact(part.module, part.columns, part.geometry(), predicate, catom,
+        tuple::each_fact(part.module, part.columns, part.geometry(), table.predicate, catom,
                          [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
         if (facts.empty()) continue;
         std::sort(facts.begin(), facts.end(),
                   [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
-        text.clear();
-        for (const auto& fact : facts) text += tuple::print_fact(part.module, p, id, fact.data()) + ".\n";
+        ByteWriter packed;
+        for (const auto& fact : facts) pack_fact(form, part.module, table, id, fact.data(), packed);
         out.write(id);
-        out.write_string(text);
+        out.write_block(packed.view());
     }
     return out.take();
 }
 
-// Reads packed lines one after another.
-bool read_lines(ByteReader& in, Lines& out) {
-    if (in.done()) return false;
-    out.id = in.read<u64>();
-    out.text = in.read_string();
-    return true;
-}
-
-void merge(const std::vector<std::vector<std::byte>>& parts, OutputFile& file) {
+// What all processes have packed, by id.
+void merge(const std::vector<std::vector<std::byte>>& parts, FactsFile& file) {
     std::vector<ByteReader> readers;
-    std::vector<Lines> heads(parts.size());
     std::priority_queue<std::pair<u64, std::size_t>, std::vector<std::pair<u64, std::size_t>>, std::greater<>> next;
     for (std::size_t i = 0; i < parts.size(); ++i) {
         readers.emplace_back(parts[i], "facts of a process");
-        if (read_lines(readers[i], heads[i])) next.emplace(heads[i].id, i);
+        if (!readers[i].done()) next.emplace(readers[i].read<u64>(), i);
     }
     while (!next.empty()) {
         const std::size_t i = next.top().second;
         next.pop();
-        file.write(heads[i].text);
-        if (read_lines(readers[i], heads[i])) next.emplace(heads[i].id, i);
+        file.rows(readers[i].read_block());
+        if (!readers[i].done()) next.emplace(readers[i].read<u64>(), i);
     }
 }
 
 }  // namespace
 
-Result<void> write_facts(sim::Subdomain& part, OutputFile* file) {
+FactsForm facts_form(const std::string& path) {
+    const std::string extension = std::filesystem::path(path).extension().string();
+    return path.ends_with('/')                          ? FactsForm::CsvFolder
+           : extension == ".csv"                        ? FactsForm::Csv
+           : extension == ".h5" || extension == ".hdf5" ? FactsForm::Hdf5
+                                                        : FactsForm::Text;
+}
+
+Result<void> check_facts_path(const std::string& path) {
+    const FactsForm form = facts_form(path);
+    if (form == FactsForm::CsvFolder) return {};
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error))
+        return fail(fmt::format("cannot write {}: it is a folder", path),
+                    fmt::format("Write {}/ for a CSV file of each predicate in it", path));
+    if (form == FactsForm::Hdf5 && OutputFile::names_stream(path))
+        return fail(fmt::format("cannot write {}: HDF5 is no stream, and this is no regular file", path), "Choose another path");
+    const std::string extension = std::filesystem::path(path).extension().string();
+    if (std::ranges::find(kOtherFormats, extension) == kOtherFormats.end()) return {};
+    return fail(fmt::format("cannot write {}: facts are not written in the format of {}", path, extension),
+                fmt::format("Write {0}.h5, or {0}/ for a folder of CSV files, and convert that; any other name gets text",
+                            path.substr(0, path.size() - extension.size())));
+}
+
+Result<std::unique_ptr<FactsFile>> open_facts(const std::string& path, const ModuleInfo& module, Durability durability) {
+    if (auto fine = check_facts_path(path); !fine) return tl::unexpected(fine.error());
+    switch (facts_form(path)) {
+        case FactsForm::Csv:
+            return open_csv(path, module, durability);
+        case FactsForm::CsvFolder:
+            return open_csv_folder(path, module, durability);
+        case FactsForm::Hdf5:
+            return open_hdf5(path, module, durability);
+        case FactsForm::Text:
+            break;
+    }
+    auto file = OutputFile::open(path, Appears::Whole, durability);
+    if (!file) return tl::unexpected(file.error());
+    return std::make_unique<TextFacts>(std::move(*file));
+}
+
+Result<void> write_facts(sim::Subdomain& part, FactsForm form, FactsFile* file) {
     part.refresh();
-    std::vector<u32> order;
-    for (u32 i = 0; i < part.module.predicate_count; ++i)
-        if (shown(part.module.predicates[i])) order.push_back(i);
-    std::sort(order.begin(), order.end(), [&](u32 a, u32 b) {
-        const PredicateInfo &x = part.module.predicates[a], &y = part.module.predicates[b];
-        const int names = std::strcmp(x.name, y.name);
-        return names != 0 ? names < 0 : x.arity < y.arity;
-    });
     const bool writer = part.comm.process() == 0;
     MELD_CHECK(writer == (file != nullptr), "process 0 alone has the file of facts");
-    for (const u32 predicate : order) {
-        std::vector<std::byte> mine = facts_of(part, predicate);
+    const std::vector<FactTable> tables = fact_tables(part.module);
+    for (const FactTable& table : tables) {
+        std::vector<std::byte> mine = facts_of(part, form, table);
         std::vector<std::vector<std::byte>> all(1);
         if (writer) all[0] = std::move(mine);
         std::vector<comm::Packet> packets;
         if (!writer && !mine.empty()) packets.push_back({0, std::move(mine)});
         if (!part.alone())
             for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
-        if (writer) merge(all, *file);
+        if (!writer) continue;
+        file->begin(table);
+        merge(all, *file);
     }
-    Result<void> written;
-    if (writer) written = file->commit();
+    const Result<void> written = writer ? file->commit() : Result<void>{};
     return comm::outcome_of_first(part.comm, written);
-}
-
-namespace {
-
-// Of a cell its key, of a place anywhere all its bits.
-u64 place_of(const sim::Subdomain& part, sim::Catom catom) {
-    if (!part.ensemble.is_free()) return part.lattice.key(part.ensemble.cell(catom));
-    u64 hash = 0;
-    for (const double x : part.ensemble.position(catom)) hash = hash_combine(hash, std::bit_cast<u64>(x + 0.0));
-    return hash;
-}
-
-}  // namespace
-
-Digest state_digest(sim::Subdomain& part) {
-    part.refresh();
-    Digest digest;
-    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) digest.add(hash_combine(part.ensemble.id(c), place_of(part, c)));
-    for (u32 i = 0; i < part.module.predicate_count; ++i) {
-        const PredicateInfo& p = part.module.predicates[i];
-        if (!shown(p)) continue;
-        const u64 name = hash_combine(hash_text(p.name), p.arity);
-        for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-            if (!part.owned(c)) continue;
-            const u64 start = hash_combine(name, part.ensemble.id(c));
-            tuple::each_fact(part.module, part.columns, part.geometry(), i, c,
-                             [&](const Value* v) { digest.add(tuple::hash_arguments(part.module, p, start, v)); });
-        }
-    }
-    ByteWriter bytes;
-    bytes.write(digest);
-    Digest sum;
-    const std::vector<std::byte> all = part.comm.allgather(bytes.view());
-    ByteReader in(all, "digests of all processes");
-    for (int p = 0; p < part.comm.processes(); ++p) sum.combine(in.read<Digest>());
-    return sum;
 }
 
 }  // namespace meld::record

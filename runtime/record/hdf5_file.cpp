@@ -1,20 +1,18 @@
-// The only file that knows HDF5. The library is a build for parallel use, but is used by one process like any serial one.
-#define OMPI_SKIP_MPICXX 1
+// The library is a build for parallel use, but is used by one process like any serial one.
 #include "runtime/record/hdf5_file.h"
 
-#include <hdf5.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <system_error>
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/record/hdf5_library.h"
 
 namespace meld::record {
 
@@ -27,22 +25,6 @@ constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
 // Room for so many names in the header of a group; more go to a second block.
 constexpr unsigned kExpectedLinks = 32;
 constexpr unsigned kExpectedNameBytes = 24;
-
-// An HDF5 handle that is given back at the end of its scope.
-class Handle {
-  public:
-    Handle(hid_t id, herr_t (*release)(hid_t)) : id_(id), release_(release) {}
-    ~Handle() {
-        if (id_ >= 0) release_(id_);
-    }
-    Handle(const Handle&) = delete;
-    Handle& operator=(const Handle&) = delete;
-    operator hid_t() const { return id_; }
-
-  private:
-    hid_t id_;
-    herr_t (*release_)(hid_t);
-};
 
 hid_t stored_type(ElementType type) {
     switch (type) {
@@ -70,22 +52,6 @@ hid_t memory_type(ElementType type) {
             return H5T_NATIVE_UINT8;
     }
     return -1;
-}
-
-// The innermost entry of HDF5's error stack is where it began; the system's own words are quoted in it.
-herr_t take_innermost(unsigned depth, const H5E_error2_t* entry, void* result) {
-    if (depth == 0 && entry->desc != nullptr) *static_cast<std::string*>(result) = entry->desc;
-    return 0;
-}
-
-std::string text_of_last_error() {
-    std::string text;
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &text);
-    constexpr std::string_view key = "error message = '";
-    const std::size_t begin = text.find(key);
-    if (begin == std::string::npos) return text.empty() ? "HDF5 gives no reason" : text;
-    const std::size_t message = begin + key.size();
-    return text.substr(message, text.find('\'', message) - message);
 }
 
 // A fixed-length string type; HDF5 has none of length zero.
@@ -158,18 +124,6 @@ hid_t driver() {
         return H5FDregister(&own_driver);
     }();
     return made;
-}
-
-void set_up_library_once() {
-    static const bool done = [] {
-        // A file that could not be written must not be tried again when the process ends.
-        H5dont_atexit();
-        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-        // Viewers may read while we write: every flushed step is complete.
-        setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
-        return true;
-    }();
-    static_cast<void>(done);
 }
 
 }  // namespace

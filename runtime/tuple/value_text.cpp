@@ -37,14 +37,13 @@ std::pair<std::string_view, std::string_view> brackets(ValueType kind) {
     }
 }
 
-}  // namespace
-
-std::string print_text(std::string_view rest) {
-    std::string text = "\"";
+// With a backslash before a backslash and before `also`, and line breaks, tabs and what is no visible text as escapes.
+std::string escaped(std::string_view rest, char also) {
+    std::string text;
     while (!rest.empty()) {
         const char c = rest.front();
         const std::size_t size = visible_character(rest);
-        if (c == '"' || c == '\\')
+        if (c == also || c == '\\')
             text += std::string("\\") + c;
         else if (c == '\n')
             text += "\\n";
@@ -58,7 +57,19 @@ std::string print_text(std::string_view rest) {
             text += rest.substr(0, size);
         rest.remove_prefix(std::max<std::size_t>(1, size));
     }
-    return text + '"';
+    return text;
+}
+
+std::string_view bytes_of(const List* string) {
+    return string == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(string->items), string->count);
+}
+
+}  // namespace
+
+std::string print_text(std::string_view bytes) { return '"' + escaped(bytes, '"') + '"'; }
+
+std::string print_plain(Type type, Value v) {
+    return type.kind() == ValueType::String ? escaped(bytes_of(v.list), '\\') : print_value(type, v);
 }
 
 std::string print_value(Type type, Value v) {
@@ -72,8 +83,7 @@ std::string print_value(Type type, Value v) {
         case ValueType::Float:
             return print_float(v.real);
         case ValueType::String:
-            return print_text(v.list == nullptr ? std::string_view{}
-                                                : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count));
+            return print_text(bytes_of(v.list));
         default:
             break;
     }

@@ -15,6 +15,8 @@ namespace meld::tuple {
 std::string print_value(Type type, Value v);
 // The same for a string with these bytes.
 std::string print_text(std::string_view bytes);
+// The same but for a string that is the whole value: it stands without its quotes, and those in it without backslash.
+std::string print_plain(Type type, Value v);
 // "list int", as a program declares it.
 std::string type_name(Type type);
 

@@ -12,6 +12,13 @@ foreach(class Paths Locks Streams Disks)
   add_test(NAME cli_outputs_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/outputs_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
 endforeach()
+# Facts as tables, read with the Python package.
+foreach(class Tables Refusals Whole)
+  string(TOLOWER ${class} name)
+  add_test(NAME cli_facts_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/facts_test.py
+    --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(cli_facts_${name} PROPERTIES ENVIRONMENT PYTHONPATH=${CMAKE_SOURCE_DIR}/python TIMEOUT 120)
+endforeach()
 # What a user may trust.
 foreach(class Cache Inputs Terminal Agreement)
   string(TOLOWER ${class} name)

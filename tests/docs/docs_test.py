@@ -10,7 +10,7 @@ Each page has a scratch folder with a copy of examples/, in which its blocks run
     console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends;
                             `measured`: shown as really printed, but the summary's times and sizes may differ
     sh                      run as a whole; must end well
-    python                  run by Debian's Python
+    python                  run by Debian's Python, which finds the package in python/
     cpp                     its syntax is checked, with the repository's headers
     text, none              not run
 
@@ -105,6 +105,7 @@ class Page:
         shutil.copytree(ROOT / "examples", scratch / "examples")
         (scratch / "docs").symlink_to(ROOT / "docs")
         self.environment = dict(os.environ, PATH=f"{tools}:{bin_folder}:{os.environ['PATH']}", XDG_CACHE_HOME=str(scratch.parent / "cache"),
+                                PYTHONPATH=str(ROOT / "python"), PYTHONDONTWRITEBYTECODE="1",
                                 COLUMNS="100", LC_ALL="C.UTF-8", OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                                 OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
 

@@ -8,7 +8,7 @@
 
 #include "changes.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/record/facts_file.h"
+#include "runtime/record/state_digest.h"
 #include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"

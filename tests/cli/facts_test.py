@@ -1,0 +1,246 @@
+"""Facts as tables: `--facts-out` with a folder of CSV files or an HDF5 file, and what Python makes of them.
+
+    facts_test.py --meldsim PATH [unittest options]
+"""
+import argparse
+import json
+import os
+import pathlib
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import pandas
+
+import claymeld
+
+TOOLS = argparse.Namespace()
+WORLD = 'lattice = "cubic"\n[[body]]\nshape = "box(5, 4, 3)"\n'
+# Every type; names that are missing, double or reserved; a string with all that must be escaped; a predicate with two arities.
+EVERYTHING = r"""
+type dist(node, min int Hops, node Via).
+type all(node, int, float X, float X, vec3 Force, bool Ok, string tick).
+type lists(node, list int Ints, set string Names, :(int, float) Pair, list list float Reals).
+type many(node, int facts, node arg2).
+type here(node).
+type here(node, int).
+type never(node, string).
+dist(@0, 0, @0).
+dist(B, D + 1, A) :- neighbor(A, B), dist(A, D, _).
+all(A, I, 0.1 * int2float(I), 1.0e-300, vec3(int2float(I), 2.5, 0.0 - 1.0e300), I % 2 = 0, "a,\"b\" \\n\n\t\x01\xff é " ++ int2str(I)) :-
+    id(A, I).
+all(A, 9223372036854775807, 0.0, 0.0, vec3(0.0, 0.0, 0.0), true, "") :- id(A, 3).
+lists(A, [I, 0 - I], list2set(["NA", int2str(I)]), :(I, 0.5), [[0.1, 2.0], []]) :- id(A, I), I < 5.
+many(A, I, B) :- neighbor(A, B), id(A, I).
+here(A) :- id(A, I), I < 3.
+here(A, I * I) :- id(A, I).
+never(A, "x") :- id(A, 0 - 1).
+"""
+ONE = "type p(node, int Count).\np(A, N) :- neighborCount(A, N).\n"
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld facts "))
+        self.addCleanup(shutil.rmtree, self.folder)
+        for name, text in (("w.toml", WORLD), ("all.meld", EVERYTHING), ("one.meld", ONE)):
+            (self.folder / name).write_text(text)
+
+    def run_tool(self, program, *arguments, **options):
+        command = [TOOLS.meldsim, "run", program, "--world", "w.toml", *map(str, arguments)]
+        options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+        return subprocess.run(command, cwd=self.folder, timeout=60, **options)
+
+    def fine(self, program, *arguments, **options):
+        done = self.run_tool(program, "--quiet", *arguments, **options)
+        self.assertEqual(done.returncode, 0, (arguments, done))
+        return done
+
+    def refused(self, program, *arguments, says, code=2, **options):
+        done = self.run_tool(program, *arguments, **options)
+        err = done.stderr.decode()
+        self.assertEqual((done.returncode, err.count("\n")), (code, 1), (arguments, done))
+        for text in says:
+            self.assertIn(text, err)
+        return err
+
+    def files(self, *folder):
+        return sorted(p.name for p in self.folder.joinpath(*folder).iterdir())
+
+
+class Tables(Case):
+    def expected(self):
+        """By table, the rows that the facts as text have."""
+        self.fine("all.meld", "--facts-out", "all.facts")
+        rows = {}
+        for line in (self.folder / "all.facts").read_text().splitlines():
+            name, arguments = re.fullmatch(r"(\w+)(\(.*\))\.", line).groups()
+            cells = []
+            for item in claymeld.value(arguments):
+                # Of what is no number only a vec3 stands in columns of its own.
+                cells += item if name == "all" and isinstance(item, tuple) else [item]
+            rows.setdefault(f"here.{len(cells)}" if name == "here" else name, []).append(tuple(cells))
+        return {**rows, "never": []}
+
+    def test_frames_have_every_fact(self):
+        expected = self.expected()
+        self.assertGreater(len(expected["dist"]), 50)
+        for path in ("tables/", "tables.h5", "tables.hdf5"):
+            self.fine("all.meld", "--facts-out", path)
+            frames = claymeld.facts(self.folder / path)
+            self.assertEqual(set(frames), set(expected), path)
+            for name, frame in frames.items():
+                self.assertEqual([tuple(row) for row in frame.itertuples(index=False, name=None)], expected[name], (path, name))
+            self.assertEqual(list(frames["dist"].columns), ["catom", "Hops", "Via"])
+            self.assertEqual(list(frames["many"].columns), ["catom", "arg1", "arg2"])
+            columns = {name: str(dtype) for name, dtype in frames["all"].dtypes.items()}
+            self.assertEqual(columns, {"catom": "int64", "arg1": "int64", "arg2": "float64", "arg3": "float64", "Force.x": "float64",
+                                       "Force.y": "float64", "Force.z": "float64", "Ok": "bool", "arg6": "object"})
+            pandas.testing.assert_frame_equal(claymeld.facts(self.folder / path, "dist"), frames["dist"])
+            with self.assertRaisesRegex(KeyError, "no table 'distance'; it has .*dist"):
+                claymeld.facts(self.folder / path, "distance")
+
+    def test_bytes_do_not_depend_on_the_partition(self):
+        for path in ("t/", "t.h5"):
+            contents = []
+            for processes, threads in ((1, 1), (1, 3), (2, 1), (3, 2)):
+                self.fine("all.meld", "--facts-out", path, "-n", processes, "--threads", threads)
+                written = self.folder / path
+                contents.append([p.read_bytes() for p in sorted(written.iterdir())] if written.is_dir() else [written.read_bytes()])
+            self.assertTrue(all(content == contents[0] for content in contents), path)
+
+    def test_other_readers(self):
+        """What is read without the package: pandas reads CSV, h5py HDF5."""
+        self.fine("all.meld", "--facts-out", "t/")
+        self.fine("all.meld", "--facts-out", "t.h5")
+        dist = claymeld.facts(self.folder / "t.h5", "dist")
+        pandas.testing.assert_frame_equal(pandas.read_csv(self.folder / "t/dist.csv"), dist)
+        with h5py.File(self.folder / "t.h5") as file:
+            pandas.testing.assert_frame_equal(pandas.DataFrame(file["dist"][:]), dist)
+            self.assertEqual(list(file["all"].attrs["types"]), ["node", "int", *["float"] * 5, "bool", "string"])
+        package = json.loads((self.folder / "t/datapackage.json").read_text())
+        self.assertEqual([r["path"] for r in package["resources"]], [n for n in self.files("t") if n.endswith(".csv")])
+        # A fact is a line, whatever its strings hold.
+        self.assertEqual(len((self.folder / "t/all.csv").read_bytes().split(b"\n")), len(claymeld.facts(self.folder / "t", "all")) + 2)
+
+    def test_program_with_one_table(self):
+        self.fine("one.meld", "--facts-out", "p.csv")
+        self.fine("one.meld", "--facts-out", "t/")
+        text = (self.folder / "p.csv").read_text()
+        self.assertTrue(text.startswith("catom,Count\n0,3\n"), text[:40])
+        self.assertEqual(text, (self.folder / "t/p.csv").read_text())
+        with open(self.folder / "stream", "wb") as out:
+            os.symlink("/dev/stdout", self.folder / "out.csv")
+            self.fine("one.meld", "--facts-out", "out.csv", stdout=out)
+        self.assertEqual((self.folder / "stream").read_text(), text)
+
+
+class Refusals(Case):
+    def test_names_that_promise_something_else(self):
+        self.refused("all.meld", "--facts-out", "x.csv", says=["holds one table", "has 7: all, dist, here.1", "Write x/", "x.h5"])
+        for name in ("x.parquet", "x.arrow", "x.feather", "x.tsv", "x.json"):
+            self.refused("one.meld", "--facts-out", name, says=["not written in the format of .", "Write x.h5", "x/"])
+        (self.folder / "there").mkdir()
+        self.refused("one.meld", "--facts-out", "there", says=["it is a folder", "Write there/"])
+        self.refused("one.meld", "--facts-out", "no/such/", says=["cannot write no/such/: No such file"])
+        self.refused("one.meld", "--facts-out", "no/such.h5", says=["cannot write no/such.h5: No such file"])
+        self.refused("one.meld", "--facts-out", "w.toml/", says=["cannot write w.toml/"])
+        os.mkfifo(self.folder / "fifo.h5")
+        self.refused("one.meld", "--facts-out", "fifo.h5", says=["HDF5 is no stream"])
+        self.assertEqual(self.files(), ["all.meld", "fifo.h5", "one.meld", "there", "w.toml"])
+
+    def test_folders_of_others(self):
+        self.fine("all.meld", "--facts-out", "t/")
+        before = self.files("t")
+        self.refused("one.meld", "--facts-out", "t/", says=["none of this run, all.csv", "Remove it"])
+        self.assertEqual(self.files("t"), before)
+        (self.folder / "data").mkdir()
+        (self.folder / "data/datapackage.json").write_text('{"name": "rainfall"}')
+        self.refused("one.meld", "--facts-out", "data/", says=["datapackage.json describes other data"])
+        # Files of other kinds may stay.
+        (self.folder / "data/datapackage.json").unlink()
+        (self.folder / "data/notes.txt").write_text("a user's")
+        self.fine("one.meld", "--facts-out", "data/")
+        self.fine("one.meld", "--facts-out", "data/")
+        self.assertEqual(self.files("data"), ["datapackage.json", "notes.txt", "p.csv"])
+
+    def test_json_and_facts_on_one_stream(self):
+        for path in ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"):
+            self.refused("one.meld", "--json", "--facts-out", path, says=["--facts-out and --json both write to standard output"])
+        with open(self.folder / "both.txt", "wb") as out:
+            self.refused("one.meld", "--json", "--facts-out", "both.txt", stdout=out, says=["both write to standard output"])
+        self.assertEqual((self.folder / "both.txt").read_bytes(), b"")
+
+    def test_python_says_what_it_cannot_read(self):
+        self.fine("one.meld", "--facts-out", "text")
+        (self.folder / "folder").mkdir()
+        with h5py.File(self.folder / "other.h5", "w"):
+            pass
+        for name, says in (("text", "neither"), ("folder", "datapackage.json is missing"), ("other.h5", "its format is None")):
+            with self.assertRaisesRegex(ValueError, says):
+                claymeld.facts(self.folder / name)
+        for text in ("[1, 2", "1 2", "}", "hello", '"a'):
+            with self.assertRaises(ValueError):
+                claymeld.value(text)
+
+
+class Whole(Case):
+    """Files are replaced as a whole, and a run that fails leaves what was there."""
+
+    def limit(self):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    def test_full_disk(self):
+        (self.folder / "w.toml").write_text(WORLD.replace("5, 4, 3", "40, 40, 3"))
+        self.fine("one.meld")
+        (self.folder / "f.h5").write_text("old")
+        self.refused("one.meld", "--quiet", "--facts-out", "f.h5", says=["cannot write f.h5: File too large"], code=4,
+                     preexec_fn=self.limit)
+        self.assertEqual((self.folder / "f.h5").read_text(), "old")
+        self.fine("one.meld", "--facts-out", "t/", "--ticks", "0")
+        before = (self.folder / "t/p.csv").read_bytes()
+        self.refused("one.meld", "--quiet", "--facts-out", "t/", says=["cannot write t/p.csv: File too large"], code=4,
+                     preexec_fn=self.limit)
+        self.assertEqual((self.folder / "t/p.csv").read_bytes(), before)
+        self.refused("one.meld", "--quiet", "--facts-out", "new/", says=["cannot write new/p.csv"], code=4, preexec_fn=self.limit)
+        self.assertEqual(self.files(), ["all.meld", "f.h5", "one.meld", "t", "w.toml"])
+        self.assertEqual(self.files("t"), ["datapackage.json", "p.csv"])
+
+    def test_modes_and_links_stay(self):
+        (self.folder / "there").mkdir()
+        for name in ("f.h5", "t/"):
+            self.fine("one.meld", "--facts-out", name)
+        for name, file in (("f.h5", "f.h5"), ("t/", "t/p.csv")):
+            os.chmod(self.folder / file, 0o640)
+            self.fine("one.meld", "--facts-out", name)
+            self.assertEqual(oct(os.stat(self.folder / file).st_mode & 0o777), oct(0o640))
+        (self.folder / "link.h5").symlink_to("there/real.h5")
+        self.fine("one.meld", "--facts-out", "link.h5", "--sync")
+        self.assertTrue((self.folder / "link.h5").is_symlink())
+        self.assertEqual((self.folder / "there/real.h5").read_bytes(), (self.folder / "f.h5").read_bytes())
+
+    def test_failed_run_has_its_last_good_tick(self):
+        (self.folder / "ever.meld").write_text("type p(node, int).\np(A, T) :- tick(A, T).\n")
+        (self.folder / "w.toml").write_text(WORLD + "[limits]\nmax_ticks = 7\n")
+        for path in ("t/", "f.h5", "f.csv"):
+            self.assertEqual(self.run_tool("ever.meld", "--facts-out", path).returncode, 4)
+        self.assertEqual(len(set(claymeld.facts(self.folder / "t", "p")["arg1"])), 1)
+        pandas.testing.assert_frame_equal(claymeld.facts(self.folder / "t", "p"), claymeld.facts(self.folder / "f.h5", "p"))
+        self.assertEqual((self.folder / "t/p.csv").read_bytes(), (self.folder / "f.csv").read_bytes())
+        # One that ends in the middle of a tick writes none.
+        (self.folder / "fails.meld").write_text("type p(node, int).\np(A, 10 / (2 - T)) :- tick(A, T).\n")
+        self.assertEqual(self.run_tool("fails.meld", "--strict", "--facts-out", "new/").returncode, 1)
+        self.assertFalse((self.folder / "new").exists())
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldsim", required=True)
+    TOOLS, rest = parser.parse_known_args()
+    TOOLS.meldsim = os.path.abspath(TOOLS.meldsim)
+    unittest.main(argv=[sys.argv[0], *rest])
