@@ -306,20 +306,41 @@ void Hdf5File::lengthen(ColumnIndex index, std::uint64_t rows) {
     column.rows = rows;
 }
 
+namespace {
+
+// Rows of a dataset, as they stand in the file and in memory.
+struct Selection {
+    Handle in_file, in_memory;
+    Selection(hid_t dataset, const ColumnShape& shape, std::uint64_t first_row, std::uint64_t rows)
+        : in_file(H5Dget_space(dataset), H5Sclose), in_memory(space(shape, rows), H5Sclose) {
+        const std::array<hsize_t, 2> begin = {first_row, 0}, count = {rows, static_cast<hsize_t>(shape.components)};
+        fine = H5Sselect_hyperslab(in_file, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr);
+    }
+    static hid_t space(const ColumnShape& shape, std::uint64_t rows) {
+        const std::array<hsize_t, 2> count = {rows, static_cast<hsize_t>(shape.components)};
+        return H5Screate_simple(shape.components > 1 || shape.two_dimensional ? 2 : 1, count.data(), nullptr);
+    }
+    herr_t fine = 0;
+};
+
+}  // namespace
+
+void Hdf5File::read_rows(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, void* data) {
+    if (failed() || rows == 0) return;
+    const Column& column = columns_[index];
+    const Selection selected(column.dataset, column.shape, first_row, rows);
+    check(selected.fine);
+    if (!failed()) check(H5Dread(column.dataset, memory_type(column.shape.type), selected.in_memory, selected.in_file, H5P_DEFAULT, data));
+}
+
 void Hdf5File::write_rows(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, const void* data) {
     lengthen(index, first_row + rows);
     if (failed() || rows == 0) return;
     const Column& column = columns_[index];
-    const auto components = static_cast<hsize_t>(column.shape.components);
-    const int dimensions = column.shape.components > 1 || column.shape.two_dimensional ? 2 : 1;
-    const std::array<hsize_t, 2> begin = {first_row, 0};
-    const std::array<hsize_t, 2> count = {rows, components};
-    const Handle in_file(H5Dget_space(column.dataset), H5Sclose);
-    check(H5Sselect_hyperslab(in_file, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr));
-    const Handle in_memory(H5Screate_simple(dimensions, count.data(), nullptr), H5Sclose);
-    if (!failed()) check(H5Dwrite(column.dataset, memory_type(column.shape.type), in_memory, in_file, H5P_DEFAULT, data));
+    const Selection selected(column.dataset, column.shape, first_row, rows);
+    check(selected.fine);
+    if (!failed()) check(H5Dwrite(column.dataset, memory_type(column.shape.type), selected.in_memory, selected.in_file, H5P_DEFAULT, data));
 }
-
 void Hdf5File::flush() {
     if (!failed()) check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
     if (failed() || durability_ == Durability::Process) return;
@@ -333,6 +354,8 @@ std::uint64_t Hdf5File::space_ahead() const {
     auto* const file = static_cast<H5FD_t*>(driver_file_);
     return H5FDget_eoa(file, H5FD_MEM_DEFAULT) - next_address[file];
 }
+
+std::uint64_t Hdf5File::size_bytes() const { return failed() ? 0 : next_address[static_cast<H5FD_t*>(driver_file_)]; }
 
 // The library notices a new end of the file when it asks for space.
 void Hdf5File::notice_end() {

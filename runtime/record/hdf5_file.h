@@ -62,6 +62,8 @@ class Hdf5File {
     ColumnIndex make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows = 0);
     // Writes rows from `first_row` on, also beyond the end.
     void write_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
+    // Rows that are there.
+    void read_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, void* data);
     void lengthen(ColumnIndex column, std::uint64_t rows);
     std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
     const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
@@ -72,6 +74,8 @@ class Hdf5File {
     // file that can be read after each of its writes: the library writes the position of the end last, and readers refuse data behind it.
     void extend(std::uint64_t bytes);
     std::uint64_t space_ahead() const;
+    // How large it would be if it were closed now.
+    std::uint64_t size_bytes() const;
     void close();
 
   private:

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <span>
 #include <utility>
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/comm/outcome.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/tuple/value_text.h"
 
 namespace meld::record {
 
@@ -29,23 +26,23 @@ Result<void> Recorder::start(sim::Subdomain& part) {
             const PredicateInfo& p = part.module.predicates[i];
             if (name != p.name || p.auxiliary || p.column == kNone16) continue;
             found = true;
-            const ValueType type = p.arity > 0 ? p.fields[0].type : ValueType::Int;
-            recorded_.push_back({i, name,
-                                 type == ValueType::Float    ? As::Real
-                                 : type == ValueType::Vec3   ? As::Vector
-                                 : type >= ValueType::String ? As::Text
-                                                             : As::Integer});
+            const bool twice = std::ranges::any_of(recorded_, [&](const RecordedPredicate& r) { return r.predicate() == i; });
+            if (!twice) recorded_.emplace_back(part.module, i);
             break;
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
     }
     marks_.start(part.program_actions);
     info_.lines = marks_.lines();
-    for (const Recorded& r : recorded_)
-        if (r.name == "id" || r.name == "colour" || (r.name == "label" && marks_.labels()) ||
-            (r.name == "diameter" && part.has_diameters()))
-            return fail("a recording has an array '" + r.name + "' already, so it cannot have one of the predicate",
+    std::string descriptions;
+    for (const RecordedPredicate& r : recorded_) {
+        const std::string& name = r.name();
+        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && part.has_diameters()))
+            return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
+        descriptions += (descriptions.empty() ? "" : ", ") + r.description();
+    }
+    info_.predicates = "[" + descriptions + "]";
     Result<void> begun;
     if (part.comm.process() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
@@ -91,39 +88,7 @@ struct Recorder::Step {
     std::vector<double> diameters;
     std::vector<std::uint8_t> colours;
     std::vector<std::string> labels;
-    std::vector<std::vector<u64>> numbers;  // By recorded predicate, as words.
-    std::vector<std::vector<std::string>> texts;
 };
-
-// What the first fact of the predicate has as its first argument. Where there is no such fact a number is -1, a vector is
-// not a number, a text is empty; a predicate without arguments is 1 or 0.
-void Recorder::put_value(sim::Subdomain& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const {
-    const PredicateInfo& p = part.module.predicates[recorded.predicate];
-    const bool plain = p.arity == 0;
-    bool found = false;
-    Value first{};
-    tuple::each_fact(part.module, part.columns, part.geometry(), recorded.predicate, catom, [&](const Value* v) {
-        if (!found && !plain) first = v[0];
-        found = true;
-    });
-    switch (recorded.as) {
-        case As::Integer:
-            if (plain)
-                first.integer = found ? 1 : 0;
-            else if (!found)
-                first.integer = -1;
-            return out.write(first);
-        case As::Real:
-            if (!found) first.real = -1;
-            return out.write(first);
-        case As::Vector:
-            for (std::size_t i = 0; i < 3; ++i)
-                out.write(i < tuple::length(first.list) ? tuple::item(first.list, i).real : std::numeric_limits<double>::quiet_NaN());
-            return;
-        case As::Text:
-            out.write_string(found ? tuple::print_value(tuple::type_of(part.module, p.fields[0]), first) : "");
-    }
-}
 
 // What this process's catoms have drawn; then its catoms, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
@@ -132,7 +97,7 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
     for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
         if (!part.owned(c)) continue;
         out.write(Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter(c)});
-        for (const Recorded& r : recorded_) put_value(part, r, c, out);
+        for (const RecordedPredicate& r : recorded_) r.pack(part, c, out);
     }
     return out.take();
 }
@@ -153,17 +118,11 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         while (!in.done()) {
             const std::size_t at = all[part].size() - in.left();
             rows.push_back({in.read<Row>().id, part, at});
-            for (const Recorded& r : recorded_) {
-                if (r.as == As::Text)
-                    in.read_block();
-                else
-                    in.read_bytes((r.as == As::Vector ? 3 : 1) * sizeof(double));
-            }
+            for (const RecordedPredicate& r : recorded_) r.skip(in);
         }
     }
     std::sort(rows.begin(), rows.end());
-    step.numbers.resize(recorded_.size());
-    step.texts.resize(recorded_.size());
+    for (RecordedPredicate& r : recorded_) r.begin_step();
     for (const auto& [id, part, at] : rows) {
         const std::span<const std::byte> bytes = all[part];
         ByteReader in(bytes.subspan(at), "a row of a recording");
@@ -173,12 +132,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         step.diameters.push_back(row.diameter);
         for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
         if (marks_.labels()) step.labels.push_back(marks_.label(id));
-        for (std::size_t i = 0; i < recorded_.size(); ++i) {
-            if (recorded_[i].as == As::Text)
-                step.texts[i].push_back(in.read_string());
-            else
-                for (int k = recorded_[i].as == As::Vector ? 3 : 1; k > 0; --k) step.numbers[i].push_back(in.read<u64>());
-        }
+        for (RecordedPredicate& r : recorded_) r.unpack(id, in);
     }
 }
 
@@ -202,15 +156,9 @@ Result<void> Recorder::write_step(sim::Subdomain& part, const std::vector<std::v
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
     if (part.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
-    for (std::size_t i = 0; i < recorded_.size(); ++i) {
-        const Recorded& r = recorded_[i];
-        if (r.as == As::Text)
-            arrays.push_back({r.name, RecordedArray::Text, step.texts[i].data(), 1});
-        else
-            arrays.push_back({r.name, r.as == As::Integer ? RecordedArray::Int64 : RecordedArray::Float64, step.numbers[i].data(),
-                              r.as == As::Vector ? 3 : 1});
-    }
-    return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids));
+    std::vector<RecordedTable> tables;
+    for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
+    return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables);
 }
 
 // Process 0 gets everything and writes it.

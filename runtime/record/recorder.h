@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/record/marks.h"
+#include "runtime/record/recorded_predicate.h"
 #include "runtime/record/recording.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
@@ -15,7 +16,7 @@ namespace meld::record {
 
 class Recorder : public sim::SimModule {
   public:
-    // predicates: names of predicates whose first argument after the catom is recorded (1 or 0 where it has none).
+    // predicates: names of predicates whose facts are recorded.
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
     Result<void> start(sim::Subdomain& part) override;
     Result<void> after(sim::Subdomain& part) override;
@@ -24,16 +25,8 @@ class Recorder : public sim::SimModule {
     Result<void> ending() const override { return ending_; }
 
   private:
-    // How a predicate is recorded, by the type of its first argument: a number, three numbers, or the value as text.
-    enum class As { Integer, Real, Vector, Text };
-    struct Recorded {
-        u32 predicate;
-        std::string name;
-        As as;
-    };
     struct Step;
     Result<void> write(sim::Subdomain& part);
-    void put_value(sim::Subdomain& part, const Recorded& recorded, sim::Catom catom, ByteWriter& out) const;
     std::vector<std::byte> pack(sim::Subdomain& part);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
@@ -43,7 +36,7 @@ class Recorder : public sim::SimModule {
     int every_;
     std::vector<std::string> wanted_;
     RecordingInfo info_;
-    std::vector<Recorded> recorded_;
+    std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
     Marks marks_;
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;

@@ -1,25 +1,27 @@
 // The layout of a recording: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format, "Temporal Data".
 //
 // A step is a row of offsets into columns that only grow; these rows are in runtime/record/step_table.h. What a step adds to a column
-// begins on a chunk boundary, so that writing it never touches what an earlier one has written. A "part" in the sense of the format
-// says how many points, vertices and lines there are; steps with as many catoms and the same lines share one, with its connectivity
-// 0, 1, 2, ...
+// begins on a chunk boundary, so that writing it never touches what an earlier one has written. Points, vertices and lines are counted by
+// part (runtime/record/part_table.h).
 #include "runtime/record/recording.h"
 
 #include <xxhash.h>
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <bit>
+#include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
-#include <numeric>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/record/disk_space.h"
+#include "runtime/record/fact_series.h"
 #include "runtime/record/hdf5_file.h"
+#include "runtime/record/part_table.h"
 #include "runtime/record/step_table.h"
 #include "runtime/record/text_table.h"
 #include "runtime/record/xdmf.h"
@@ -29,13 +31,10 @@ namespace meld::record {
 namespace {
 
 constexpr std::int64_t kFormatVersion = 1;
-// The order in which the format lists the kinds of cells; catoms are vertices, and the last two stay empty.
-constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygons", "Strips"};
-
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
 constexpr std::uint64_t kFewestChunkRows = 1024;
 constexpr std::uint64_t kMaxChunkRows = 65536;
-constexpr std::uint64_t kPartsPerChunk = 1024;
+constexpr std::int64_t kStepsAtOnce = 4096;  // Read at the end.
 
 // What HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
 // columns of the steps.
@@ -71,20 +70,6 @@ struct SeriesColumn {
     std::uint64_t blank_rows = 0;
 };
 
-// Where the cells of a part are, vertices and lines.
-struct Part {
-    std::int64_t index = 0;
-    std::array<std::int64_t, 4> cell_offsets = {};
-    std::array<std::int64_t, 4> connectivity_offsets = {};
-};
-// How many catoms, and which lines.
-struct PartKey {
-    std::uint64_t rows = 0, lines = 0;
-    XXH128_hash_t hash = {};
-    auto order() const { return std::tuple(rows, lines, hash.low64, hash.high64); }
-    bool operator<(const PartKey& other) const { return order() < other.order(); }
-};
-
 }  // namespace
 
 struct Recording::State {
@@ -93,46 +78,38 @@ struct Recording::State {
     // In this order, so that the library closes its file before its place is given up.
     std::optional<OutputFile> output;
     std::unique_ptr<Hdf5File> file;
-    std::optional<XdmfSidecar> sidecar;
+    std::optional<OutputFile> sidecar, line_sidecar;  // Written at the end.
     std::optional<Error> failure;
     bool lacks_step = false;  // One that there was no space for.
 
     std::optional<StepTable> steps;
     std::uint64_t most_rows = 0;
     StepColumn values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
-    ColumnIndex number_of_points = 0;
-    std::array<ColumnIndex, 4> number_of_cells = {}, number_of_connectivity_ids = {}, offsets = {}, connectivity = {};
+    std::optional<PartTable> parts;
     std::optional<SeriesColumn> points;
     std::map<std::string, SeriesColumn> arrays;
     std::map<std::string, TextTable> texts;
 
-    std::optional<XdmfSidecar> line_sidecar;
-
-    std::map<PartKey, Part> parts;
-    std::map<std::uint64_t, std::int64_t> connectivity_of_rows;  // Of so many vertices.
-    std::int64_t next_cell_offset = 0;
-    std::int64_t next_line_offset = 1;  // See write_lines.
+    std::map<std::string, FactSeries> tables;
 
     void make_layout(const RecordingInfo& info);
     void make_point_columns(std::uint64_t rows);
     SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
-    const Part& part_with(std::uint64_t rows, std::span<const RecordedLine> lines);
-    void write_vertices(std::uint64_t rows, Part& part);
-    void write_lines(std::span<const RecordedLine> lines, Part& part);
     void write_series(SeriesColumn& column, std::uint64_t rows, const void* data);
     void leave_blank(SeriesColumn& column, std::uint64_t rows);
     void write_points(std::span<const std::array<double, 3>> positions);
     void write_array(const RecordedArray& array, std::uint64_t rows);
     void write_row_of_step(double time, const Part& part);
-    std::vector<XdmfSlab> write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
-    XdmfSlab slab_of_points() const;
-    XdmfSlab slab_of_lines(const Part& part) const;
+    void write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
+    void write_table(const RecordedTable& table);
+    void each_step(const std::function<void(const XdmfStep&)>& visit) const;
+    Result<void> write_sidecars();
 
     // Arrays of texts become arrays of their numbers, which stand in `numbers`.
-    void number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::vector<std::vector<std::int64_t>>& numbers);
+    void number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers);
     void write_texts();
     std::optional<std::string> reserve(std::uint64_t bytes);
-    std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const;
+    std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given, std::span<const RecordedTable> given_tables) const;
     Result<void> appear();
     tl::unexpected<Error> cannot_write(const std::string& why) const;
 };
@@ -153,14 +130,17 @@ tl::unexpected<Error> Recording::State::cannot_write(const std::string& why) con
 }
 
 // The most by which the file can grow in a step. A chunk that does not get smaller by compression is stored as it is.
-std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const RecordedArray> given) const {
+std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const RecordedArray> given,
+                                            std::span<const RecordedTable> given_tables) const {
     const std::uint64_t partly_filled_chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMaxChunkRows);
     std::uint64_t row_bytes = 3 * sizeof(float) + 2 * sizeof(std::int64_t);  // Its position, and its place in a new part.
     for (const RecordedArray& array : given)
         row_bytes += static_cast<std::uint64_t>(array.components) * size_of(element_type(array.type)) + kTableBytesARow;
     std::uint64_t text_bytes = 0;
     for (const auto& [name, table] : texts) text_bytes += table.waiting_bytes();
-    return text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+    std::uint64_t fact_bytes = 0;
+    for (const RecordedTable& table : given_tables) fact_bytes += FactSeries::most_growth(table, partly_filled_chunk);
+    return fact_bytes + text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
 }
 
 // Space for a step that needs no more than this; why there is none, or nothing. Also some for the next ones, which may need less.
@@ -173,12 +153,11 @@ std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
     return std::nullopt;
 }
 
-void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows,
-                                    std::vector<std::vector<std::int64_t>>& numbers) {
-    numbers.reserve(given.size());
+void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers) {
     for (RecordedArray& array : given) {
         if (array.type != RecordedArray::Text) continue;
-        numbers.push_back(texts[array.name].numbers({static_cast<const std::string*>(array.data), rows}));
+        numbers.push_back(
+            texts[array.texts.empty() ? array.name : array.texts].numbers({static_cast<const std::string*>(array.data), rows}));
         array.type = RecordedArray::Int64;
         array.data = numbers.back().data();
     }
@@ -192,7 +171,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     file->make_group("/VTKHDF");
     file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
     file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
-    for (const char* group : {"/VTKHDF/PointData", "/meld", "/meld/texts"}) file->make_group(group);
+    for (const char* group : {"/VTKHDF/PointData", "/meld", "/meld/texts", "/meld/facts"}) file->make_group(group);
     steps.emplace(*file);
     values = steps->add_column("Values", ElementType::Float64);
     part_offsets = steps->add_column("PartOffsets", ElementType::Int64);
@@ -201,17 +180,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     cell_offsets = steps->add_column("CellOffsets", ElementType::Int64, 4);
     connectivity_offsets = steps->add_column("ConnectivityIdOffsets", ElementType::Int64, 4);
 
-    const ColumnShape one_a_part = {.type = ElementType::Int64, .components = 1, .chunk_rows = kPartsPerChunk};
-    number_of_points = file->make_column("/VTKHDF/NumberOfPoints", one_a_part);
-    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
-        const std::string group = fmt::format("/VTKHDF/{}", kCellKinds[kind]);
-        const ColumnShape ids = {.type = ElementType::Int64, .components = 1, .chunk_rows = 4096, .compressed = true};
-        file->make_group(group);
-        number_of_cells[kind] = file->make_column(group + "/NumberOfCells", one_a_part);
-        number_of_connectivity_ids[kind] = file->make_column(group + "/NumberOfConnectivityIds", one_a_part);
-        offsets[kind] = file->make_column(group + "/Offsets", ids);
-        connectivity[kind] = file->make_column(group + "/Connectivity", ids);
-    }
+    parts.emplace(*file);
 
     file->set_attribute("/meld", "format", std::string_view("claymeld recording"));
     file->set_attribute("/meld", "version", kFormatVersion);
@@ -221,6 +190,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     file->write_text("/meld/program", info.program);
     file->write_text("/meld/world", info.world);
     file->write_texts("/meld/arguments", info.arguments);
+    file->write_text("/meld/predicates", info.predicates);
 }
 
 // Columns with a row for each catom are made at the first step, when the size of the ensemble tells the size of a chunk.
@@ -268,54 +238,6 @@ void Recording::State::write_series(SeriesColumn& column, std::uint64_t rows, co
     column.written = true;
 }
 
-const Part& Recording::State::part_with(std::uint64_t rows, std::span<const RecordedLine> lines) {
-    const PartKey key = {rows, lines.size(), XXH3_128bits(lines.data(), lines.size_bytes())};
-    if (const auto known = parts.find(key); known != parts.end()) return known->second;
-    const auto index = static_cast<std::uint64_t>(parts.size());
-    Part part = {.index = static_cast<std::int64_t>(index)};
-    write_vertices(rows, part);
-    write_lines(lines, part);
-    const auto points_here = static_cast<std::int64_t>(rows), lines_here = static_cast<std::int64_t>(lines.size());
-    const std::array<std::int64_t, 4> cells = {points_here, lines_here, 0, 0}, ids = {points_here, 2 * lines_here, 0, 0};
-    const std::int64_t none = 0;
-    file->write_rows(number_of_points, index, 1, &points_here);
-    for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
-        file->write_rows(number_of_cells[kind], index, 1, &cells[kind]);
-        file->write_rows(number_of_connectivity_ids[kind], index, 1, &ids[kind]);
-        if (kind > 1) file->write_rows(offsets[kind], index, 1, &none);
-    }
-    return parts.emplace(key, part).first->second;
-}
-
-// Readers of VTK up to 9.3 find the Offsets of a part at its cell offset plus its index; later ones at its cell offset plus the
-// number of parts it takes to reach that offset. Counting an empty part as one cell, with a row of Offsets to spare, makes both
-// come out at the same row.
-void Recording::State::write_vertices(std::uint64_t rows, Part& part) {
-    std::vector<std::int64_t> ids(rows + 1);
-    std::iota(ids.begin(), ids.end(), 0);
-    const auto [known, is_new] = connectivity_of_rows.emplace(rows, static_cast<std::int64_t>(file->rows(connectivity[0])));
-    if (is_new) file->write_rows(connectivity[0], file->rows(connectivity[0]), rows, ids.data());
-    part.connectivity_offsets[0] = known->second;
-    part.cell_offsets[0] = next_cell_offset;
-    if (rows == 0) ids.push_back(0);
-    file->write_rows(offsets[0], file->rows(offsets[0]), ids.size(), ids.data());
-    next_cell_offset += static_cast<std::int64_t>(std::max<std::uint64_t>(rows, 1));
-}
-
-// Most parts may be without lines. So all cell offsets are one too large, after a row that is nobody's: no number of earlier
-// parts reaches them, and both kinds of readers come to the part's index.
-void Recording::State::write_lines(std::span<const RecordedLine> lines, Part& part) {
-    const std::int64_t nobodys = 0;
-    if (file->rows(offsets[1]) == 0) file->write_rows(offsets[1], 0, 1, &nobodys);
-    std::vector<std::int64_t> ends;
-    for (std::size_t i = 0; i <= lines.size(); ++i) ends.push_back(static_cast<std::int64_t>(2 * i));
-    part.connectivity_offsets[1] = static_cast<std::int64_t>(file->rows(connectivity[1]));
-    part.cell_offsets[1] = next_line_offset;
-    file->write_rows(connectivity[1], file->rows(connectivity[1]), 2 * lines.size(), lines.data());
-    file->write_rows(offsets[1], file->rows(offsets[1]), ends.size(), ends.data());
-    next_line_offset += static_cast<std::int64_t>(lines.size());
-}
-
 void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
     if (!points) make_point_columns(positions.size());
     std::vector<std::array<float, 3>> narrow(positions.size());
@@ -326,7 +248,7 @@ void Recording::State::write_points(std::span<const std::array<double, 3>> posit
 }
 
 void Recording::State::write_array(const RecordedArray& array, std::uint64_t rows) {
-    MELD_CHECK(!array.name.empty() && array.name.find_first_of("/.") == std::string::npos, "array '{}'", array.name);
+    MELD_CHECK(!array.name.empty() && array.name != "." && array.name.find('/') == std::string::npos, "array '{}'", array.name);
     const ElementType type = element_type(array.type);
     auto known = arrays.find(array.name);
     if (known == arrays.end()) known = arrays.emplace(array.name, make_array(array.name, type, array.components, rows)).first;
@@ -345,30 +267,19 @@ void Recording::State::write_row_of_step(double time, const Part& part) {
 }
 
 // Every array gets an offset in every step, also those that this step lacks.
-std::vector<XdmfSlab> Recording::State::write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows) {
-    std::vector<XdmfSlab> slabs;
+void Recording::State::write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows) {
     for (auto& [name, column] : arrays) {
         const bool is_given = std::ranges::any_of(given, [&](const RecordedArray& array) { return array.name == name; });
         if (!is_given) leave_blank(column, rows);
-        const std::uint64_t offset = is_given ? column.last_offset : column.blank_offset;
-        steps->set(*column.offsets, static_cast<std::int64_t>(offset));
-        const ColumnShape& shape = file->shape(column.values);
-        slabs.push_back({name, "/VTKHDF/PointData/" + name, shape.type, shape.components, offset, file->rows(column.values)});
+        steps->set(*column.offsets, static_cast<std::int64_t>(is_given ? column.last_offset : column.blank_offset));
     }
-    return slabs;
 }
 
-XdmfSlab Recording::State::slab_of_points() const {
-    return {"points", "/VTKHDF/Points", ElementType::Float32, 3, points->last_offset, file->rows(points->values)};
-}
-
-XdmfSlab Recording::State::slab_of_lines(const Part& part) const {
-    return {"lines",
-            "/VTKHDF/Lines/Connectivity",
-            ElementType::Int64,
-            1,
-            static_cast<std::uint64_t>(part.connectivity_offsets[1]),
-            file->rows(connectivity[1])};
+void Recording::State::write_table(const RecordedTable& table) {
+    auto known = tables.find(table.name);
+    if (known == tables.end())
+        known = tables.emplace(table.name, FactSeries(*file, *steps, table, std::clamp(most_rows, kFewestChunkRows, kMaxChunkRows))).first;
+    known->second.write(*file, *steps, table);
 }
 
 Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -393,10 +304,9 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     state->make_layout(info);
     state->file->flush();
     if (state->file->failed()) return state->cannot_write(state->file->failure());
-    const std::string name = std::filesystem::path(path).filename().string();
     for (const bool lines : {false, true}) {
         if (lines && !info.lines) continue;
-        auto sidecar = XdmfSidecar::create(path + (lines ? kLinesSidecar : kSidecar), name, info.durability);
+        auto sidecar = OutputFile::open(path + (lines ? kLinesSidecar : kSidecar), Appears::Whole, info.durability);
         if (!sidecar) return tl::unexpected(sidecar.error());
         (lines ? state->line_sidecar : state->sidecar).emplace(std::move(*sidecar));
     }
@@ -404,7 +314,8 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
 }
 
 Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
-                             std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines) {
+                             std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines,
+                             std::span<const RecordedTable> tables) {
     MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());
     MELD_EXPECT(std::ranges::is_sorted(ids));
     State& state = *state_;
@@ -413,10 +324,12 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     // Ids are below 2^63, and readers know only signed ones as ids.
     std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
     all.insert(all.end(), arrays.begin(), arrays.end());
-    std::vector<std::vector<std::int64_t>> numbers;
+    std::vector<RecordedTable> all_tables(tables.begin(), tables.end());
+    std::deque<std::vector<std::int64_t>> numbers;
     state.number_texts(all, rows, numbers);
+    for (RecordedTable& table : all_tables) state.number_texts(table.columns, table.rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
-    if (const auto reason = state.reserve(state.most_growth(rows, all) + lines.size() * kLineBytes)) {
+    if (const auto reason = state.reserve(state.most_growth(rows, all, all_tables) + lines.size() * kLineBytes)) {
         for (auto& [name, table] : state.texts) table.forget();
         state.lacks_step = true;
         return state.cannot_write(*reason);
@@ -426,28 +339,66 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     state.write_texts();
     state.write_points(positions);
     for (const RecordedArray& array : all) state.write_array(array, rows);
-    const Part& part = state.part_with(rows, lines);
-    state.write_row_of_step(time, part);
-    const std::vector<XdmfSlab> slabs = state.write_array_offsets(all, rows);
+    for (const RecordedTable& table : all_tables) state.write_table(table);
+    state.write_row_of_step(time, state.parts->part_with(rows, lines));
+    state.write_array_offsets(all, rows);
     state.steps->commit();
     if (state.file->failed()) {
         state.failure = state.cannot_write(state.file->failure()).value();
         return tl::unexpected(*state.failure);
     }
-    if (const auto readable = state.appear(); !readable) {
-        state.failure = readable.error();
-        return readable;
+    const Result<void> readable = state.appear();
+    if (!readable) state.failure = readable.error();
+    return readable;
+}
+
+// From the tables of the file, so that nothing need be kept of the steps.
+void Recording::State::each_step(const std::function<void(const XdmfStep&)>& visit) const {
+    const auto slab = [&](const std::string& name, const std::string& place_in_file, ColumnIndex column) {
+        const ColumnShape& shape = file->shape(column);
+        return XdmfSlab{name, place_in_file, shape.type, shape.components, 0, file->rows(column)};
+    };
+    XdmfStep step;
+    step.points = slab("points", "/VTKHDF/Points", points->values);
+    step.ends = slab("lines", "/VTKHDF/Lines/Connectivity", parts->line_ends());
+    for (const auto& [name, column] : arrays) step.arrays.push_back(slab(name, "/VTKHDF/PointData/" + name, column.values));
+    const PartTable::Sizes sizes = parts->sizes();
+    for (std::int64_t first = 0; first < steps->steps(); first += kStepsAtOnce) {
+        const std::int64_t count = std::min(kStepsAtOnce, steps->steps() - first);
+        const auto read = [&](StepColumn column) { return steps->read(column, first, count); };
+        const std::vector<std::int64_t> times = read(values), part = read(part_offsets), point = read(point_offsets);
+        const std::vector<std::int64_t> ends = read(connectivity_offsets);
+        std::vector<std::vector<std::int64_t>> begins;
+        for (const auto& [name, column] : arrays) begins.push_back(read(*column.offsets));
+        for (std::size_t i = 0; i < times.size(); ++i) {
+            const auto here = static_cast<std::size_t>(part[i]);
+            step.time = std::bit_cast<double>(times[i]);
+            step.rows = static_cast<std::uint64_t>(sizes.points[here]);
+            step.lines = static_cast<std::uint64_t>(sizes.lines[here]);
+            step.points.first_row = static_cast<std::uint64_t>(point[i]);
+            step.ends.first_row = static_cast<std::uint64_t>(ends[4 * i + 1]);
+            for (std::size_t k = 0; k < begins.size(); ++k) step.arrays[k].first_row = static_cast<std::uint64_t>(begins[k][i]);
+            visit(step);
+        }
     }
-    auto listed = state.sidecar->add_step(time, rows, state.slab_of_points(), slabs);
-    if (listed && state.line_sidecar)
-        listed = state.line_sidecar->add_lines(time, rows, state.slab_of_points(), state.slab_of_lines(part), lines.size());
-    if (!listed) state.failure = listed.error();
-    return listed;
+}
+
+// Before the file is closed.
+Result<void> Recording::State::write_sidecars() {
+    const std::string name = std::filesystem::path(path).filename().string();
+    const XdmfSteps all = [&](const std::function<void(const XdmfStep&)>& visit) {
+        if (steps->steps() > 0) each_step(visit);
+    };
+    write_sidecar(*sidecar, name, XdmfShows::Catoms, all, file->size_bytes());
+    if (line_sidecar) write_sidecar(*line_sidecar, name, XdmfShows::Lines, all, file->size_bytes());
+    const auto written = sidecar->flush();
+    return written && line_sidecar ? line_sidecar->flush() : written;
 }
 
 Result<void> Recording::close() {
     State& state = *state_;
     if (state.failure) return tl::unexpected(*state.failure);
+    const Result<void> listed = state.lacks_step ? Result<void>{} : state.write_sidecars();
     state.file->close();
     if (state.file->failed()) {
         state.failure = state.cannot_write(state.file->failure()).value();
@@ -456,6 +407,7 @@ Result<void> Recording::close() {
     Result<void> done;
     if (!state.lacks_step) {
         done = state.output->commit();
+        if (done) done = listed;
         if (done) done = state.sidecar->commit();
         if (done && state.line_sidecar) done = state.line_sidecar->commit();
         std::error_code none;

@@ -25,24 +25,33 @@ struct RecordingInfo {
     std::uint64_t seed = 0;
     std::vector<std::string> arguments;
     std::string lattice;
-    double radius = 0;   // In metres.
-    bool lines = false;  // Steps may have lines.
+    double radius = 0;              // In metres.
+    bool lines = false;             // Steps may have lines.
+    std::string predicates = "[]";  // What arrays and tables hold, as JSON.
     Durability durability = Durability::Process;
 };
 
 // A line between two catoms of a step, by their indices in it.
 using RecordedLine = std::array<std::int64_t, 2>;
 
-// One value (or vector of `components` values) for each catom of a step, in the order of its ids. A name must not be "id" or contain '/' or
-// '.', which have a meaning in HDF5.
+// One value (or vector of `components` values) for each catom of a step, in the order of its ids. The name "id" is taken, and none may
+// contain '/', which HDF5 gives a meaning.
 struct RecordedArray {
-    // For strings (std::string), the file has each string once, and the array holds their indices under /meld/texts/NAME; −1 for the empty
-    // string, which means none. An array of strings is in every step.
+    // Of texts, std::strings, the file has each once, and the array the numbers of those under /meld/texts/TEXTS; −1 for the
+    // empty text, which stands for none. An array of texts is in every step.
     enum Type { Int64, Float64, UInt8, Text };
     std::string name;
     Type type = Int64;
     const void* data = nullptr;
     int components = 1;
+    std::string texts = {};  // Empty: the name of the array.
+};
+
+// Facts of a step, as many as there are; a column is an array with a value for each of them. Numbers are of 64 bits.
+struct RecordedTable {
+    std::string name;
+    std::uint64_t rows = 0;
+    std::vector<RecordedArray> columns;
 };
 
 // Written by one process. Positions are stored as 32-bit floats, which suffice for viewing and halve the size.
@@ -56,14 +65,17 @@ class Recording {
     Recording& operator=(Recording&&) noexcept;
     ~Recording();
 
-    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, even if the process
-    // is killed. Data that has not changed since the last step is stored as a reference, at no cost. An array that is missing in some steps
-    // reads as zeros (floats: NaN) there. Errors, all with exit code 4: no space for the step, which is then left out, and later steps may
-    // be tried; a failed write, after which every call fails in the same way. Earlier steps remain readable.
+    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
+    // when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An array
+    // that is missing in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
+    // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
+    // after which every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
-                      std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {});
+                      std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {},
+                      std::span<const RecordedTable> tables = {});
 
-    // Completes the file. Without it, or after a failed step, an earlier recording stays, and so does the unfinished new one.
+    // Ends the file and writes its sidecars. Without it, or after a step that failed, an earlier recording stays, and so does what there is
+    // of the new one.
     Result<void> close();
 
   private:

@@ -27,9 +27,13 @@ StepTable::StepTable(Hdf5File& file) : file_(file) {
     for (const std::size_t number : {0u, 1u}) {
         file_.make_group(table(number));
         file_.set_attribute(table(number), "NSteps", std::int64_t{0});
-        file_.make_group(table(number) + "/PointDataOffsets");
     }
+    for (const char* group : {"PointDataOffsets", "FactOffsets", "FactCounts"}) make_group(group);
     file_.link(kGroup, kLink, table(turn(1)));
+}
+
+void StepTable::make_group(const std::string& name) {
+    for (const std::size_t number : {0u, 1u}) file_.make_group(table(number) + "/" + name);
 }
 
 StepColumn StepTable::add_column(const std::string& name, ElementType type, int components) {
@@ -49,6 +53,13 @@ StepColumn StepTable::add_column(const std::string& name, ElementType type, int 
 void StepTable::set(StepColumn column, std::int64_t value) { columns_[column].next = {value}; }
 void StepTable::set(StepColumn column, double value) { set(column, std::bit_cast<std::int64_t>(value)); }
 void StepTable::set(StepColumn column, const std::array<std::int64_t, 4>& values) { columns_[column].next = values; }
+
+std::vector<std::int64_t> StepTable::read(StepColumn column, std::int64_t first, std::int64_t count) const {
+    const Column& read = columns_[column];
+    std::vector<std::int64_t> rows(static_cast<std::size_t>(count) * read.components);
+    file_.read_rows(read.in[turn(steps_ - 1)], static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(count), rows.data());
+    return rows;
+}
 
 // What the table refers to is in the file before the table, the table before the link.
 void StepTable::commit() {

@@ -20,7 +20,9 @@ class StepTable {
     // The file must outlive the table. Makes the groups, and the link to a table without steps.
     explicit StepTable(Hdf5File& file);
 
-    // A column of 64-bit numbers, with `components` per row. It reads 0 for the steps that exist already.
+    // A group in which columns may be.
+    void make_group(const std::string& name);
+    // A column of 64-bit numbers, `components` in a row. Of the steps that are there already it says 0.
     StepColumn add_column(const std::string& name, ElementType type, int components = 1);
 
     // Sets the value of a column for the step that is being made.
@@ -30,6 +32,9 @@ class StepTable {
 
     // Commits the step, with everything that is in the file so far.
     void commit();
+
+    // What a column says of so many steps that count, a component after the other.
+    std::vector<std::int64_t> read(StepColumn column, std::int64_t first, std::int64_t count) const;
 
     std::int64_t steps() const { return steps_; }
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
+#include <utility>
 
 namespace meld::record {
 
@@ -10,14 +12,9 @@ namespace {
 
 constexpr std::string_view kBegin = R"(<?xml version="1.0"?>
 <!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>
-<Xdmf Version="2.0">
- <Domain>
-  <Grid Name="catoms" GridType="Collection" CollectionType="Temporal">
+<Xdmf Version="2.0"><Domain><Grid Name="catoms" GridType="Collection" CollectionType="Temporal">
 )";
-constexpr std::string_view kEnd = R"(  </Grid>
- </Domain>
-</Xdmf>
-)";
+constexpr std::string_view kEnd = "</Grid></Domain></Xdmf>\n";
 
 std::string escaped(std::string_view text) {
     std::string result;
@@ -62,68 +59,69 @@ std::string slab_item(const XdmfSlab& slab, std::uint64_t rows, const std::strin
         return slab.components == 1 ? fmt::format("{}", count) : fmt::format("{} {}", count, slab.components);
     };
     const bool vectors = slab.components > 1;
-    return fmt::format(R"(<DataItem ItemType="HyperSlab" Dimensions="{}" {}>
-      <DataItem Dimensions="3 {}" Format="XML">{}{} 1{} {}</DataItem>
-      <DataItem Dimensions="{}" {} Format="HDF">{}:{}</DataItem>
-     </DataItem>)",
-                       sizes(rows), number_type(slab.type), vectors ? 2 : 1, slab.first_row, vectors ? " 0" : "", vectors ? " 1" : "",
-                       sizes(rows), sizes(slab.rows_in_file), number_type(slab.type), escaped(data_file), escaped(slab.path));
+    return fmt::format(
+        R"(<DataItem ItemType="HyperSlab" Dimensions="{}" {}><DataItem Dimensions="3 {}" Format="XML">{}{} 1{} {}</DataItem>)"
+        R"(<DataItem Dimensions="{}" {} Format="HDF">{}:{}</DataItem></DataItem>)",
+        sizes(rows), number_type(slab.type), vectors ? 2 : 1, slab.first_row, vectors ? " 0" : "", vectors ? " 1" : "", sizes(rows),
+        sizes(slab.rows_in_file), number_type(slab.type), escaped(data_file), escaped(slab.path));
 }
 
-// A step up to its attributes.
-std::string grid(double time, const std::string& topology, const std::string& points) {
-    return fmt::format(R"(   <Grid Name="step" GridType="Uniform">
-    <Time Value="{}"/>
-    {}
-    <Geometry GeometryType="XYZ">
-     {}
-    </Geometry>
-)",
-                       time, topology, points);
+std::string grid(const XdmfStep& step, XdmfShows shows, const std::string& data_file) {
+    std::string topology = fmt::format(R"(<Topology TopologyType="Polyvertex" NumberOfElements="{}"/>)", step.rows);
+    if (shows == XdmfShows::Lines)
+        topology = fmt::format(R"(<Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="{}">{}</Topology>)", step.lines,
+                               slab_item(step.ends, 2 * step.lines, data_file));
+    std::string text = fmt::format("<Grid Name=\"step\" GridType=\"Uniform\"><Time Value=\"{}\"/>\n{}\n", step.time, topology);
+    text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n", slab_item(step.points, step.rows, data_file));
+    if (shows == XdmfShows::Catoms) {
+        for (const XdmfSlab& slab : step.arrays) {
+            const std::string_view kind = slab.components == 1 ? "Scalar" : slab.components == 3 ? "Vector" : "Matrix";
+            text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n", escaped(slab.name), kind,
+                                slab_item(slab, step.rows, data_file));
+        }
+    }
+    return text + "</Grid>\n";
+}
+
+// What tells whether a step looks like another.
+std::vector<std::uint64_t> look(const XdmfStep& step, XdmfShows shows) {
+    std::vector<std::uint64_t> look = {step.rows, step.points.first_row};
+    if (shows == XdmfShows::Lines)
+        look.insert(look.end(), {step.lines, step.ends.first_row});
+    else
+        for (const XdmfSlab& slab : step.arrays) look.push_back(slab.first_row);
+    return look;
+}
+
+// Calls visit(step) for each step that looks different from the one before. One without catoms or lines is not visited, and what comes
+// after it is.
+void each_new_step(const XdmfSteps& steps, XdmfShows shows, const std::function<void(const XdmfStep&)>& visit) {
+    std::vector<std::uint64_t> last;
+    steps([&](const XdmfStep& step) {
+        std::vector<std::uint64_t> now = look(step, shows);
+        const bool empty = step.rows == 0 || (shows == XdmfShows::Lines && step.lines == 0);
+        if (!empty && now != last) visit(step);
+        last = std::move(now);
+    });
 }
 
 }  // namespace
 
-Result<XdmfSidecar> XdmfSidecar::create(const std::string& path, const std::string& data_file, Durability durability) {
-    auto file = OutputFile::open(path, Appears::OnceReadable, durability);
-    if (!file) return tl::unexpected(file.error());
-    XdmfSidecar sidecar(std::move(*file), data_file);
-    sidecar.end_of_steps_ = kBegin.size();
-    sidecar.file_.write(fmt::format("{}{}", kBegin, kEnd));
-    if (const auto written = sidecar.file_.flush(); !written) return tl::unexpected(written.error());
-    return sidecar;
-}
-
-Result<void> XdmfSidecar::add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays) {
-    // A grid without points is an error to some readers; the step is left out.
-    if (rows == 0) return {};
-    std::string text = grid(time, fmt::format(R"(<Topology TopologyType="Polyvertex" NumberOfElements="{}"/>)", rows),
-                            slab_item(points, rows, data_file_));
-    for (const XdmfSlab& slab : arrays) {
-        const std::string_view kind = slab.components == 1 ? "Scalar" : slab.components == 3 ? "Vector" : "Matrix";
-        text += fmt::format("    <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n     {}\n    </Attribute>\n",
-                            escaped(slab.name), kind, slab_item(slab, rows, data_file_));
-    }
-    return append(std::move(text));
-}
-
-Result<void> XdmfSidecar::add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines) {
-    if (lines == 0) return {};
-    const std::string topology = fmt::format(R"(<Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="{}">
-     {}
-    </Topology>)",
-                                             lines, slab_item(ends, 2 * lines, data_file_));
-    return append(grid(time, topology, slab_item(points, rows, data_file_)));
-}
-
-Result<void> XdmfSidecar::append(std::string text) {
-    text += "   </Grid>\n";
-    // The new step takes the place of the end, in one write, so the file never lacks it for long.
-    const std::uint64_t end_of_steps = end_of_steps_ + text.size();
-    text += kEnd;
-    file_.replace_from(end_of_steps_, text);
-    end_of_steps_ = end_of_steps;
-    return file_.appear().and_then([&] { return file_.flush(); });
+void write_sidecar(OutputFile& file, const std::string& data_file, XdmfShows shows, const XdmfSteps& steps, std::uint64_t most_bytes) {
+    std::uint64_t count = 0, bytes = 0;
+    each_new_step(steps, shows, [&](const XdmfStep& step) {
+        ++count;
+        bytes = std::max<std::uint64_t>(bytes, grid(step, shows, data_file).size());
+    });
+    const std::uint64_t fitting = std::max<std::uint64_t>(1, most_bytes / std::max<std::uint64_t>(1, bytes));
+    const std::uint64_t distance = (count + fitting - 1) / fitting;
+    file.write(kBegin);
+    std::uint64_t number = 0;
+    each_new_step(steps, shows, [&](const XdmfStep& step) {
+        if (number % distance == 0 || number + 1 == count) file.write(grid(step, shows, data_file));
+        ++number;
+    });
+    file.write(kEnd);
 }
 
 }  // namespace meld::record

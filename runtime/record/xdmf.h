@@ -1,10 +1,12 @@
-// The XDMF sidecar: an XML file that tells older readers which rows of the recording belong to which step.
-// Private to runtime/record.
+// The XDMF sidecars: XML files that tell older readers which rows of the recording belong to which step. They are written at its end,
+// from its own tables. Private to runtime/record.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "runtime/base/output_file.h"
 #include "runtime/record/hdf5_file.h"
@@ -21,26 +23,24 @@ struct XdmfSlab {
     std::uint64_t rows_in_file = 0;
 };
 
-class XdmfSidecar {
-  public:
-    // `data_file` is the recording's name without directory; `path` is not a stream. Errors: it cannot be written.
-    static Result<XdmfSidecar> create(const std::string& path, const std::string& data_file, Durability durability);
-
-    // Adds a step of `rows` points; the file is well-formed after each one.
-    Result<void> add_step(double time, std::uint64_t rows, const XdmfSlab& points, std::span<const XdmfSlab> arrays);
-    // The same for `lines` lines between the points: `ends` are the two indices of each.
-    Result<void> add_lines(double time, std::uint64_t rows, const XdmfSlab& points, const XdmfSlab& ends, std::uint64_t lines);
-
-    // The file is complete and takes its place.
-    Result<void> commit() { return file_.commit(); }
-
-  private:
-    XdmfSidecar(OutputFile file, std::string data_file) : file_(std::move(file)), data_file_(std::move(data_file)) {}
-    Result<void> append(std::string text);
-
-    OutputFile file_;
-    std::string data_file_;
-    std::uint64_t end_of_steps_ = 0;
+// A step as a sidecar shows it. Of what a sidecar of lines shows, `ends` are the two places of each line.
+struct XdmfStep {
+    double time = 0;
+    std::uint64_t rows = 0;
+    XdmfSlab points;
+    std::vector<XdmfSlab> arrays;
+    XdmfSlab ends;
+    std::uint64_t lines = 0;
 };
+
+// The steps of a recording, in order: calls what it is given with each.
+using XdmfSteps = std::function<void(const std::function<void(const XdmfStep&)>&)>;
+
+enum class XdmfShows { Catoms, Lines };
+
+// Writes the whole sidecar; `data_file` is the recording's name without directory. Steps without catoms (or lines), which some readers take
+// for an error, are left out, and so are steps that look like the one before, which readers then show. Of the others as many are listed, at
+// equal distances, as fit into `most_bytes`; the first and the last always are. The steps are gone through twice.
+void write_sidecar(OutputFile& file, const std::string& data_file, XdmfShows shows, const XdmfSteps& steps, std::uint64_t most_bytes);
 
 }  // namespace meld::record

@@ -1,4 +1,4 @@
-"""Facts as tables: `--facts-out` with a folder of CSV files or an HDF5 file, and what Python makes of them.
+"""Facts as tables: `--facts-out` with a folder of CSV files or an HDF5 file, and recordings; what Python makes of them.
 
     facts_test.py --meldsim PATH [unittest options]
 """
@@ -138,6 +138,52 @@ class Tables(Case):
             os.symlink("/dev/stdout", self.folder / "out.csv")
             self.fine("one.meld", "--facts-out", "out.csv", stdout=out)
         self.assertEqual((self.folder / "stream").read_text(), text)
+
+
+class Recorded(Case):
+    """Recordings have the same facts as the files of facts."""
+
+    def record(self, *arguments, ticks=99, predicates=("dist", "all", "lists", "many", "never")):
+        names = ", ".join(f'"{name}"' for name in predicates)
+        (self.folder / "w.toml").write_text(f"{WORLD}[record]\npredicates = [{names}]\n")
+        self.fine("all.meld", "--record", "r.vtkhdf", "--facts-out", "f.h5", "--ticks", ticks, *arguments)
+        return claymeld.Recording(self.folder / "r.vtkhdf"), claymeld.facts(self.folder / "f.h5")
+
+    def test_every_step_has_every_fact(self):
+        recording, _ = self.record()
+        self.assertGreater(len(recording), 5)
+        for step, tick in enumerate(recording.ticks):
+            _, facts = self.record(ticks=tick)
+            for name in recording.predicates:
+                pandas.testing.assert_frame_equal(recording.facts(name, step), facts[name], obj=f"{name} in tick {tick}")
+            if tick == recording.ticks[-1]:
+                self.assertEqual(len(recording.facts("many")), sum(len(recording.facts("many", n)) for n in range(len(recording))))
+                self.assertEqual(list(recording.facts("many").columns), ["tick", "catom", "arg1", "arg2"])
+
+    def test_recordings_do_not_depend_on_the_partition(self):
+        first, _ = self.record()
+        frames = {name: first.facts(name) for name in first.predicates}
+        for arguments in (("-n", 2), ("-n", 3, "--threads", 2)):
+            other, _ = self.record(*arguments)
+            for name, frame in frames.items():
+                pandas.testing.assert_frame_equal(other.facts(name), frame)
+
+    def test_first_arguments_are_where_they_were(self):
+        """The layout for predicates with one argument, as older readers know it."""
+        recording, facts = self.record(predicates=("dist", "here", "never"))
+        with h5py.File(self.folder / "r.vtkhdf") as file:
+            data, begin = file["VTKHDF/PointData"], file["VTKHDF/Steps/PointDataOffsets/dist"]
+            self.assertEqual(data["dist"][begin[-1]:begin[-1] + 60].tolist(), facts["dist"]["Hops"].tolist())
+            self.assertEqual(set(data["dist"][begin[0]:begin[0] + 60].tolist()), {-1})
+            begin = file["VTKHDF/Steps/PointDataOffsets/here"][-1]
+            self.assertEqual(data["here"][begin:begin + 60].tolist(), [1] * 3 + [0] * 57)
+        with self.assertRaisesRegex(KeyError, "no predicate 'distance' is recorded; these are: dist, here, never"):
+            recording.facts("distance")
+        with self.assertRaisesRegex(IndexError, "there is no step 99"):
+            recording.catoms(99)
+        with self.assertRaisesRegex(ValueError, "no recording"):
+            claymeld.Recording(self.folder / "f.h5")
+        self.assertEqual(recording.catoms()["catom"].tolist(), list(range(60)))
 
 
 class Refusals(Case):

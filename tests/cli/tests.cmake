@@ -13,7 +13,7 @@ foreach(class Paths Locks Streams Disks)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
 endforeach()
 # Facts as tables, read with the Python package.
-foreach(class Tables Refusals Whole)
+foreach(class Tables Recorded Refusals Whole)
   string(TOLOWER ${class} name)
   add_test(NAME cli_facts_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/facts_test.py
     --meldsim $<TARGET_FILE:meldsim> ${class})

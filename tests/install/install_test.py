@@ -57,6 +57,12 @@ class Installed(unittest.TestCase):
         facts = self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "-")
         self.assertEqual(facts.count("dist("), 8000)
 
+    def test_python_package_reads_facts(self):
+        program = self.prefix / "share/claymeld/examples/gradient.meld"
+        self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "gradient.h5")
+        package = f"import sys; sys.path.insert(0, {str(self.prefix / 'share/claymeld/python')!r}); import claymeld; "
+        self.assertEqual(self.call("/usr/bin/python3", "-B", "-c", package + "print(len(claymeld.facts('gradient.h5', 'dist')))"), "8000\n")
+
     def test_manual_pages_have_every_option(self):
         for program, command, options in (("meldc", "compile", ["--emit", "--link"]), ("meldsim", "run", ["--ticks", "--facts-out"])):
             page = (self.prefix / f"share/man/man1/{program}.1").read_text().replace("\\-", "-")

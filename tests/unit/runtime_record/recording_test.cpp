@@ -30,7 +30,7 @@ class RecordingTest : public testing::Test {
 TEST_F(RecordingTest, LeavesTheFileAndItsSidecar) {
     auto recording = Recording::create(path("a"), {});
     ASSERT_TRUE(recording) << recording.error().message();
-    EXPECT_EQ(files(), 4u) << "two files and their locks";
+    EXPECT_EQ(files(), 3u) << "the recording, and the locks of two files";
     const RecordedArray array = {"dist", RecordedArray::Int64, values_.data(), 1};
     EXPECT_TRUE(recording->step(0, positions_, ids_, {&array, 1}));
     EXPECT_TRUE(recording->close());
@@ -50,6 +50,33 @@ TEST_F(RecordingTest, StepsWithoutChangeCostAlmostNothing) {
     };
     const std::uintmax_t two = size_of_steps(2);
     EXPECT_LT(size_of_steps(100) - two, 1000u);
+}
+
+TEST_F(RecordingTest, SidecarIsNeverLargerThanTheRecording) {
+    const auto times_in_sidecar = [&](int steps, int changes) {
+        auto recording = Recording::create(path("a"), {});
+        const RecordedArray arrays[] = {{"one", RecordedArray::Int64, values_.data(), 1}, {"two", RecordedArray::Int64, values_.data(), 1}};
+        for (int step = 0; step < steps; ++step) {
+            values_[0] = step % changes;
+            EXPECT_TRUE(recording->step(step, positions_, ids_, arrays));
+        }
+        EXPECT_TRUE(recording->close());
+        EXPECT_LE(fs::file_size(path("a.xdmf")), fs::file_size(path("a")));
+        std::ifstream file(path("a.xdmf"));
+        std::vector<int> times;
+        const std::string mark = "<Time Value=\"";
+        for (std::string line; std::getline(file, line);)
+            if (const auto at = line.find(mark); at != std::string::npos) times.push_back(std::stoi(line.substr(at + mark.size())));
+        return times;
+    };
+    EXPECT_EQ(times_in_sidecar(1000, 1), std::vector<int>{0}) << "steps like the one before are left out";
+    EXPECT_EQ(times_in_sidecar(4, 4), (std::vector<int>{0, 1, 2, 3}));
+    const std::vector<int> some = times_in_sidecar(3000, 3000);
+    ASSERT_GT(some.size(), 100u);
+    EXPECT_LT(some.size(), 3000u);
+    EXPECT_EQ(some.front(), 0);
+    EXPECT_EQ(some.back(), 2999);
+    for (std::size_t i = 2; i + 1 < some.size(); ++i) EXPECT_EQ(some[i] - some[i - 1], some[1] - some[0]);
 }
 
 TEST_F(RecordingTest, SaysThatTheDirectoryIsMissing) {
@@ -94,7 +121,7 @@ TEST_F(RecordingTest, KeepsAnEarlierRecordingAndWhatItHasItself) {
         ASSERT_TRUE(recording->step(0, positions_, ids_, {}));
     }
     EXPECT_EQ(fs::file_size(path("a")), 3u);
-    EXPECT_EQ(files(), 3u) << "the old one, the new one, its sidecar";
+    EXPECT_EQ(files(), 2u) << "the old one and the new one; the sidecar comes at the end";
 }
 
 TEST_F(RecordingTest, TakesNoStepsAfterItsEnd) {

@@ -30,6 +30,8 @@ class Expected:
         self.force = np.stack([0.5 * x, x, 1.5 * x], axis=1).reshape(-1, 3)
         self.awake = ((n + shift) % 2).astype("u1")
         self.label = ["" if k % 3 == 0 else f"[{k}, é]" for k in n + shift]
+        self.table = [(10 * k, j * k - shift, k + shift, 0.1 * (k + shift), j, f'"{k + shift}"')
+                      for k in range(count) for j in range((k + shift) % 3)]
 
 
 def rows(root, step, path, offset):
@@ -53,6 +55,18 @@ def texts(file, name):
     table = file["meld/texts"][name]
     ends, everything = table["ends"][:], table["text"][:].tobytes()
     return [everything[begin:end].decode() for begin, end in zip([0, *ends], ends)] + [""]
+
+
+def table(file, step):
+    """The facts of a step in the table "many"."""
+    steps, many, columns = file["VTKHDF/Steps"], file["meld/facts/many"], {}
+    count = steps["FactCounts/many"][step]
+    for name, column in many.items():
+        begin = steps["FactOffsets/many"][name][step]
+        assert begin % column.chunks[0] == 0 and begin + count <= len(column)
+        columns[name] = column[begin : begin + count].tolist()
+    known = texts(file, "many.Name")
+    return [(c, p, *place, known[n]) for c, p, place, n in zip(*(columns[name] for name in ("catom", "Product", "Place", "Name")))]
 
 
 def labels(file, step, known):
@@ -131,8 +145,9 @@ def check_line_sidecar(path, file, expected):
 
 
 def check_sidecar(path, file, expected):
+    """Steps without catoms are left out, and the one in which only lines are new."""
     grids = xml.parse(path + ".xdmf").getroot().findall("./Domain/Grid/Grid")
-    shown = [entry for entry in expected if len(entry[1].id) > 0]
+    shown = [entry for entry in expected if len(entry[1].id) > 0 and entry[0] != 0.5]
     assert len(grids) == len(shown)
     for grid, (time, ensemble, names, _, _) in zip(grids, shown):
         assert float(grid.find("Time").get("Value")) == time
@@ -188,6 +203,9 @@ def check_layout(writer, folder):
                 blank = array(root, step, name)
                 assert np.isnan(blank).all() if blank.dtype.kind == "f" else (blank == 0).all()
             check_cells(root, step, lines)
+            assert table(file, step) == (moved if ensemble is mixed else ensemble).table, step
+        for begins in steps["FactOffsets/many"].values():
+            assert begins[1] == begins[0] != begins[2], "what has not changed is not written again"
 
         known = texts(file, "label")
         assert len(set(known)) == len(known)
@@ -232,6 +250,7 @@ def check_steps(path, at_least):
             assert (array(root, step, "dist") == ensemble.dist).all(), step
             assert (array(root, step, "awake") == ensemble.awake).all(), step
             assert labels(file, step, known) == ensemble.label, step
+            assert table(file, step) == ensemble.table, step
     return count
 
 
@@ -250,7 +269,6 @@ def check_killed(writer, folder):
         process.kill()
         process.wait()
         check_steps(path, last)
-        xml.parse(path + ".xdmf")
 
 
 WRITE, LENGTH, SAID, NAMED = range(4)
@@ -272,7 +290,8 @@ def check_some_steps(path, said, total, every):
         count = int(steps.attrs["NSteps"])
         assert said <= count <= min(said + 1, total), (said, count)
         assert list(steps["Values"]) == list(range(count)), (count, list(steps["Values"]))
-        columns = [steps[name] for name in steps if name != "PointDataOffsets"] + list(steps["PointDataOffsets"].values())
+        columns = []
+        steps.visititems(lambda _, column: columns.append(column) if isinstance(column, h5py.Dataset) else None)
         assert {len(column) for column in columns} == {count}
         known = texts(file, "label") if "label" in file["meld/texts"] else []
         arrays = set(steps["PointDataOffsets"])
@@ -282,6 +301,7 @@ def check_some_steps(path, said, total, every):
             assert (array(root, step, "id") == ensemble.id).all() and (array(root, step, "dist") == ensemble.dist).all(), step
             assert labels(file, step, known) == ensemble.label, step
             check_cells(root, step, [0, 1] * (step % 3))
+            assert table(file, step) == (ensemble.table if step > 0 else []), step
             if "force" in arrays:
                 force = array(root, step, "force")
                 assert (force == ensemble.force).all() if step >= 5 else np.isnan(force).all(), step

@@ -25,6 +25,11 @@ struct Ensemble {
     std::vector<double> forces;
     std::vector<std::uint8_t> awake;
     std::vector<std::string> labels;
+    // A table with no, one or two facts of each catom, in turn.
+    std::vector<std::uint64_t> catoms;
+    std::vector<std::int64_t> products;
+    std::vector<double> places;
+    std::vector<std::string> names;
 
     // Everything is a function of the count and the shift, which check_recording.py knows too.
     Ensemble(std::size_t count, std::int64_t shift) {
@@ -37,12 +42,26 @@ struct Ensemble {
             forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
             awake.push_back(static_cast<std::uint8_t>((n + shift) % 2));
             labels.push_back((n + shift) % 3 == 0 ? "" : "[" + std::to_string(n + shift) + ", \xC3\xA9]");
+            for (std::int64_t k = 0; k < (n + shift) % 3; ++k) {
+                catoms.push_back(10 * i);
+                products.push_back(k * n - shift);
+                places.insert(places.end(), {x, 0.1 * x, static_cast<double>(k)});
+                names.push_back("\"" + std::to_string(n + shift) + "\"");
+            }
         }
     }
 
     RecordedArray distance() const { return {"dist", RecordedArray::Int64, distances.data(), 1}; }
     RecordedArray force() const { return {"force", RecordedArray::Float64, forces.data(), 3}; }
     RecordedArray label() const { return {"label", RecordedArray::Text, labels.data(), 1}; }
+    RecordedTable table() const {
+        return {.name = "many",
+                .rows = catoms.size(),
+                .columns = {{.name = "catom", .data = catoms.data()},
+                            {.name = "Product", .data = products.data()},
+                            {.name = "Place", .type = RecordedArray::Float64, .data = places.data(), .components = 3},
+                            {.name = "Name", .type = RecordedArray::Text, .data = names.data(), .texts = "many.Name"}}};
+    }
     RecordedArray wakefulness() const { return {"awake", RecordedArray::UInt8, awake.data(), 1}; }
 };
 
@@ -69,7 +88,8 @@ void write_layout(const char* path) {
     Recording recording = expect(Recording::create(path, info));
     const auto step = [&](double time, const Ensemble& e, std::vector<RecordedArray> arrays, const std::vector<RecordedLine>& lines = {}) {
         arrays.push_back(e.label());
-        expect(recording.step(time, e.positions, e.ids, arrays, lines));
+        const RecordedTable table = e.table();
+        expect(recording.step(time, e.positions, e.ids, arrays, lines, {&table, 1}));
     };
     const std::vector<RecordedLine> angle = {{0, 1}, {1, 2}}, fan = {{29, 0}, {29, 1}, {29, 2}};
     const Ensemble first(100, 0), moved(100, 1), fewer(30, 2), nobody(0, 0), big(200000, 3);
@@ -94,7 +114,8 @@ void write_endless(const char* path) {
     for (std::int64_t shift = 0;; ++shift) {
         const Ensemble ensemble(1000, shift);
         const RecordedArray arrays[] = {ensemble.distance(), ensemble.wakefulness(), ensemble.label()};
-        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays));
+        const RecordedTable table = ensemble.table();
+        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, {}, {&table, 1}));
         say(shift + 1);
     }
 }
@@ -103,13 +124,16 @@ void write_endless(const char* path) {
 void write_steps(std::int64_t steps, const char* path) {
     RecordingInfo info;
     info.lines = true;
+    const Ensemble nobody(0, 0);
     Recording recording = expect(Recording::create(path, info));
     for (std::int64_t shift = 0; shift < steps; ++shift) {
         const Ensemble ensemble(static_cast<std::size_t>(20 + 30 * (shift / 2)), shift);
         std::vector<RecordedArray> arrays = {ensemble.distance(), ensemble.label()};
         if (shift >= kStepsWithoutForce) arrays.push_back(ensemble.force());
         const std::vector<RecordedLine> lines(static_cast<std::size_t>(shift % 3), {0, 1});
-        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines));
+        // The first facts come after the table.
+        const RecordedTable table = (shift == 0 ? nobody : ensemble).table();
+        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines, {&table, 1}));
         say(shift + 1);
     }
     expect(recording.close());

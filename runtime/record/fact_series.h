@@ -1,0 +1,42 @@
+// A table of facts of a recording, in which the facts of a step are rows of their own. Private to runtime/record.
+#pragma once
+
+#include <xxhash.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/record/hdf5_file.h"
+#include "runtime/record/recording.h"
+#include "runtime/record/step_table.h"
+
+namespace meld::record {
+
+// In the file: /meld/facts/NAME, a group of one array for each column. In the step table, FactCounts/NAME is how many rows a step has, and
+// FactOffsets/NAME/COLUMN where they begin in a column, on a chunk boundary. A column that is as in the last step is not written again.
+class FactSeries {
+  public:
+    // Before the first step. Columns of texts hold numbers.
+    FactSeries(Hdf5File& file, StepTable& steps, const RecordedTable& table, std::uint64_t chunk_rows);
+
+    // What a step with this table can add to the file at most, as bytes, if chunks have at most so many rows.
+    static std::uint64_t most_growth(const RecordedTable& table, std::uint64_t chunk_rows);
+    // The rows of the step that is being made.
+    void write(Hdf5File& file, StepTable& steps, const RecordedTable& table);
+
+  private:
+    struct Column {
+        ColumnIndex values;
+        StepColumn offsets;
+        std::uint64_t last_offset = 0;
+        XXH128_hash_t last_hash = {};
+    };
+    std::vector<Column> columns_;
+    std::uint64_t chunk_rows_;
+    StepColumn counts_;
+    std::uint64_t last_rows_ = 0;
+};
+
+}  // namespace meld::record
