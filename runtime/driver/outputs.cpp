@@ -1,5 +1,10 @@
 #include "runtime/driver/outputs.h"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/output_paths.h"
@@ -8,6 +13,14 @@
 namespace meld::driver {
 
 namespace {
+
+bool lies_in(const std::string& path, const std::string& folder) {
+    std::error_code error;
+    const auto folder_of = [&](const std::string& file) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(file, error), error).parent_path();
+    };
+    return !path.empty() && folder_of(path) == folder_of(folder + "file");
+}
 
 Durability durability(const RunOptions& options) { return options.sync ? Durability::Machine : Durability::Process; }
 
@@ -25,7 +38,13 @@ Result<void> check_outputs(const RunOptions& options, const std::string& world) 
         for (const char* sidecar : {record::kSidecar, record::kLinesSidecar})
             paths.push_back({"the sidecar of --record", options.record + sidecar, NamedPath::Written});
     if (auto distinct = check_distinct(paths); !distinct) return distinct;
-    return options.facts_out.empty() ? Result<void>{} : record::check_facts_path(options.facts_out);
+    if (options.facts_out.empty()) return {};
+    if (record::facts_form(options.facts_out) == record::FactsForm::CsvFolder)
+        for (const auto& [option, path] : {std::pair{"--digest", options.digest}, std::pair{"--record", options.record}})
+            if (lies_in(path, options.facts_out))
+                return fail(fmt::format("{} and --facts-out both write into the folder {}", option, options.facts_out),
+                            "Give one of them another folder");
+    return record::check_facts_path(options.facts_out);
 }
 
 Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, Outputs& outputs) {

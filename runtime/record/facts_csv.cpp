@@ -142,28 +142,34 @@ std::string names_of(const std::vector<FactTable>& tables) {
     return text;
 }
 
-// Nothing in the folder is another's: no table that the run does not write, no description of other data.
+// Whether the folder has been described by a run. Errors: it is described as other data.
+Result<bool> is_described(const std::string& folder) {
+    const std::string package = folder + kDataPackage;
+    std::error_code error;
+    if (!std::filesystem::exists(package, error)) return false;
+    const Result<std::string> text = read_input(package, kMostOfADescription);
+    if (!text) return tl::unexpected(text.error());
+    const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
+    if (json.is_object() && json.value("created_by", nlohmann::json()) == kCreator) return true;
+    return fail(fmt::format("cannot write {}: its {} describes other data", folder, kDataPackage), "Choose another folder");
+}
+
+// Nothing in the folder is another's: no table that the run does not write, or that no run has written, no description of other data.
 Result<void> check_folder(const std::string& path, const std::vector<FactTable>& tables) {
+    const Result<bool> described = is_described(path);
+    if (!described) return tl::unexpected(described.error());
     std::vector<std::string> strangers;
     std::error_code error;
     for (auto it = std::filesystem::directory_iterator(path, error); !error && it != std::filesystem::directory_iterator();
          it.increment(error)) {
         const std::filesystem::path file = it->path().filename();
-        const bool ours = std::ranges::any_of(tables, [&](const FactTable& table) { return table.name == file.stem(); });
-        if (file.extension() == ".csv" && !ours && !it->path().stem().string().starts_with(".")) strangers.push_back(file.string());
+        const bool named = std::ranges::any_of(tables, [&](const FactTable& table) { return table.name == file.stem(); });
+        if (file.extension() == ".csv" && !(named && *described)) strangers.push_back(file.string());
     }
     if (error) return tl::unexpected(cannot_write(path, error.value()));
-    if (!strangers.empty())
-        return fail(fmt::format("cannot write {}: it has a table that is none of this run, {}", path, std::ranges::min(strangers)),
-                    "Remove it, or choose another folder");
-    const std::string package = path + kDataPackage;
-    if (!std::filesystem::exists(package, error)) return {};
-    const Result<std::string> text = read_input(package, kMostOfADescription);
-    if (!text) return tl::unexpected(text.error());
-    const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
-    if (!json.is_object() || json.value("created_by", nlohmann::json()) != kCreator)
-        return fail(fmt::format("cannot write {}: its {} describes other data", path, kDataPackage), "Choose another folder");
-    return {};
+    if (strangers.empty()) return {};
+    return fail(fmt::format("cannot write {}: it has a table that is none of this run, {}", path, std::ranges::min(strangers)),
+                "Remove it, or choose another folder");
 }
 
 }  // namespace

@@ -9,9 +9,11 @@ import pathlib
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import h5py
@@ -208,6 +210,13 @@ class Refusals(Case):
         (self.folder / "data").mkdir()
         (self.folder / "data/datapackage.json").write_text('{"name": "rainfall"}')
         self.refused("one.meld", "--facts-out", "data/", says=["datapackage.json describes other data"])
+        # A table of a user's may have the name of one of the run's.
+        (self.folder / "mine").mkdir()
+        (self.folder / "mine/p.csv").write_text("a user's")
+        self.refused("one.meld", "--facts-out", "mine/", says=["none of this run, p.csv"])
+        self.assertEqual(self.files("mine"), ["p.csv"])
+        for option in ("--digest", "--record"):
+            self.refused("one.meld", "--facts-out", "t/", option, "./t/x", says=[f"{option} and --facts-out both write into the folder t/"])
         # Files of other kinds may stay.
         (self.folder / "data/datapackage.json").unlink()
         (self.folder / "data/notes.txt").write_text("a user's")
@@ -256,6 +265,21 @@ class Whole(Case):
         self.refused("one.meld", "--quiet", "--facts-out", "new/", says=["cannot write new/p.csv"], code=4, preexec_fn=self.limit)
         self.assertEqual(self.files(), ["all.meld", "f.h5", "one.meld", "t", "w.toml"])
         self.assertEqual(self.files("t"), ["datapackage.json", "p.csv"])
+
+    def test_second_run_is_refused(self):
+        (self.folder / "ever.meld").write_text("type p(node, int).\np(A, T) :- tick(A, T).\n")
+        for path, lock in (("t/", "t/.p.csv.claymeld-lock"), ("f.h5", ".f.h5.claymeld-lock")):
+            first = subprocess.Popen([TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", "--facts-out", path],
+                                     cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.addCleanup(lambda process=first: (process.kill(), process.wait()))
+            end = time.monotonic() + 60
+            while not (self.folder / lock).exists() or (self.folder / lock).read_text() != f"{first.pid}\n":
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.01)
+            self.refused("one.meld", "--facts-out", path, says=[f"process {first.pid}", "still runs"])
+            first.send_signal(signal.SIGINT)
+            self.assertEqual(first.wait(60), 130)
+            self.assertEqual(len(claymeld.facts(self.folder / path, "p")), 60)
 
     def test_modes_and_links_stay(self):
         (self.folder / "there").mkdir()
