@@ -1,4 +1,4 @@
-// The way from text to module, a line per step.
+// The steps from text to module, one line each.
 #include "compiler/build/build.h"
 
 #include <fmt/format.h>
@@ -15,8 +15,8 @@
 namespace meld {
 namespace {
 
-// Raised when the way a module is compiled or linked changes, so that old cache entries are not found any more;
-// Clang's version is part of it.
+// Increased when the way a module is compiled or linked changes, so that old cache entries are no longer found; Clang's version is part of
+// it.
 constexpr const char* kRecipe = "3, clang " CLAYMELD_LLVM_VERSION;
 
 // What linking adds to the objects.
@@ -95,7 +95,7 @@ bool is_intact(const std::string& path, const BuildOptions& options) {
     return note && note->abi_version == options.abi_version && note->schema_hash == options.schema_hash;
 }
 
-// Every extern must be defined: a module with an open one could be loaded, and would end the process when it calls it.
+// Every extern must be defined: a module with an undefined one could be loaded, and would end the process when it calls it.
 Result<void> check_externs(const std::vector<ExternObject>& objects, const BuildOptions& options) {
     for (const std::string& name : options.externs) {
         bool found = false;
@@ -122,7 +122,7 @@ Result<void> link_and_publish(const Backend& backend, const std::vector<std::str
         paths.push_back(file.path());
     }
     const TemporaryFile linked_file(options.cache_dir, ".linked");
-    // lld ends the process when it cannot write. The module is about as large as its objects, and is there twice for a moment.
+    // lld ends the process if it cannot write. The module is about as large as its objects, and exists twice for a moment.
     std::size_t size_bytes = kSpaceOfModule_bytes;
     for (const std::string& object : objects) size_bytes += 2 * object.size();
     if (const Result<void> room = linked_file.check_space(size_bytes); !room) return room;

@@ -1,5 +1,5 @@
-// Finds the library from where the program lies, so that both can be moved together. A run path in the program would not
-// do: dlopen honours that of its caller, which under a sanitizer is the sanitizer's library.
+// Finds the library relative to the program, so that both can be moved together. A run path in the program would not work: dlopen uses that
+// of its caller, which under a sanitizer is the sanitizer's library.
 #include "compiler/build/load_backend.h"
 
 #include <dlfcn.h>

@@ -1,4 +1,4 @@
-// Cache housekeeping. Nothing here may fail a compilation except that the folder or a file cannot be written.
+// Cache housekeeping. It fails a compilation only if the folder or a file cannot be written.
 #include "compiler/build/module_cache.h"
 
 #include <fcntl.h>
@@ -36,7 +36,7 @@ std::string environment(const char* name) {
 
 constexpr const char* kOtherFolder = "CLAYMELD_CACHE=FOLDER, or --cache FOLDER of meldc compile";
 
-// As the system knows it; empty if it does not.
+// From the system's user database; empty if it has none.
 std::string home_of_user() {
     passwd entry{};
     passwd* found = nullptr;
@@ -45,8 +45,8 @@ std::string home_of_user() {
     return found == nullptr || found->pw_dir == nullptr ? std::string() : std::string(found->pw_dir);
 }
 
-// The nearest folder above this one in which everybody may rename what belongs to others; empty if there is none. The sticky bit,
-// as /tmp has it, forbids that.
+// The nearest folder above this one in which everybody may rename files of others; empty if there is none. The sticky bit, as on /tmp,
+// forbids that.
 std::string open_ancestor(const fs::path& folder) {
     std::error_code error;
     for (fs::path at = fs::canonical(folder, error); !error && at != at.parent_path(); at = at.parent_path()) {
@@ -96,7 +96,7 @@ std::vector<CachedFile> list_modules(const std::string& folder) {
 
 std::string default_cache_dir() {
     if (const std::string folder = environment("CLAYMELD_CACHE"); !folder.empty()) return folder;
-    // What is not absolute means another folder wherever the user stands.
+    // A relative path would mean another folder for each working directory.
     if (const std::string folder = environment("XDG_CACHE_HOME"); folder.starts_with('/')) return folder + "/claymeld";
     std::string home = environment("HOME");
     if (!home.starts_with('/')) home = home_of_user();

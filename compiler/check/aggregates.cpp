@@ -1,5 +1,5 @@
-// Pass: aggregates of declarations, `min int D`, `sum float [<- neighbor]`, or `blend int` with a function of the program.
-// Assumes declare(): the functions and links they name may stand anywhere.
+// Pass: aggregates of declarations, `min int D`, `sum float [<- neighbor]`, or `blend int` with a function of the program. Assumes
+// declare(): the functions and links they name may be declared anywhere.
 #include <algorithm>
 
 #include "compiler/check/check.h"
@@ -33,7 +33,7 @@ class Aggregates {
     }
 
   private:
-    // A rule can do by itself what the aggregate would.
+    // A rule that does the same as the aggregate.
     static std::string linear_help(const Predicate& p, const std::string& aggregate) {
         const std::string out = fmt::format("leave out `{}`", aggregate);
         if (p.arguments.size() != 2 || (aggregate != "min" && aggregate != "max" && aggregate != "sum")) return out;
@@ -72,7 +72,7 @@ class Aggregates {
         if (a.neighbour_complete) link(a, p);
     }
 
-    // A function of the program comes before the aggregates that yield to it.
+    // A function of the program takes precedence over the aggregates that yield to it.
     Aggregate named(const syntax::Argument& a) const {
         const Aggregate known = syntax::declared_aggregate(a.aggregate);
         const bool hidden =
@@ -157,7 +157,7 @@ class Aggregates {
         return (std::string("aeiou").find(type[0]) == std::string::npos ? "a " : "an ") + type;
     }
 
-    // A function that makes one value of two.
+    // A function that combines two values into one.
     void function(const syntax::Argument& a, Predicate& p) {
         MELD_EXPECT(p.aggregate == Aggregate::Custom && !p.fold.valid(), "{} has a function", p.name);
         for (const FunctionId id : program_.functions.ids())

@@ -89,7 +89,7 @@ class Bindings {
                 .help = "choose by an int, a float or a node";
     }
 
-    // `n-1` as a difference where `n` is a variable of the rule; else empty.
+    // `n-1` as a difference if `n` is a variable of the rule; otherwise empty.
     std::string as_difference(const std::string& name) const {
         const std::size_t minus = name.find('-');
         if (minus == std::string::npos) return "";
@@ -108,7 +108,7 @@ class Bindings {
                                     : fmt::format("use it in a fact of the body, or set it with `{} = ...`", name);
         });
     }
-    // In Y = Z + 1 without a value for Z, that Y has none either goes without saying.
+    // In Y = Z + 1 without a value for Z, it need not be said that Y has none either.
     void need_of_test(const Term& test, const Bound& bound) {
         if (test.op == Op::Equal)
             for (const std::size_t side : {0u, 1u}) {

@@ -26,7 +26,7 @@ Term Scope::call(const std::string& name, const Arguments& arguments, Span span,
     return unknown_function(name, arguments, span);
 }
 
-// What Linear Meld says of the processor at which a node runs: here they are all at one, which changes no result.
+// Linear Meld's functions about the processor of a node: here all nodes are on one, which changes no result.
 std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
     term.span = span;
@@ -71,7 +71,7 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
             "leave the condition out, and let the rules say what it would have excluded";
         return term;
     }
-    // Forms of their own, with something missing.
+    // Special forms with something missing.
     if (name == "proved" && arguments.size() <= 2) {
         const std::string predicate = arguments.empty() ? "p" : syntax::print(*arguments.back());
         report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help = fmt::format(
@@ -86,7 +86,7 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);
-    // What it is called in other languages.
+    // Its name in other languages.
     static const std::map<std::string, std::string> elsewhere = {{"len", "llength"},    {"length", "llength"}, {"size", "llength"},
                                                                  {"random", "randint"}, {"rand", "randint"},   {"str", "int2str"}};
     const auto other = elsewhere.find(name);
@@ -98,7 +98,7 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     return term;
 }
 
-// The arguments of a call as a declaration would say them.
+// The arguments of a call as a declaration would list them.
 std::string Scope::parameters(const Arguments& arguments, Named named) {
     std::string text;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -147,7 +147,7 @@ Term Scope::call_library(const LibraryFunction& f, const Arguments& arguments, S
     const std::size_t errors = report_.error_count();
     bool fit = true;
     for (std::size_t i = 0; i < f.parameters.size(); ++i) fit = match(f.parameters[i], infer(*arguments[i]), bindings) && fit;
-    // Of `lreverse([])` only the place knows what the elements are.
+    // Only the context tells what the elements in `lreverse([])` are.
     if (fit && has_unknown(substitute(f.result, bindings))) match(f.result, wanted, bindings);
     term.op = f.op;
     if (f.op == Op::Library) term.text = f.name;
@@ -168,7 +168,7 @@ Term Scope::call_library(const LibraryFunction& f, const Arguments& arguments, S
         table != bindings.end() && !is_struct_of_floats(table->second) && table->second != Type::list_of(Type::Float))
         report_.add(Kind::TypeMismatch, arguments[0]->span,
                     fmt::format("`{}` needs a list or a struct of floats, and this is {}", f.name, type_name(table->second)));
-    // What was refused is of any type, so that one mistake gives one message.
+    // A call with an error has any type, so that one mistake gives one message.
     term.type = report_.error_count() > errors ? Type::Error : substitute(f.result, bindings);
     return term;
 }

@@ -120,9 +120,9 @@ class Declarer {
                                            [](const Argument& a, const Argument& b) { return a.type == b.type || a.type == Type::Error; });
         const bool same =
             same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
-        // What the runtime knows has common names: a program may mean something of its own by `at(node, int, int, int)` or by
-        // `linear watch(node)`. But an action without its word is more likely forgetfulness. Who means what bodies have says
-        // `sensed` or `action`.
+        // The runtime's names are common words: a program may mean its own predicate by `at(node, int, int, int)` or by `linear
+        // watch(node)`. But an action without the keyword is more likely an oversight. A program that means a predicate or action of bodies
+        // writes `sensed` or `action`.
         const bool other_words = (!same && (!same_types || p.linear())) || of_bodies(p.name);
         if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
             before = std::move(p);
@@ -199,7 +199,7 @@ class Declarer {
         add(std::move(f));
     }
     void declare(const syntax::Extern& tree) {
-        // A type: a word that only extern functions understand. It is known already.
+        // A type that only extern functions interpret. It is known already.
         if (!tree.result) return;
         Function f;
         f.name = tree.name.text;
@@ -252,8 +252,8 @@ class Declarer {
     std::map<std::string, Span> functions_;
 };
 
-// `undelivered-token`, in a module `m-undelivered-token`: where facts of the linear `token` come back that cannot be delivered. It has
-// the catom that sent one, the catom it was for, and what it said.
+// `undelivered-token`, in a module `m-undelivered-token`: the place where facts of the linear `token` come back that cannot be delivered.
+// It has the sending catom, the target catom, and the other arguments.
 void find_returns(Program& program, diagnostics::Reporter& report) {
     static const std::string word = "undelivered-";
     for (Predicate& p : program.predicates) {

@@ -80,7 +80,7 @@ Term Scope::unary(const syntax::Unary& u, Span span) {
 
 namespace {
 
-// An expression as a string: itself, or the call that makes a string of its value; empty where there is none.
+// An expression as a string: itself, or the call that converts its value; empty if there is none.
 std::string as_text(const syntax::Expr& e, const Type& type) {
     if (type == Type::String) return syntax::print(e);
     const char* function = type == Type::Int ? "int2str" : type == Type::Float ? "float2str" : type == Type::Node ? "node2str" : nullptr;
@@ -169,7 +169,7 @@ Term Scope::conditional(const syntax::Conditional& c, Span span, const Type& wan
     if (!common)
         report_.add(Kind::TypeMismatch, span, "both sides of `if` must have one type").labels = {
             {c.then_value->span, "this is " + type_name(t)}, {c.else_value->span, "this is " + type_name(f)}};
-    // A list takes the type of its place where the two agree so far; a number stays what it is and is widened as a whole.
+    // A list takes the type required by its context if the two agree so far; a number keeps its type and is widened as a whole.
     term.type = !common ? Type::Error : common->compound() && wanted.compound() ? join(*common, wanted).value_or(*common) : *common;
     term.operands.push_back(resolve(*c.condition, Type::Bool, "`if`"));
     term.operands.push_back(resolve(*c.then_value, term.type, "`then`"));
@@ -198,7 +198,7 @@ Term Scope::let(const syntax::Let& l, Span span, const Type& wanted) {
 
 // ---- lists, structs and tuples
 
-// A list literal is a set or an array where the place wants one.
+// A list literal is a set or an array if the context requires one.
 Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
     Term term;
     term.span = span;
@@ -211,7 +211,7 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
         return term;
     }
     if (holds_elements(found)) type.parts[0] = found.parts[0];
-    // The place knows what the elements are where they cannot say so themselves: [] or [1, 2] of floats.
+    // The context determines the elements' type if they cannot: [] or [1, 2] of floats.
     if (holds_elements(wanted)) type.parts[0] = join(wanted.parts[0], type.parts[0]).value_or(wanted.parts[0]);
     term.type = type;
     const std::size_t errors = report_.error_count();
@@ -220,7 +220,7 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
         for (std::size_t i = 0; i < l.elements.size(); ++i)
             term.operands.push_back(resolve(*l.elements[i], type.parts[0], fmt::format("element {} of the list", i + 1)));
         for (const Term& element : term.operands) term.type.parts[0] = refined(term.type.parts[0], element.type);
-        // An element that was refused says enough about the list.
+        // An element with an error has been reported; that is enough about the list.
         if (report_.error_count() > errors) term.type = Type::Error;
         return term;
     }
@@ -274,7 +274,7 @@ Term Scope::constant_name(const syntax::Call& call, Span span) {
     return term;
 }
 
-// A run argument is a constant that the run must give; its type is what the place wants.
+// A run argument is a constant that the run must give; its type is the one that the context requires.
 Term Scope::run_argument(int number, Span span, const Type& wanted) {
     Term term;
     term.op = Op::Constant;

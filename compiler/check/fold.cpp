@@ -1,5 +1,5 @@
-// An interpreter of terms. It knows operators, lists and functions of the program; what calls the library, an extern or
-// runs for long is left to the run.
+// An interpreter of terms. It knows operators, lists and functions of the program; calls of the library or of an extern, and long
+// computations, are left to the run.
 #include "compiler/check/fold.h"
 
 #include <cmath>
@@ -8,7 +8,7 @@ namespace meld::check {
 
 namespace {
 
-// What takes longer is computed where it is used.
+// A longer computation is done where the constant is used.
 constexpr std::size_t kMaxSteps = 100'000;
 constexpr std::size_t kMaxDepth = 2'000;
 

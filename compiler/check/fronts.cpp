@@ -35,7 +35,7 @@ class Search {
             for (const Clause& c : rule.body)
                 if (c.kind == Clause::Kind::Atom && stratum_.contains(c.atom.predicate)) read(rule, c.atom);
         }
-        // A value that is only shifted improves through itself without end, or never, unless something stops it on the way.
+        // A value that is only shifted improves through itself without end, or never, unless something stops it.
         const bool risk = asks_ || improves_ || (shifts_ && stops_);
         return !risk ? Fronts::NotNeeded : monotone_ ? Fronts::Needed : Fronts::Impossible;
     }
@@ -80,7 +80,7 @@ class Search {
         if (how.kind == ValueRead::Kind::Exists) ask(atom);
         for (std::size_t i = p.aggregate_at + 1; i < atom.arguments.size(); ++i) {
             const Term& payload = atom.arguments[i];
-            // The payload belongs to the best value alone.
+            // The payload belongs only to the best value.
             if (payload.op != Op::Anonymous && (!payload.is_variable() || uses(rule, payload.variable) > 1)) monotone_ = false;
         }
         const Term& value = atom.arguments[p.aggregate_at];
@@ -123,7 +123,7 @@ class Search {
     void ask(const Atom& atom) {
         if (!asked_) asked_ = &atom;
     }
-    // Not monotone at all, or only what keeps existence from being separated from the values.
+    // Not monotone at all, or only something that keeps existence from being separated from the values.
     void breaks(Span where, bool alone) {
         if (!breaks_ || (alone && !breaks_alone_)) breaks_ = where;
         breaks_alone_ = breaks_alone_ || alone;
@@ -136,10 +136,10 @@ class Search {
     std::optional<Span> breaks_;
     bool breaks_alone_ = false;
     bool monotone_ = true;
-    bool asks_ = false;      // Some rule reads a value that its head does not follow from,
-    bool improves_ = false;  // or makes one of it that may be better,
-    bool shifts_ = false;    // which may be by an amount,
-    bool stops_ = false;     // and some rule keeps values from going on by amounts.
+    bool asks_ = false;      // Some rule reads a value, but its head does not follow from the value,
+    bool improves_ = false;  // or it derives a value that may be better,
+    bool shifts_ = false;    // possibly by an amount,
+    bool stops_ = false;     // and some rule bounds values that improve by amounts.
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Before pass 1: `import linear p(node, int) from file.` says again what the file declares, and must say the same.
-// Assumes separate_modules() and expand_type_names().
+// Before pass 1: `import linear p(node, int) from file.` repeats what the file declares, and must agree with it. Assumes separate_modules()
+// and expand_type_names().
 #include <set>
 #include <string>
 #include <vector>
@@ -20,7 +20,7 @@ std::string kind_of(const syntax::Declaration& d) {
     return "persistent";
 }
 
-// What two declarations must have in common, for comparison.
+// The properties in which two declarations must agree.
 std::string canonical(const syntax::Type& type) {
     const bool catom = type.name == "catom" || type.name == "module" || type.name == "addr";
     std::string text = catom ? "node" : type.name;

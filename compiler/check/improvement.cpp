@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxDepth = 8;
 
 Course opposite(Course c) { return c == Course::Same ? Course::Opposite : c == Course::Opposite ? Course::Same : c; }
-// Of an expression that follows both.
+// For an expression that follows both.
 Course both(Course a, Course b) {
     if (a == Course::Constant) return b;
     if (b == Course::Constant || a == b) return a;
@@ -33,7 +33,7 @@ Improvement::Improvement(const Program& program, const Rule& rule, const Atom& a
     find_definitions();
 }
 
-// Y = X + 1, where no fact says what Y is.
+// Y = X + 1, if no fact gives Y.
 void Improvement::find_definitions() {
     for (bool found = true; found;) {
         found = false;
@@ -115,7 +115,7 @@ Course Improvement::multiplied(const Term& t, const Courses& known) const {
     return *by >= 0 ? (by_right ? left : right) : opposite(by_right ? left : right);
 }
 
-// A function follows its arguments as its body follows the parameters.
+// A function follows its arguments as its body follows its parameters.
 Course Improvement::call(const Term& t, const Courses& known) const {
     Courses parameters;
     bool constant = true;
@@ -139,7 +139,7 @@ bool Improvement::keeps(const Term& test) const {
     if (test.op < Op::Less || test.op > Op::GreaterEqual) return false;
     const bool less = test.op == Op::Less || test.op == Op::LessEqual;
     const Course low = course(test.operands[less ? 0 : 1]), high = course(test.operands[less ? 1 : 0]);
-    // What must stay low may follow a value that falls, what must stay high one that rises.
+    // A value that must stay low may follow a falling one, and a value that must stay high a rising one.
     const Course falls = least_ ? Course::Same : Course::Opposite;
     return (low == Course::Constant || low == falls) && (high == Course::Constant || high == opposite(falls));
 }

@@ -48,7 +48,7 @@ void LocalNames::add(const syntax::Atom& atom, Names& out) const {
     for (const syntax::ExprPtr& argument : atom.arguments) add(*argument, out);
 }
 
-// What stands in the clauses themselves, not in those inside them.
+// The names in the clauses themselves, not those in nested ones.
 void LocalNames::add(const Clauses& clauses, Names& out) const {
     for (const syntax::Clause& clause : clauses) {
         if (const auto* atom = std::get_if<syntax::Atom>(&clause.node)) add(*atom, out);
@@ -140,7 +140,7 @@ void LocalNames::visit(const Heads& heads, const Names& known) {
     }
 }
 
-// In the body a result's name is the value of one match; in the last heads it is what was made of all.
+// In the body a result's name means the value of one match; in the last heads the result over all matches.
 void LocalNames::visit(const syntax::RuleAggregate& aggregate, const Names& known) {
     Names results, direct;
     for (const syntax::HeadAggregate& one : aggregate.aggregates) results.insert(one.result.text);

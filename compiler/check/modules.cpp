@@ -1,7 +1,7 @@
-// Before pass 1: modules. Gives every name of a module its full name, `module-name`, so that all later passes know one space of names.
-// Assumes nothing; leaves no rule that asks for a name its module does not show.
+// Before pass 1: modules. Gives every name of a module its full name, `module-name`, so that all later passes see one name space. Assumes
+// nothing; leaves no rule that uses a name its module does not export.
 //
-// Names of the prelude, sensed and action predicates and extern functions stand for the world outside and have no module.
+// Names of the prelude, sensed predicates, actions and extern functions belong to the world outside and have no module.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -136,7 +136,7 @@ class Separator {
     template <class Other>
     void collect(const Other&, std::uint32_t) {}
 
-    // Two modules may both declare what the world senses, in the same words; the first declaration stands for both.
+    // Two modules may both declare the same sensed predicate in the same words; the first declaration stands for both.
     void same_in_the_world(const syntax::Declaration& d, std::uint32_t unit) {
         std::string text = d.repeats ? "while" : "";
         for (const syntax::Name& m : d.modifiers) text += m.text + " ";

@@ -1,7 +1,7 @@
-// Patterns: lists, structs and tuples with variables in them. `p(A, [X | L])` becomes p(A, V), V = [X | L], and such an
-// equality makes V where X and L are known, takes V apart where V is known, and compares where both are; the planner
-// decides by what the other clauses bind. So that one step takes one value apart, what stands in a constructor is a
-// variable or a known value: [f(X), Y | L] becomes [V | W], V = f(X), W = [Y | L].
+// Patterns: lists, structs and tuples that contain variables. `p(A, [X | L])` becomes p(A, V), V = [X | L]. Such an equality builds V if X
+// and L are known, takes V apart if V is known, and compares if both are known; the planner decides by what the other clauses bind. So that
+// one step takes one value apart, the arguments of a constructor are variables or known values: [f(X), Y | L] becomes [V | W], V = f(X), W
+// = [Y | L].
 #include <algorithm>
 
 #include "compiler/check/scope.h"
@@ -73,7 +73,7 @@ bool Scope::spread_type(const syntax::Expr& e, const Type& type) {
     return changed;
 }
 
-// What stands in a constructor: a variable, a known value, or a fresh variable with its test.
+// An argument of a constructor: a variable, a known value, or a fresh variable with its test.
 Term Scope::in_pattern(const syntax::Expr& e, const Type& wanted, std::vector<Clause>& tests) {
     Term term;
     term.op = Op::Variable;
@@ -100,7 +100,7 @@ Term Scope::pattern_variable(const syntax::Expr& e, const Type& wanted, std::vec
     Term value = convert(pattern(e, wanted, tests), wanted, "this place");
     variable.type = refined(wanted, value.type);
     variable.variable = fresh("_value", variable.type, e.span);
-    // The outer constructor comes before what is in it, as one reads it.
+    // The outer constructor comes before those inside, in reading order.
     tests.insert(tests.begin() + static_cast<std::ptrdiff_t>(at), equality(variable, std::move(value), e.span));
     return variable;
 }

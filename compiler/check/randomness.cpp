@@ -1,5 +1,5 @@
-// Pass: chance. A view holds while its body does, so what it holds may not be drawn anew each time it is looked at: random
-// functions are for linear rules and for initial facts. Assumes resolved rules.
+// Pass: random functions. A view holds while its body does, so its values must not be drawn again at each evaluation: random functions are
+// for linear rules and for initial facts. Assumes resolved rules.
 #include <algorithm>
 
 #include "compiler/check/check.h"

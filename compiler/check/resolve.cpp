@@ -31,7 +31,7 @@ void Resolver::rule(const syntax::Rule& tree) {
     rule_ = &rule;
     type_variables(tree.body);
     type_heads(tree.head);
-    // What the body leaves open, as in X = @arg1, a head may say.
+    // A variable that the body leaves unbound, as in X = @arg1, may be bound by a head.
     for (const syntax::HeadItem& item : tree.head)
         if (const auto* fact = std::get_if<syntax::HeadFact>(&item.node)) type_from_atom(fact->atom);
     type_variables(tree.body);
@@ -49,7 +49,7 @@ void Resolver::rule(const syntax::Rule& tree) {
 }
 
 void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
-    // What is read, with $p or to see that it is absent, stays.
+    // A fact that is only read, with $p or in a test for its absence, is not consumed.
     bool consumes = false;
     const Atom* read = nullptr;
     each_atom(rule.body, [&](const Atom& a, bool negated) {
@@ -93,7 +93,7 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     views(rule, rule.body, rule.heads, rule.body.empty() || tree.arrow == syntax::Arrow::Axiom);
 }
 
-// An aggregate in a body, or a delta, asks what holds; it consumes nothing, so it asks for facts that stay.
+// An aggregate in a body, or a delta, tests what holds and consumes nothing, so it may read only persistent facts.
 bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
     const std::size_t errors = report_.error_count();
     const auto visit = [&](const auto& self, const std::vector<Clause>& clauses, bool asked) -> void {
@@ -113,7 +113,7 @@ bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
     return report_.error_count() > errors;
 }
 
-// A body with what a head asks for; its conditions are known as the head's by their place.
+// A body with the conditions of a head; these are recognized by their position.
 static std::vector<Clause> with_head(std::vector<Clause> body, std::vector<Clause> more, const Head& head) {
     for (Clause& c : more) {
         if (c.kind == Clause::Kind::Test) c.span = head.span;
@@ -181,8 +181,8 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
     }
 }
 
-// [ sum => S | X | body | each | last ]: `each` for every match; `last` with S = sum X' : { body' }, a copy of the body
-// with variables of its own for each of the aggregates.
+// [ sum => S | X | body | each | last ]: `each` for every match; `last` with S = sum X' : { body' }, a copy of the body with fresh
+// variables for each of the aggregates.
 void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
     MELD_EXPECT(head.kind == Head::Kind::Aggregate, "a head that aggregates nothing");
     views(rule, with_head(body, head.body, head), head.heads, false);
@@ -295,7 +295,7 @@ std::string Resolver::help_to_start_once(const Head& head) const {
 
 void Resolver::find_single_use(Rule& rule) const {
     if (rule.body.empty()) return;  // p(A): at every catom.
-    // A rule that only consumes has nothing to say of its catom.
+    // A rule that only consumes need not mention its catom otherwise.
     std::set<VariableId> places;
     if (rule.heads.empty())
         for (const Clause& c : rule.body)

@@ -29,7 +29,7 @@ void Resolver::clause(const syntax::Clause& tree, std::vector<Clause>& out) {
         c.inner = body(n->clauses);
         out.push_back(std::move(c));
     } else if (const auto* f = std::get_if<syntax::Forall>(&tree.node)) {
-        // What holds for all holds where there is no exception.
+        // A `forall` holds if there is no exception.
         const Inside inside(*scope_, *locals_, f);
         Clause exception{.kind = Clause::Kind::Not, .span = tree.span};
         exception.inner = body(f->clauses);
@@ -81,7 +81,7 @@ void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& 
     for (std::size_t i = 1; i < fact.size(); ++i) out.push_back(std::move(fact[i]));
 }
 
-// E in List. An element that is no variable is made one, and compared or taken apart.
+// E in List. If the element is not a variable, a variable is introduced and compared or taken apart.
 void Resolver::element(const syntax::Element& tree, Span span, std::vector<Clause>& out) {
     Clause c{.kind = Clause::Kind::Element, .span = span};
     c.test = scope_->resolve(*tree.list, Type::Error, "`in`");
@@ -91,7 +91,7 @@ void Resolver::element(const syntax::Element& tree, Span span, std::vector<Claus
                     fmt::format("`in` looks into a list, set or array, and this is {}", check::type_name(list)));
         return;
     }
-    // A list that has no type has no value either, which is reported where it is used.
+    // A list without a type has no value either; that is reported where it is used.
     const Type wanted = list.parts.empty() ? Type::Error : list.parts[0];
     std::vector<Clause> tests;
     const Term element = scope_->is_pattern(*tree.element) ? scope_->pattern_variable(*tree.element, wanted, tests)
@@ -118,7 +118,7 @@ void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
     const bool patterns =
         equal != nullptr && equal->op == syntax::BinaryOp::Equal && (scope_->is_pattern(*equal->left) || scope_->is_pattern(*equal->right));
     const std::optional<Type> common = patterns ? join(scope_->infer(*equal->left), scope_->infer(*equal->right)) : std::nullopt;
-    // Types that do not go together are reported where they are compared.
+    // Types that do not fit each other are reported where they are compared.
     if (!common) {
         out.push_back(test(scope_->resolve(e, Type::Bool, "a condition")));
         return;
@@ -218,7 +218,7 @@ Term Resolver::aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& n
     return takes ? limit : Term{};
 }
 
-// The function that folds the values of matches: f(so far, value), of the type of what is so far.
+// The function that folds the values of matches: f(so far, value), with the type of the result so far.
 std::optional<FunctionId> Resolver::fold_function(const std::string& name, const Term& value, FoldStart start, Span span) {
     const auto own = names_.functions.find(name);
     if (own == names_.functions.end()) {
@@ -260,7 +260,7 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
     return own->second;
 }
 
-// The number of facts at the execution site, which is put in when it is known: place_counts().
+// The number of facts at the execution site, which place_counts() inserts when the site is known.
 void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out) {
     std::vector<PredicateId> named;
     for (const auto& [key, id] : names_.predicates)
@@ -332,7 +332,7 @@ Term Resolver::location(const syntax::Expr& e, std::vector<Clause>* tests) {
         term.variable = scope_->fresh("_", Type::Node, e.span);
         return term;
     }
-    // The same fixed catom twice in a rule is one place.
+    // Several uses of one fixed catom in a rule are one place.
     const bool lasting = !scope_->inside_part();
     const std::string key = syntax::print(e);
     if (const auto known = places_.find(key); known != places_.end()) {
@@ -384,7 +384,7 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
 }
 
 void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) {
-    // The program's own names come before those that it never wrote.
+    // The program's own names come before those that it did not declare.
     std::vector<std::string> own, of_the_runtime;
     for (const auto& [key, id] : names_.predicates) (program_.predicates[id].prelude ? of_the_runtime : own).push_back(key.first);
     std::string near = diagnostics::nearest_name(name.text, own);
@@ -430,7 +430,7 @@ void Resolver::visit_anyway(const syntax::Atom& tree) {
 
 void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     using syntax::Sigil;
-    // Original Meld's mark of linear facts; where they stand in a view, that is said.
+    // Original Meld's mark of linear facts; in a view there is a message for it.
     if ((!dialect_linear_ || tree_->arrow == syntax::Arrow::View) && tree.sigil == Sigil::Persistent) return;
     const bool wrong =
         (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
@@ -442,7 +442,7 @@ void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     d.help = fmt::format("write `{}({})`", p.name, tree.arguments.size() > 1 ? "..." : "A");
 }
 
-// In a file without `-o` who writes `!p` for what is persistent means `not p`.
+// In a file without `-o`, `!p` of a persistent p means `not p`.
 void Resolver::not_a_negation(const syntax::Atom& tree, const Predicate& p) {
     if (dialect_linear_ || tree.sigil != syntax::Sigil::Persistent || p.linear()) return;
     auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`!` before `{}` does not negate it", p.name));

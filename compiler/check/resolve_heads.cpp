@@ -20,7 +20,7 @@ std::vector<Head> Resolver::heads(std::span<const syntax::HeadItem> items) {
     return out;
 }
 
-// The heads behind it are inside it.
+// The heads after it are inside it.
 Head Resolver::head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind) {
     Head h{.kind = Head::Kind::Set, .span = tree.variable.span};
     h.variable = scope_->variable(tree.variable.text, tree.variable.span);
@@ -84,7 +84,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     out.push_back(std::move(h));
 }
 
-// The value for an aggregate of elements: the list of that one.
+// The value for an aggregate of elements: a list of that one value.
 Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
     MELD_EXPECT(p.aggregate_at > 0 && p.aggregate_at < p.arguments.size(), "{} aggregates argument {}", p.name, p.aggregate_at);
     const Type& list = p.arguments[p.aggregate_at].type;
@@ -93,7 +93,7 @@ Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
     return {.op = Op::List, .type = list, .span = e.span, .operands = {std::move(only)}};
 }
 
-// Linear Meld lets a rule say when which node runs. Here that changes nothing, unless the program means a predicate of its own.
+// In Linear Meld a rule can schedule nodes. Here that has no effect, unless the program means its own predicate.
 bool Resolver::is_scheduling(const syntax::Atom& tree) const {
     static const std::set<std::string> words = {"set-priority", "add-priority", "set-default-priority", "remove-priority", "schedule-next",
                                                 "set-static",   "set-moving",   "set-affinity",         "set-cpu",         "setprio"};
@@ -123,7 +123,7 @@ void Resolver::check_watched(const Term& name) {
                      : fmt::format("did you mean `{}`?", near);
 }
 
-// In ticks: what a double holds exactly, and far from where adding it to the present tick would overflow.
+// In ticks: the largest number that a double holds exactly, far below an overflow when added to the present tick.
 constexpr double kLongestDelay = 0x1p53;
 
 Term Resolver::delay(const syntax::Delay& tree) {

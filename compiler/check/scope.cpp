@@ -11,7 +11,7 @@ using syntax::BinaryOp;
 
 namespace {
 
-// What is nested deeper would need more stack than a C++ compiler has.
+// Deeper nesting would need more stack than a C++ compiler has.
 constexpr int kMaxDepth = 300;
 
 }  // namespace
@@ -76,7 +76,7 @@ const std::string* Scope::variable_name(const syntax::Expr& e) const {
     return nullptr;
 }
 
-// ---- what is known of types, silently
+// ---- types inferred so far, without reports
 
 Type Scope::infer(const syntax::Expr& e) const {
     if (const std::string* name = variable_name(e)) {

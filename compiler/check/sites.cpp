@@ -30,7 +30,7 @@ class Sites {
     using Graph = std::map<VariableId, std::set<VariableId>>;
 
     const std::string& name(VariableId v) const { return rule_.variables[v].name; }
-    // A variable of ours stands for a catom that the rule names, @3, or for one that it leaves open.
+    // A variable that stands for a catom that the rule names, @3, or leaves open.
     std::string shown(VariableId v) const {
         if (!name(v).starts_with("_")) return "`" + name(v) + "`";
         for (const Clause& c : rule_.body) {
@@ -42,7 +42,7 @@ class Sites {
         return "this catom";
     }
 
-    // Of the facts that hold: what is only negated or aggregated leads nowhere.
+    // Only positive facts lead to catoms, not those that are negated or aggregated.
     void links(const std::vector<Clause>& body, Graph& graph) const {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
@@ -78,12 +78,12 @@ class Sites {
             const VariableId at = c.atom.arguments[0].variable;
             if (seen.contains(at) || !refused_.insert(at).second) continue;
             no_route(c.atom, at, body);
-            // What hangs together with it is missing the same link.
+            // Everything connected with it misses the same link.
             for (const VariableId v : reached(graph, at)) refused_.insert(v);
         }
     }
 
-    // What held before the tick is known at the catom itself alone.
+    // Only the catom itself knows what held before the tick.
     void check_delta(const Clause& c) {
         MELD_EXPECT(c.kind == Clause::Kind::Delta, "rule {}: not a delta", rule_.name);
         const VariableId at = c.atom.arguments[0].variable;
@@ -104,7 +104,7 @@ class Sites {
                      : fmt::format("add `{}`, or another route between them", link(name(rule_.site), name(at)));
     }
 
-    // A predicate that names the catom where a link would is not declared as one.
+    // A predicate that names the catom, as a link would, but is not declared as a route.
     bool blame_pointer(const std::vector<Clause>& body, VariableId at, diagnostics::Diagnostic& d) const {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
@@ -170,7 +170,7 @@ class Sites {
         std::erase(rule_.contributors, rule_.site);
     }
 
-    // An aggregate that waits must know whom it has heard from, also where the rule says neighbor(A, _).
+    // An aggregate that waits must know which neighbour a value comes from, even if the rule says neighbor(A, _).
     void name_neighbours() {
         for (Clause& c : rule_.body) {
             const bool link = c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].route && c.atom.arguments.size() > 1;
@@ -182,7 +182,7 @@ class Sites {
         }
     }
 
-    // Facts travel over links that touch: a route over two of them can be kept, but nothing is heard along it.
+    // Facts are sent only between catoms that touch: a route over two links can be stored, but nothing is received along it.
     void warn_of_far_route(const Head& head, const Graph& graph, const std::set<VariableId>& seen) {
         const Predicate& p = program_.predicates[head.atom.predicate];
         if (!p.route || head.atom.arguments.size() < 2 || !head.atom.arguments[1].is_variable()) return;

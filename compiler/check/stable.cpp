@@ -1,6 +1,6 @@
-// After modules: `stable(p(A, X), 5)` in a body becomes an atom of a predicate of its own, declared here with the rule
+// After modules: `stable(p(A, X), 5)` in a body becomes an atom of a separate predicate, declared here with the rule
 //     p@stable5(A, X)@+5 :- p(A, X).
-// So a fact is stable for n ticks while it has held for so long without a break.
+// So a fact is stable for n ticks once it has held for that long without interruption.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -84,7 +84,7 @@ class Stable {
         return std::any_of(d.modifiers.begin(), d.modifiers.end(), [&](const syntax::Name& m) { return m.text == modifier; });
     }
 
-    // The name of the predicate that holds where p has held for so long.
+    // The name of the predicate that holds if p has held for that long.
     std::string predicate(const syntax::Declaration& p, std::int64_t ticks, Span span) {
         const std::string name = p.name.text + "@stable" + std::to_string(ticks);
         for (const char* kind : {"linear", "action"}) {

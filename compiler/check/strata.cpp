@@ -19,7 +19,7 @@ struct Edge {
     PredicateId from, to;  // The head reads this.
     Span span;
     bool negated = false;
-    const char* asks = "not";  // The word that negates, as a message has it.
+    const char* asks = "not";  // The word of the negation, as in messages.
     bool aggregated = false;   // By an aggregate in a body.
     bool remote = false;
     bool waits = false;  // For all neighbours over this link.
@@ -167,7 +167,7 @@ class Strata {
         return asks == "forall" ? fmt::format("a `forall` over `{}`", name) : fmt::format("the `{}` of `{}`", asks, name);
     }
 
-    // A sum that feeds itself is fine only where every turn of the cycle crosses a link; so is a value that waits for neighbours.
+    // A sum that depends on itself is allowed only if every cycle crosses a link; so is a value that waits for neighbours.
     void check_tree(Stratum& c) {
         for (const PredicateId p : c.predicates) {
             if (program_.predicates[p].aggregate == Aggregate::None) continue;

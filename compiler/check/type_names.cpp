@@ -1,5 +1,5 @@
-// Before pass 1: type names. `type list int vector.` and `node page.` are put in where the names stand, so that later passes see
-// types alone. Assumes separate_modules(): every name is the name of one type.
+// Before pass 1: type names. Replaces the names of `type list int vector.` and `node page.` by their types, so that later passes see only
+// types. Assumes separate_modules(): every name means one type.
 #include <map>
 #include <optional>
 #include <set>
@@ -21,7 +21,7 @@ bool is_type_word(const std::string& word) {
     return words.contains(word);
 }
 
-// Names may double what they stand for again and again; a type is copied to each of its uses.
+// Names may double the size of their type again and again; a type is copied to each of its uses.
 constexpr std::size_t kMaxTypeParts = 1000;
 
 std::size_t parts_of(const syntax::Type& t) {
@@ -112,7 +112,7 @@ class TypeNameExpansion {
         alias.state = State::Done;
     }
 
-    // Said once: what is built on it would be too large as well.
+    // Reported once: types built on it would be too large as well.
     void too_large(const std::string& name) {
         if (std::exchange(is_too_large_, true)) return;
         report_

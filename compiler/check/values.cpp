@@ -1,5 +1,5 @@
-// Pass 2: constants and functions. Their expressions become terms; constants get their values, where only the run can tell
-// a function that computes it. Assumes declare(): every name is in the tables, functions with their types.
+// Pass 2: constants and functions. Their expressions become terms; constants get their values, or, if only the run can compute a value, a
+// function that does. Assumes declare(): every name is in the tables, functions with their types.
 #include <map>
 #include <set>
 
@@ -82,7 +82,7 @@ class Values {
         }
     }
 
-    // Types a constant, those that its expression names before it. Chains of constants may be long, so there is no recursion.
+    // Types a constant, after those that its expression names. Chains of constants may be long, so there is no recursion.
     void type_all(Pending& root) {
         struct Open {
             Pending* pending;

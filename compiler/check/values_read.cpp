@@ -18,7 +18,7 @@ bool constant(const Term& t) {
     return !any && !calls;
 }
 
-// X > 3 for a max, X < 3 for a min: better values pass all the more.
+// X > 3 for a max, X < 3 for a min: better values pass too.
 bool monotone(const Term& test, VariableId value, Aggregate aggregate) {
     if (test.op < Op::Less || test.op > Op::GreaterEqual) return false;
     const bool left = test.operands[0].is_variable() && test.operands[0].variable == value && constant(test.operands[1]);

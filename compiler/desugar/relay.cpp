@@ -86,8 +86,8 @@ class Relays {
         atom.arguments = std::move(arguments);
     }
 
-    // The auxiliary for facts of p with so many links still to go, made with its rule on first use. Its arguments are the
-    // catom where it is, those to come, and those of p.
+    // The auxiliary for facts of p with this many links still to go, made with its rule on first use. Its arguments are the present catom,
+    // the next catoms, and the arguments of p.
     PredicateId relay(PredicateId p, std::size_t left) {
         const auto found = relays_.find({p, left});
         if (found != relays_.end()) return found->second;

@@ -89,14 +89,14 @@ class Undelivered {
         return c;
     }
 
-    // Of what was on its way: the catom where it is, the one it was for, and its arguments.
+    // For a fact that was on its way: its present catom, its target, and its arguments.
     Head returned(const MadeRule& rule, PredicateId p, const Predicate& sent) const {
         Head h{.kind = Head::Kind::Fact, .span = rule.rule.span};
         h.atom.predicate = back_.at(sent.carries.valid() ? sent.carries : p);
         h.atom.span = rule.rule.span;
         const std::vector<Term>& all = rule.body.atom.arguments;
         h.atom.arguments.push_back(all[0]);
-        // After our own place, the catoms that it was to pass; then its goal and what it says.
+        // After our own catom come the catoms that it was to pass; then its target and its arguments.
         for (std::size_t i = 1 + sent.passes; i + sent.behind < all.size(); ++i) h.atom.arguments.push_back(all[i]);
         MELD_ENSURE(h.atom.arguments.size() == program_.predicates[h.atom.predicate].arguments.size(), "{} comes back as {}", sent.name,
                     program_.predicates[h.atom.predicate].signature());

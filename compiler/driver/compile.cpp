@@ -33,10 +33,10 @@ Result<std::string> read_linked(const std::string& path) {
     return read_input(path, kMaxLinked_bytes);
 }
 
-// -O2 takes half as long again to compile, and what it makes runs some 7 % faster: worth it as long as nobody waits for it.
+// -O2 takes half as long again to compile, and its code runs some 7 % faster: worth it as long as nobody waits for it.
 int optimisation_for(const std::string& cpp) { return cpp.size() < kLongModule ? 2 : 1; }
 
-// Does the work, and from a second on says what is being done and how long it has taken.
+// Does the work; after a second, prints what is being done and how long it has taken.
 void with_progress(const std::string& what, const std::function<void()>& work) {
     using namespace std::chrono_literals;
     std::mutex mutex;

@@ -1,4 +1,4 @@
-// Every file is looked at, whatever is wrong with those before it. A file is replaced as a whole, so that none is ever half written.
+// Every file is processed, whatever is wrong with the earlier ones. A file is replaced as a whole, so none is ever half written.
 #include "compiler/driver/format_command.h"
 
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The stages in front of planning, a function each.
+// The stages before planning, one function each.
 #include "compiler/driver/front_end.h"
 
 #include <filesystem>

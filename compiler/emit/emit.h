@@ -1,5 +1,5 @@
-// Rule plans to C++ text that is meant to be read: a function a rule, named after its head and line, with the rule as
-// its comment, over plain arrays from the ABI header.
+// Rule plans to readable C++ text: one function per rule, named after its head and line, with the rule as its comment, over plain arrays
+// from the ABI header.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace meld::emit {
 
-// The text of the module. It includes "runtime/kernel/views.h", or "runtime/kernel/deltas.h" where it follows single rows.
+// The text of the module. It includes "runtime/kernel/views.h", or "runtime/kernel/deltas.h" if it has delta rules.
 std::string emit_module(const plan::Plan& plan);
 
-// A hash of everything a running ensemble's columns depend on: predicates, fields, offsets. Two modules with the same
-// one can read each other's state.
+// A hash of everything that the columns of a running ensemble depend on: predicates, fields, offsets. Two modules with the same hash can
+// read each other's state.
 std::uint64_t schema_hash(const plan::Plan& plan);
 
 }  // namespace meld::emit

@@ -13,7 +13,7 @@ namespace {
 
 std::string view(const plan::Plan& plan, PredicateId id) { return "s." + predicate_name(plan.program, id); }
 
-// The rule to blame for a recursion that does not end: one that reads what it helps to derive.
+// The rule reported for a recursion that does not end: one that reads a predicate it helps to derive.
 RuleId culprit(const plan::Plan& plan, const StratumPlan& stratum) {
     MELD_EXPECT(!stratum.rules.empty(), "a stratum that nothing derives");
     const auto recursive = [&](const RulePlan& r) {
@@ -27,7 +27,7 @@ RuleId culprit(const plan::Plan& plan, const StratumPlan& stratum) {
     return found == stratum.rules.end() ? stratum.rules.back().rule : found->rule;
 }
 
-// Sets the rule that a failure names.
+// Sets the rule that a failure message names.
 std::string now_at(const RulePlan& r) { return fmt::format("s.e->rule = {};", r.rule.index()); }
 
 void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
@@ -37,7 +37,7 @@ void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
-// A combination that needs the catom, and the neighbours that an aggregate waits for.
+// A combination that needs the catom, or the neighbours that an aggregate waits for.
 void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
@@ -77,7 +77,7 @@ void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, Predicat
     w.raw("return ports;");
     w.close();
 }
-// What the kernel gets to know of it: further arguments of its functions.
+// The further arguments of the kernel's functions.
 std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
@@ -89,7 +89,7 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     return p.complete_link.valid() ? text + fmt::format(", needed_{}(s)", name) : text;
 }
 
-// Not recursive, or sums along a tree: proposals are all there is.
+// Not recursive, or sums along a tree: the proposals are complete.
 void evaluate_plainly(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates are evaluated one by one", stratum.predicates.size());
     const PredicateId p = stratum.predicates[0];
@@ -110,8 +110,7 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, Wri
     w.raw("const u64 derivations = s.e->derivations;");
     const bool by_round = !stratum.semi_naive.empty();
     if (by_round) run_all_rules(plan, stratum, w);
-    // A round carries all rows on. To copy one takes a nanosecond or two, and to derive it some twenty, so that is what it
-    // counts for the limit.
+    // A round copies all rows. Copying one takes a nanosecond or two, deriving it some twenty, so this is its share of the limit.
     if (by_round) w.raw("u64 carried = 0;");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
@@ -179,8 +178,8 @@ void evaluate_mutually(const plan::Plan& plan, const StratumPlan& stratum, Write
         w.line("if (m_{}.finish(*s.e)) changed |= {};", predicate_name(plan.program, p), own_bit(plan, p));
 }
 
-// Where only rows have changed: the groups that they affect, derived again. A failure there is no failure of the program, for
-// rows are read in an order of their own: then the whole stratum is evaluated, which reports it.
+// If only rows have changed: the groups that they affect, derived again. A failure there is not a failure of the program, because rows are
+// read in a different order: the whole stratum is then evaluated, which reports it.
 void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
     MELD_EXPECT(stratum.predicates.size() == 1 && !stratum.deltas.affected.empty(), "a stratum without delta rules");
     MELD_EXPECT(stratum.deltas.regroup.size() >= stratum.rules.size(), "{} of {} rules derive one group", stratum.deltas.regroup.size(),
@@ -258,7 +257,7 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
     w.close();
 }
 
-// An action is carried out when it newly holds at the end of the tick; a repeating one in every tick in which it holds.
+// An action is carried out if it newly holds at the end of the tick; a repeating one in every tick in which it holds.
 void emit_actions(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.open("MELD_STEP static void act(Self& s) {");

@@ -1,4 +1,4 @@
-// Emits the facts of a program's text as tables: a row a fact, its catom and its arguments as words, in the order of catoms.
+// Emits the facts of a program's text as tables: one row per fact, its catom and its arguments as words, in the order of catoms.
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {

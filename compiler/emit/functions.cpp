@@ -17,14 +17,14 @@ std::string function_name(const Program& program, FunctionId id) {
 
 namespace {
 
-// Whether an extern makes values of more than one word: then it gets the place for them.
+// Whether an extern returns values of more than one word: it then gets memory for them.
 bool makes_lists(const Function& f) { return f.result.compound(); }
 
 void emit_extern(const plan::Plan& plan, FunctionId id, Writer& w) {
     const Function& f = plan.program.functions[id];
     std::string parameters = makes_lists(f) ? "Eval*" : "";
     for (const Variable& v : f.variables) parameters += (parameters.empty() ? "" : ", ") + cpp_type(v.type);
-    // The label keeps a name that is a word of C++, or one of ours, from meeting it.
+    // The label keeps a name from clashing with a C++ keyword or one of our names.
     w.line("extern \"C\" {} {}({}) __asm__({});", cpp_type(f.result), function_name(plan.program, id), parameters, quoted(f.name));
 }
 
@@ -39,9 +39,9 @@ std::string signature(const plan::Plan& plan, FunctionId id) {
     return text + ")";
 }
 
-// Which lists a function that ends by calling itself goes along: it looks at no more than the head, the length and whether
-// there is any, and hands on the tail, or the same list, in the same place. Such a list is a place to stand at and how much is
-// left, and needs no memory for its tails.
+// Which lists a function that ends by calling itself walks along: it uses only the head, the length and whether there is any element, and
+// passes on the tail, or the same list, as the same argument. Such a list is a position and a remaining length, and needs no memory for its
+// tails.
 class Walks {
   public:
     Walks(FunctionId id, const Function& f) : id_(id), f_(f), held_(f.parameter_count), stepped_(f.parameter_count) { end(f.body); }
@@ -81,7 +81,7 @@ class Walks {
                 stepped_[i] = true;
                 continue;
             }
-            held_[i] = true;  // It goes on with another.
+            held_[i] = true;  // It continues with another list.
             look(next);
         }
     }
@@ -97,8 +97,7 @@ class Walks {
     std::vector<bool> held_, stepped_;
 };
 
-// The body as statements, each way through it ending in a return, or in another round of the function where it ends by
-// calling itself.
+// The body as statements, in which each path ends in a return, or in another round of the function where it calls itself at its end.
 class Body {
   public:
     Body(FunctionId id, const Function& f, Writer& w) : id_(id), f_(f), w_(w), walks_(id, f) {}
@@ -130,7 +129,7 @@ class Body {
                 return false;
         }
     }
-    // What `t` gives is what the function gives.
+    // The value of `t` is the value of the function.
     void give(const Scope& scope, const Term& t) {
         if (!calls_itself(t)) return w_.line("return {};", term_as(scope, t, f_.result));
         const auto choose = [&](const std::string& condition, const auto& yes, const auto& no) {
@@ -233,7 +232,7 @@ std::string call_with(const Scope& scope, FunctionId id, const std::vector<std::
     std::string arguments = f.external ? makes_lists(f) ? "s.e" : "" : "s, " + scope.site();
     for (const std::string& value : values) arguments += (arguments.empty() ? "" : ", ") + value;
     const std::string text = fmt::format("{}({})", function_name(scope.plan.program, id), arguments);
-    // What another language made is looked at once: no NaN in facts, sets in order.
+    // Values from another language are checked once: no NaN in facts, sets sorted.
     return f.external ? fmt::format("checked_extern(*s.e, {}, kTypes, {}, {})", scope.site(), type_symbol(f.result), text) : text;
 }
 

@@ -1,4 +1,4 @@
-// Emits what a rule makes of its matches: aggregates, facts, messages, actions.
+// Emits what a rule produces from its matches: aggregates, facts, messages, actions.
 #include <algorithm>
 #include <utility>
 
@@ -255,7 +255,7 @@ void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAgg
         heads(h.heads);
         close_to(outside);
     } else {
-        // Facts are consumed match by match; those made meanwhile are held.
+        // Facts are consumed match by match; those produced in the meantime are held.
         const std::string one = fresh("one");
         w_.open(fmt::format("const auto {} = [&]() -> bool {{", one));
         const std::size_t outside = w_.depth();

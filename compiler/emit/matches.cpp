@@ -1,4 +1,4 @@
-// Emits how facts are matched: at the catom, at a neighbour, in the world, and that none is there.
+// Emits how facts are matched: at the catom, at a neighbour, in the world, and tests for their absence.
 #include <algorithm>
 #include <utility>
 
@@ -37,7 +37,7 @@ std::string RuleEmitter::group_row(const Match& s) {
         const bool narrow = p.arguments[i].type == Type::Int && stored.fields[i - 1].bytes < 8;
         const std::string field = fmt::format("{}.{}", group, field_name(i));
         w_.line("{} = {};", field, narrow ? fmt::format("static_cast<decltype({})>({})", field, value) : value);
-        // What does not fit is in no row.
+        // A value that does not fit is in no row.
         if (narrow) fits_ += fmt::format(" && {} == {}", field, value);
     }
     only_if_defined(plan::may_fail(plan_.program, s.arguments));
@@ -59,7 +59,7 @@ void RuleEmitter::match_here(const Match& s) {
     } else {
         w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
     }
-    // Rows may be replaced while a comprehension acts: the fact is copied.
+    // Rows may be replaced while a comprehension acts, so the fact is copied.
     w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
     last_fact_ = f;
     if (s.ranks) scope_.ranks.push_back(f + ".rank");
@@ -127,7 +127,7 @@ void RuleEmitter::match_changed(const Match& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
-// Compares the fact that was matched last with what held at the end of the tick before.
+// Compares the fact that was matched last with the facts at the end of the previous tick.
 void RuleEmitter::step(const plan::ChangeSince& s) {
     const std::string name = predicate_name(plan_.program, s.predicate), row = row_type(s.predicate);
     std::string others = "true", value;
@@ -243,10 +243,10 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
     MELD_CHECK(false, "rule {}: a link was planned as a match", scope_.rule.name);
 }
 
-// None of the ways to satisfy the steps inside exists.
+// No way to satisfy the steps inside exists.
 void RuleEmitter::step(const plan::Unless& s) {
     const Scope before = scope_;
-    // It sees all facts, those too that the rule is about to consume.
+    // It sees all facts, including those that the rule is about to consume.
     const std::vector<Consumed> taken = std::exchange(consumed_, {});
     const std::string found = fresh("found");
     w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));

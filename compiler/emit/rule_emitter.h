@@ -1,5 +1,5 @@
-// Emits one rule: nested loops over the plan's steps, innermost what the rule makes. The state that the emitting files
-// share: rules.cpp (the rule, links), matches.cpp (facts), heads.cpp (aggregates, what is made).
+// Emits one rule: nested loops over the plan's steps, with the heads innermost. The state that the emitting files share: rules.cpp (the
+// rule, links), matches.cpp (facts), heads.cpp (aggregates, heads).
 #pragma once
 
 #include <optional>
@@ -32,7 +32,7 @@ class RuleEmitter {
     void affected(std::size_t number);
     // The rule for one group of the head.
     void group();
-    // A semi-naive rule: what follows from rows that the last round has derived.
+    // A semi-naive rule: derives from rows that the last round has derived.
     void semi_naive(std::size_t number);
 
   private:
@@ -41,22 +41,22 @@ class RuleEmitter {
         std::string position;  // The C++ name of the index into the bag.
     };
 
-    // A selector looks at all matches first, and then again for the one it has chosen.
+    // A selector reads all matches first, and then the chosen one again.
     void choose();
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
     void comment(const check::Rule& rule);
-    // What rules do that have begun alike, one after the other.
+    // The parts of rules with the same beginning, one after the other.
     void branches();
-    // Comprehensions see what there was when the rule was applied, less what has been consumed since: what the rule itself
-    // makes joins the bags when it is done, and given facts are read as they were.
+    // Comprehensions see the facts from when the rule was applied, minus those consumed since: facts that the rule itself produces join the
+    // bags when it is done, and given facts are read as they were.
     void freeze();
     void close_to(std::size_t depth);
-    // Of a view: the same condition, false where computing it failed.
+    // For a view: the same condition, false if computing it failed.
     std::string defined(const std::string& condition, bool fails) const {
         return leaves_out_ && fails ? fmt::format("defined(*s.e, {})", condition) : condition;
     }
-    // Of a view: what follows happens only where all has gone well so far.
+    // For a view: the following code runs only if nothing has failed so far.
     void only_if_defined(bool fails) {
         if (leaves_out_ && fails) w_.open("if (defined(*s.e)) {");
     }
@@ -64,7 +64,7 @@ class RuleEmitter {
     void steps(const std::vector<Step>& all);
     void bind(VariableId v, const std::string& value);
 
-    // ---- one function for each kind of step; each opens the block in which the later steps stand
+    // ---- one function for each kind of step; each opens the block that contains the later steps
     void step(const plan::Test& s);
     void step(const plan::Set& s);
     void step(const plan::EachNeighbour& s);
@@ -100,14 +100,14 @@ class RuleEmitter {
     // Whether all arguments of the group are compared, so that the row can be looked up.
     bool whole_key(const Match& s) const;
     static bool same_type(const Term& t, const Type& type) { return t.type == type; }
-    // Emits the group row that is looked for; returns its name. fits_ becomes the condition that narrow fields hold its values.
+    // Emits the group row to look up; returns its name. fits_ becomes the condition that narrow fields can hold its values.
     std::string group_row(const Match& s);
     std::string fits_;
     void match_here(const Match& s);
     // A PerLink fact names its neighbour by port.
     void match_link(const Match& s, const std::string& f);
     void match_remote(const Match& s);
-    // Rows that have changed, as they were and as they are: of a predicate derived here in this evaluation, or since the last.
+    // Rows that have changed, both old and new: of a predicate derived here in this evaluation, or since the last one.
     void match_changed(const Match& s);
     void match_bag(const Match& s);
     void match_world(const Match& s, WorldSource source);
@@ -115,12 +115,12 @@ class RuleEmitter {
     // ---- aggregates of matches, in bodies and heads
     struct Accumulator {
         Aggregate aggregate;
-        std::string made, seen;  // C++ names: what makes the result, or is it (Custom), and of how many matches.
+        std::string made, seen;  // C++ names: the object that computes the result, or the result (Custom), and the number of matches.
         Type type;
-        FunctionId function = {};  // Custom: folds the values, from the first on where there is no initial one.
+        FunctionId function = {};  // Custom: folds the values, starting from the first if there is no initial one.
         bool initial = false;      // Custom: it starts from the parameter.
 
-        // Whether it has no value where nothing matches.
+        // Whether it has no value if nothing matches.
         bool needs_match() const { return info(aggregate).of_nothing.empty() && !initial; }
     };
     Accumulator start_accumulator(Aggregate aggregate, const Type& type, FunctionId function, const Term& parameter);
@@ -128,43 +128,43 @@ class RuleEmitter {
     Type accumulated_type(const Accumulator& f) const;
     // Adds one match.
     void accumulate(const Accumulator& f, const std::string& value);
-    // What has been made of all matches.
+    // The result over all matches.
     std::string accumulated(const Accumulator& f) const;
 
-    // ---- what the rule makes
+    // ---- heads
     std::string head_value(PredicateId id, std::size_t argument, const Term& t);
     // Emits `Row row;` and its fields.
     void make_row(const MakeFact& h);
     void propose(const MakeFact& h);
-    // Of a row for an aggregate that waits: the ports of the neighbours it comes from.
+    // For a row of an aggregate that waits: the ports of the neighbours it comes from.
     void heard_from(const MakeFact& h);
     void consume();
     void raise(PredicateId id) { w_.line("s.raised |= {};", own_bit(id)); }
-    // Facts less let no rule fire that could not before, but one that asks what is not there.
+    // Consuming facts enables no rule that could not fire before, except one that tests for their absence.
     void lower(PredicateId id) { w_.line("s.lowered |= {};", own_bit(id)); }
     std::string own_bit(PredicateId id) const { return hex(plan_.columns[plan_.of(id).column].own_dirty); }
     void heads(const std::vector<HeadPlan>& all);
     void head(const MakeFact& h);
     void head(const plan::ForAll& h);
-    // The results are made while the matches are consumed, and then the last heads once.
+    // The results are computed while the matches are consumed, and then the last heads are produced once.
     void head(const plan::AggregateAll& h);
     void head(const plan::Choose& h);
     void head(const plan::With& h);
     void values(const MakeFact& h);
     void send(const MakeFact& h);
     bool consumes(const plan::ForAll& h) const;
-    // The heads of every match, which the aggregates take too; `made` has an accumulator for each.
+    // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
     void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
     void accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
 
     const plan::Plan& plan_;
     const RulePlan& rule_plan_;
     Writer& w_;
-    std::optional<check::Rule> joined_;  // Of rules that begin alike: the first with the variables of all.
+    std::optional<check::Rule> joined_;  // For rules that begin alike: the first rule with the variables of all.
     Scope scope_;
     std::vector<Consumed> consumed_;
-    // Derivations that fail are left out: in views, but for what looks at all matches at once, and for the rules of single rows,
-    // where a failure means that all rules are to be evaluated.
+    // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
+    // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
     std::string last_fact_;                   // The C++ name of the row that was matched last.
     std::vector<PredicateId> held_, frozen_;  // See freeze().

@@ -1,4 +1,4 @@
-// Emits one function per rule: nested loops over the plan's steps, innermost what the rule makes.
+// Emits one function per rule: nested loops over the plan's steps, with the heads innermost.
 #include <algorithm>
 
 #include "compiler/emit/rule_emitter.h"
@@ -113,7 +113,7 @@ void RuleEmitter::choose() {
     const Type type = scope_.rule.variables[scope_.rule.selected].type;
     w_.raw("u64 matches = 0;");
     if (!random) w_.line("{} chosen{{}};", cpp_type(type));
-    // The same steps follow once more: what they name belongs to this pass alone.
+    // The same steps follow once more: their names belong only to this pass.
     w_.open("{");
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
@@ -142,7 +142,7 @@ void RuleEmitter::comment(const check::Rule& rule) {
     std::string line;
     for (const char c : rule.text + "\n") {
         if (c != '\n') {
-            line += c == '\\' ? '/' : c;  // A backslash at the end of a line would swallow the next one.
+            line += c == '\\' ? '/' : c;  // A backslash at the end of a line would continue the comment on the next one.
             continue;
         }
         w_.line("//     {}", line);

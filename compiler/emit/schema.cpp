@@ -57,7 +57,7 @@ void emit_fields(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     }
 }
 
-// The predicates in the bodies of rules, those of comprehensions and aggregates in heads too.
+// The predicates in the bodies of rules, including those of comprehensions and aggregates in heads.
 std::set<PredicateId> predicates_read(const check::Program& program) {
     std::set<PredicateId> read;
     const auto note = [&](const check::Atom& atom, bool) { read.insert(atom.predicate); };
@@ -84,7 +84,7 @@ void emit_predicate_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
-// A record in which nothing holds: ranks absent, everything else zero.
+// A record without facts: ranks absent, everything else zero.
 void emit_initial(const plan::Plan& plan, plan::ColumnId id, Writer& w) {
     std::vector<unsigned> bytes(plan.columns[id].stride, 0);
     bool any = false;
@@ -107,7 +107,7 @@ bool has_initial(const plan::Plan& plan, plan::ColumnId id) {
     return false;
 }
 
-// Where the words of a column are that point to lists.
+// The offsets of the words of a column that point to lists.
 struct Lists {
     std::string offsets, types;
     std::size_t count = 0;
@@ -174,7 +174,7 @@ std::string constant_value(const Constant& c, int& lists, Writer& w) {
 void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     std::string rows;
     int lists = 0;
-    // Those of the prelude, and those that the run computes, have no name: they cannot be set.
+    // Parameters of the prelude, and those that the run computes, have no name: they cannot be set.
     for (const Constant& c : plan.program.constants)
         rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude || c.computed.valid() ? "" : c.name),
                             value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
@@ -184,7 +184,7 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
     w.close("};");
 }
 
-// The catom that a rule names as its execution site, of a table of facts the last.
+// The catom that a rule names as its execution site; for a table of facts, the last one.
 std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, const std::vector<Clause>& body) {
     std::optional<std::uint64_t> named;
     for (const Clause& c : body) {
@@ -219,7 +219,7 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
-// The routes that the text gives, which lead to a catom that it names: edge(@0, @3).
+// The routes that the text gives to a catom that it names: edge(@0, @3).
 void emit_link_table(const plan::Plan& plan, Writer& w) {
     std::string rows;
     std::size_t count = 0;

@@ -1,4 +1,4 @@
-// Emits expressions. A value of more than one word is a ListRef; what is constant stands in the module as static data.
+// Emits expressions. A value of more than one word is a ListRef; constants are static data of the module.
 #include <algorithm>
 #include <bit>
 
@@ -88,7 +88,7 @@ std::string checked(Op op) {
 
 // ---- constants
 
-// The word of a constant as static data can hold it, or none. Lists and strings in it have been declared before by `before`.
+// The word of a constant as static data, or none. `before` has already declared the lists and strings in it.
 std::optional<std::string> constant_word(const Term& t, const Type& type, std::string& before, int& number) {
     switch (t.op) {
         case Op::Int:

@@ -51,7 +51,7 @@ std::string type_symbol(const Type& type) {
 
 namespace {
 
-// What nothing says the type of, as an element of [], is an int.
+// A type that nothing determines, such as that of an element of [], is int.
 Type settled(const Type& type) {
     if (type == Type::Error) return Type::Int;
     Type out = type;

@@ -23,7 +23,7 @@ class TypeTable {
     void add(const check::Type& type);
     void add(const check::Term& term);
 
-    std::vector<check::Type> types_;  // Parts before what is made of them.
+    std::vector<check::Type> types_;  // Parts before the types that contain them.
 };
 
 // The name of a kind in ValueType.

@@ -12,7 +12,7 @@ using namespace check;
 
 namespace {
 
-// The type of a field where it is kept: an int may be narrow.
+// The type of a field in storage: an int may be narrow.
 std::string stored_type(const plan::Field& f) { return f.type == Type::Int ? fmt::format("i{}", 8 * f.bytes) : cpp_type(f.type); }
 
 // A member of a record or row, placed by the layout; members are declared in the order of their offsets.
@@ -101,7 +101,7 @@ std::string hashed(const Type& type, const std::string& value) {
     return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
 
-// How all candidates of a group become one value, where that needs nothing of the catom.
+// How all candidates of a group become one value, if that needs nothing from the catom.
 void emit_combine(const Predicate& p, Writer& w) {
     if (!combines(p.aggregate) || combines_at_catom(p)) return;
     const Type& type = p.arguments[p.aggregate_at].type;
@@ -119,7 +119,7 @@ std::uint32_t first_rule(const plan::Plan& plan, PredicateId id) {
     return 0;
 }
 
-// What a struct says of a predicate's rows.
+// The members of the struct that describes a predicate's rows.
 std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const Stored& s = plan.of(id);
@@ -160,7 +160,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
            !ordered ? "false" : better(p, p.aggregate_at));
     std::vector<std::size_t> rest = fields.value;
     rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
-    // Since when a group holds is no part of what it says: the row that is there stays.
+    // The tick since which a group holds is not part of its value: the existing row stays.
     if (p.aggregate == Aggregate::Since) rest.clear();
     std::string same = "true", first;
     for (const std::size_t f : rest)
@@ -168,7 +168,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     w.line("static bool same({}) {{ return {}; }}", signature(rest), same);
     w.line("static int rest({}) {{ {} }}", signature(rest), chained_compare(p, rest));
     w.line("static bool before(const Row& a, const Row& b) {{ return rest(a, b) < 0; }}");
-    // The rows of a front are told apart by their values too; the group is the same.
+    // The rows of a front are also distinguished by their values; the group is the same.
     std::vector<std::size_t> group = fields.key;
     if (front) {
         group.resize(p.aggregate_at - 1);
@@ -184,7 +184,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
 }  // namespace
 
 void emit_predicates(const plan::Plan& plan, Writer& w) {
-    // Predicates of like rows share a type, and so what is compiled for it.
+    // Predicates with equal rows share a type, and so the code that is compiled for it.
     std::map<std::string, std::string> known;
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;
@@ -313,7 +313,7 @@ void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
                                          : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
         w.open(fmt::format("if (s.{}.count == 0) {{", name));
         w.raw(clear);
-        // What is absent is zero, so that equal states have equal bytes.
+        // Absent values are zero, so that equal states have equal bytes.
         for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("r.{}_{} = {{}};", name, field_name(i + 1));
         w.close();
         w.open("else {");

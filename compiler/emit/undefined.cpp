@@ -1,4 +1,4 @@
-// Emits what must not read facts while a derivation of them has no value, since it cannot be undone: linear rules and actions.
+// Emits the checks of linear rules and actions, which cannot be undone and so must not read facts while a derivation of them has no value.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -16,7 +16,7 @@ using plan::StratumPlan;
 
 namespace {
 
-// Calls visit(predicate) for what is matched at the execution site, inside of negations and aggregates too.
+// Calls visit(predicate) for every match at the execution site, including those inside negations and aggregates.
 template <class Visit>
 void each_read(const std::vector<Step>& steps, const Visit& visit) {
     plan::each_step(steps, [&](const Step& s) {
@@ -29,7 +29,7 @@ void each_read(const std::vector<HeadPlan>& heads, const Visit& visit) {
         if (const std::vector<Step>* steps = plan::steps_of(h)) each_read(*steps, visit);
     });
 }
-// Calls visit(predicate) for what a view rule derives.
+// Calls visit(predicate) for the predicates that a view rule derives.
 template <class Visit>
 void each_head(const RulePlan& rule, const Visit& visit) {
     for (const HeadPlan& h : rule.heads)
@@ -37,7 +37,7 @@ void each_head(const RulePlan& rule, const Visit& visit) {
     for (const RulePlan& b : rule.branches) each_head(b, visit);
 }
 
-// What a catom derives from what in one tick, and which rules may fail.
+// Which predicates a catom derives from which in one tick, and which rules may fail.
 class Readers {
   public:
     explicit Readers(const plan::Plan& plan) {
@@ -50,7 +50,7 @@ class Readers {
             }
         }
     }
-    // The rules that may fail and derive one of these predicates, or what one of them is derived from at the same catom.
+    // The rules that may fail and derive one of these predicates, or a predicate from which one of them is derived at the same catom.
     std::set<std::size_t> failing(std::vector<PredicateId> read) const {
         std::set<PredicateId> seen(read.begin(), read.end());
         std::set<std::size_t> rules;

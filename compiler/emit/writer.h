@@ -1,4 +1,4 @@
-// Shared by the emission files: indented text, names, and the scope of a rule being emitted.
+// Shared by the emitting files: indented text, names, and the scope of a rule being emitted.
 #pragma once
 
 #include <fmt/format.h>
@@ -49,14 +49,14 @@ class Writer {
         raw(text);
     }
     std::size_t depth() const { return depth_; }
-    // All of it, once every block is closed.
+    // The whole text, once every block is closed.
     const std::string& text() const {
         MELD_EXPECT(depth_ == 0, "{} blocks are open", depth_);
         return out_;
     }
 
   private:
-    // Nobody sees deeper blocks apart, and the spaces before them would grow with the square of the depth.
+    // Deeper blocks cannot be told apart by eye, and the spaces before them would grow with the square of the depth.
     static constexpr std::size_t kMaxIndent = 32;
 
     std::string out_;
@@ -68,15 +68,15 @@ std::string clean(const std::string& name);                                 // l
 std::string predicate_name(const check::Program& program, PredicateId id);  // dist_7
 std::string record_name(plan::ColumnId id);                                 // record_2
 std::string rule_function(const check::Program& program, plan::RuleId id);  // dist_at_line_12_r3
-// How one of so many functions is declared that are each called from few places: `static`, and where there are many, never put into
-// their callers, for Clang takes longer than in proportion for long functions.
+// The declaration of one of this many functions that are each called from few places: `static`, and if there are many, never inlined,
+// because Clang takes more than proportionally longer for long functions.
 const char* linkage(std::size_t functions);
 std::string cpp_type(const check::Type& type);  // i64 double bool u64
 std::string field_name(std::size_t argument);   // a1: the first after the catom
 std::string hex(std::uint64_t bits);            // 0x20ull
 std::string quoted(const std::string& text);    // a C++ string literal
 
-// What is known at a point of a rule: which variables have a C++ value, which are places.
+// What is known at a point of a rule: which variables have a C++ value, and which are places.
 struct Scope {
     const plan::Plan& plan;
     const check::Rule& rule;
@@ -84,7 +84,7 @@ struct Scope {
     std::set<plan::VariableId> values = {};
     std::set<plan::VariableId> places = {};
     int next = 0;                         // For fresh names.
-    std::vector<std::string> ranks = {};  // Expressions of the ranks that count for the head.
+    std::vector<std::string> ranks = {};  // Expressions for the ranks that count for the head.
     std::string caller = {};              // In a function: the C++ name of the rule that called it.
 
     std::string value(plan::VariableId v) const;  // D_4, or the id of a place.
@@ -101,26 +101,26 @@ const char* value_member(const check::Type& type);
 // A three-way comparison of two C++ expressions of this type, and whether they are equal.
 std::string compared(const check::Type& type, const std::string& a, const std::string& b);
 std::string equal(const check::Type& type, const std::string& a, const std::string& b);
-// A word from a C++ expression of this type, and the other way.
+// A word from a C++ expression of this type, and the reverse.
 std::string as_word(const std::string& value);
 std::string from_word(const check::Type& type, const std::string& word);
 
 // The word of a literal of one word.
 std::string literal_word(const check::Term& t, const check::Type& type);
 
-// The declaration of the kernel's object of this name that makes an aggregate of values of this type: `SumOf<double> made0{}`.
-// result: the type of what is made; limit: a C++ expression for how many values the aggregate keeps, where it has such a parameter.
+// The declaration of the kernel object of this name that aggregates values of this type: `SumOf<double> made0{}`. result: the type of the
+// result; limit: a C++ expression for how many values the aggregate keeps, if it has such a parameter.
 std::string aggregate_object(check::Aggregate aggregate, const check::Type& value, const check::Type& result, const std::string& limit,
                              const std::string& name);
 
 // A term as a C++ expression of its type.
 std::string term(const Scope& scope, const check::Term& t);
-// The same, converted where the place is a float and the term an int.
+// The same, converted if the place is a float and the term an int.
 std::string term_as(const Scope& scope, const check::Term& t, const check::Type& type);
-// The same for what goes into a list or a fact: no NaN may.
+// The same for a value in a list or a fact: NaN is not allowed.
 std::string element(const Scope& scope, const check::Term& t, const check::Type& type);
 
-// Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` makes their names different.
+// Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` makes the names unique.
 std::string static_list(const check::Term& t, int& number, Writer& w);
 
 // A call of a function of the program.
@@ -141,7 +141,7 @@ void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w);
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_strata(const plan::Plan& plan, Writer& w);
-// The functions that say what would read a derivation without a value before it is too late.
+// The functions that report, before it is too late, which action or linear rule would read a derivation without a value.
 void emit_stops(const plan::Plan& plan, Writer& w);
 void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
@@ -150,7 +150,7 @@ void emit_schema(const plan::Plan& plan, Writer& w);
 bool has_deltas(const plan::Plan& plan);
 // Whether some stratum keeps fronts.
 bool keeps_fronts(const plan::Plan& plan);
-// Whether what combines the rows of its groups calls a function of the program, or asks a constant of the run.
+// Whether the function that combines the rows of its groups calls a function of the program, or uses a constant of the run.
 bool combines_at_catom(const check::Predicate& p);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);

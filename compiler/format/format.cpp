@@ -1,4 +1,4 @@
-// The way of a file through the formatter: pieces, entries, lines, text; then the proof that nothing was lost.
+// The formatter's pipeline: pieces, entries, lines, text; then the check that nothing was lost.
 //
 // Two things are aligned, as in the examples: the arrows of views in consecutive lines, and comments behind code that their author had
 // aligned.
@@ -19,12 +19,12 @@ namespace meld::format {
 
 namespace {
 
-// Heads of very different widths are not aligned: more blanks than this part what belongs together.
+// Heads of very different widths are not aligned: more blanks than this separate what belongs together.
 constexpr std::size_t kMaxPadding = 12;
 
 // ---- reading
 
-// The pieces of the text, or nothing if it has mistakes. Includes are not followed: what they name need not be there.
+// The pieces of the text, or nothing if it has mistakes. Includes are not followed, so the included files need not exist.
 std::optional<std::vector<Piece>> read(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report) {
     const std::size_t errors = report.error_count();
     syntax::parse(files, file, report, {.follow_includes = false});
@@ -60,7 +60,7 @@ class Writer {
     }
 
   private:
-    // A comment before an item of several lines gets a line of its own, so that the item starts further left than its other lines.
+    // A comment before an item of several lines gets a separate line, so that the item starts further left than its other lines.
     void add_entry(Entry entry) {
         const auto code = std::find_if(entry.item.begin(), entry.item.end(), [](const Piece& piece) { return !piece.comment(); });
         if (code != entry.item.begin() && code != entry.item.end() && Layout(entry.item).lines().size() > 1) {
@@ -71,7 +71,7 @@ class Writer {
         entries_.push_back(std::move(entry));
     }
 
-    // Axioms between views are no reason to align these differently; a blank line and anything else end a run of rules.
+    // Axioms between views do not separate their alignment; a blank line or anything else ends a run of rules.
     bool is_axiom(std::size_t i) const {
         const auto arrow = [](const Piece& piece) { return piece.is(TokenKind::ViewArrow) || piece.is(TokenKind::LinearArrow); };
         const Entry& entry = entries_[i];
@@ -101,9 +101,9 @@ class Writer {
         std::vector<std::pair<std::size_t, std::size_t>> heads = {};  // Entry and columns.
         std::size_t widest = 0;
         std::size_t narrowest = 0;
-        std::size_t rest = 0;  // The most columns behind a head.
+        std::size_t rest = 0;  // The maximum number of columns after a head.
 
-        // A line that is too long already stays alone, so that it gets no longer.
+        // A line that is too long already stays alone, so that it does not get longer.
         bool takes(const Layout::View& view) const {
             if (heads.empty()) return true;
             const std::size_t most = std::max(widest, view.head);
@@ -162,7 +162,7 @@ class Writer {
 
 std::size_t last_width(const std::string& code) { return width(std::string_view(code).substr(code.rfind('\n') + 1)); }
 
-// Where the comments behind lines first..last, which were in one column, shall be: in that column, or behind the longest line.
+// The column for the comments after lines first..last, which were in one column: that column, or after the longest line.
 std::size_t comment_column(const std::vector<Line>& lines, std::size_t first, std::size_t last) {
     MELD_EXPECT(first < last && last <= lines.size(), "lines {} to {} of {}", first, last, lines.size());
     std::size_t behind = 0;

@@ -1,4 +1,4 @@
-// The formatter: a program laid out in one way, with every token and every comment of it kept.
+// The formatter: lays out a program in one way and keeps every token and every comment.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace meld::format {
 
-// Lines are broken where they would be longer than this, in columns.
+// Lines that would be longer than this number of columns are broken.
 constexpr std::size_t kMaxColumns = 120;
 
-// The text of a file of the set, laid out. Nothing if the file has mistakes of text or grammar, which are reported: it is better left
-// alone then. What it includes is neither read nor looked at. Formatting the result again changes nothing. The tokens and comments of
-// the result are compared with the file's; a difference, which would be our bug, is an error. Cost: linear in the text.
+// The formatted text of a file of the set. Nothing if the file has lexical or syntax errors, which are reported. Included files are not
+// read. Formatting the result again changes nothing. The tokens and comments of the result are compared with the file's; a difference,
+// which would be our bug, is an error. Cost: linear in the text.
 Result<std::optional<std::string>> format(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report);
 
 }  // namespace meld::format

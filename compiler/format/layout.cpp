@@ -1,5 +1,5 @@
-// Lines behind the first hang below the first thing in their bracket, or below the first part behind the arrow; where that is too
-// far to the right, or nothing stands behind the bracket or arrow, they are indented by a step.
+// Continuation lines are aligned with the first part in their bracket, or with the first part after the arrow; if that is too far to the
+// right, or nothing follows the bracket or arrow, they are indented by a step.
 #include "compiler/format/layout.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace meld::format {
 namespace {
 
 constexpr std::size_t kStep = 4;
-// Lines hang below something up to this column; further right there is no room left.
+// Lines are aligned up to this column; further right there is no room left.
 constexpr std::size_t kMaxHang = 48;
 
 struct Bracket {
@@ -102,7 +102,7 @@ struct Layout::Render {
     void set_body_column(std::size_t i) {
         MELD_EXPECT(i == layout.arrow_ && padding <= state.column, "{} blanks before column {}", padding, state.column);
         const std::size_t column = state.column + 1;
-        // Padding decides nothing, so that aligned rules are laid out as they would be alone.
+        // Padding does not affect line breaks, so aligned rules are laid out as they would be alone.
         state.body_column = last_in_line(i) || column - padding > kMaxHang ? kStep : column;
     }
 
@@ -119,7 +119,7 @@ Layout::Layout(const std::vector<Piece>& item) : item_(item), gaps_(gaps_of(item
         const bool arrow = item[i].is(TokenKind::ViewArrow) || item[i].is(TokenKind::LinearArrow);
         if (arrow && gaps_[i].depth == 0 && arrow_ == item.size()) arrow_ = i;
         if (i == 0) continue;
-        // Behind a line comment the line ends, whatever follows.
+        // After a line comment the line ends, whatever follows.
         const bool must = item[i - 1].kind == Piece::Kind::LineComment;
         const bool wanted = item[i].own_line() && (gaps_[i].may_break || item[i].comment());
         breaks_[i] = must || wanted;
@@ -130,7 +130,7 @@ Layout::Layout(const std::vector<Piece>& item) : item_(item), gaps_(gaps_of(item
 
 namespace {
 
-// How bad it is to end a line before a piece: the fewer brackets are open the better; then what stands around it. Nothing: never.
+// The cost of ending a line before a piece: the fewer open brackets the better; then by the pieces around it. Nothing: never.
 std::optional<int> badness(const std::vector<Piece>& item, const std::vector<Gap>& gaps, std::size_t i) {
     const bool definition = item.front().is(TokenKind::Const) || item.front().is(TokenKind::Fun);
     if (!gaps[i].may_break || closes_bracket(item[i])) return std::nullopt;
@@ -165,7 +165,7 @@ std::optional<int> badness(const std::vector<Piece>& item, const std::vector<Gap
 
 }  // namespace
 
-// A rule that consumes is first broken before its arrow; a view behind its arrow where the head leaves no room below.
+// A rule that consumes is first broken before its arrow; a view after its arrow if the head leaves no room below.
 void Layout::break_at_arrow() {
     if (arrow_ == item_.size()) return;
     Render render{*this, 0};
@@ -187,7 +187,7 @@ void Layout::break_long_lines() {
         std::size_t best = 0;
         int least = std::numeric_limits<int>::max();
         bool too_long = false;
-        // Of equally good places the last that keeps the line short enough; if there is none, the first at all.
+        // Of equally good places, the last that keeps the line short enough; if there is none, the first.
         do {
             const std::size_t i = render.state.next;
             const auto here = i > first ? badness(item_, gaps_, i) : std::nullopt;

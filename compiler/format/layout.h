@@ -11,10 +11,10 @@
 
 namespace meld::format {
 
-// A line to write. A comment behind its code is kept apart, for it may be aligned with those of other lines.
+// A line to write. A comment after its code is stored separately, because it may be aligned with those of other lines.
 struct Line {
     bool blank_before = false;
-    // With its indentation; empty for a comment alone that goes on the one behind the line above.
+    // With its indentation; empty for a comment alone that continues the one after the line above.
     std::string code = {};
     std::optional<Piece> comment = {};
 };
@@ -24,13 +24,13 @@ class Layout {
     // Keeps the author's line breaks, and adds some where a line would be too long.
     explicit Layout(const std::vector<Piece>& item);
 
-    // A view whose head and arrow are in its first line, with something behind them: the columns of its head, and those of its widest line.
+    // For a view whose head and arrow are on its first line, with more after them: the columns of its head, and of its widest line.
     struct View {
         std::size_t head;
         std::size_t widest_line;
     };
     std::optional<View> view() const;
-    // The lines, with so many more blanks before the arrow.
+    // The lines, with this many more blanks before the arrow.
     std::vector<Line> lines(std::size_t padding = 0) const;
 
   private:

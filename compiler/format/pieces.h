@@ -1,4 +1,4 @@
-// Pieces: the tokens and the comments of a file in their order, with what the formatter keeps of the author's layout.
+// Pieces: the tokens and comments of a file in their order, with the parts of the author's layout that the formatter keeps.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,11 @@ struct Piece {
     TokenKind token = TokenKind::End;
     // As written, without blanks at the ends of lines.
     std::string text = {};
-    // How many lines end between the piece before and this one.
+    // The number of line ends between the previous piece and this one.
     std::uint32_t newlines_before = 0;
-    // Whether white space or a comment stands before it.
+    // Whether white space or a comment comes before it.
     bool apart = false;
-    // Where it starts in its line, from 0, and where the code before a comment ends.
+    // The column in its line where it starts, from 0, and where the code before a comment ends.
     std::size_t column = 0;
     std::size_t code_end = 0;
 
@@ -35,21 +35,21 @@ struct Piece {
 // All pieces of a file whose scan reported no error, without the End.
 std::vector<Piece> pieces_of(const source::File& file, const std::vector<syntax::Token>& tokens);
 
-// Columns that a text without tabs takes: its code points.
+// The columns of a text without tabs: its code points.
 std::size_t width(std::string_view text);
 
-// Part of a file: a declaration or rule, or a comment on lines of its own.
+// Part of a file: a declaration or rule, or comments on separate lines.
 struct Entry {
-    // Empty: a comment alone.
+    // Empty: only a comment.
     std::vector<Piece> item = {};
-    // Those behind the item in its last line; or those of the line, which are one as a rule.
+    // The comments after the item on its last line; or those of the line, usually one.
     std::vector<Piece> comments = {};
     bool blank_before = false;
 
     bool comment_alone() const { return item.empty(); }
 };
 
-// The pieces cut at the end of each declaration or rule.
+// The pieces, divided at the end of each declaration or rule.
 std::vector<Entry> entries_of(std::vector<Piece> pieces);
 
 }  // namespace meld::format

@@ -1,4 +1,4 @@
-// Blanks depend on the two neighbours and on the kind of the item; a minus also on whether something to subtract from stands before it.
+// Blanks depend on the two neighbours and on the kind of the item; for a minus also on whether there is an operand before it.
 #include "compiler/format/spacing.h"
 
 #include "compiler/syntax/aggregates.h"

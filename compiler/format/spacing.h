@@ -1,4 +1,4 @@
-// What stands between two pieces that share a line, and where a line may end.
+// The space between two pieces on one line, and where a line may end.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,11 @@
 
 namespace meld::format {
 
-// What is known of the place before a piece of an item.
+// The gap before a piece of an item.
 struct Gap {
-    bool blank = false;      // A blank stands there where the line goes on.
+    bool blank = false;      // There is a blank if the line continues.
     bool may_break = false;  // The line may end there.
-    int depth = 0;           // How many brackets, conditions and lets are open.
+    int depth = 0;           // The number of open brackets, conditions and lets.
 };
 
 // The gaps before each piece of an item.

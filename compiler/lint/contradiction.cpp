@@ -1,5 +1,5 @@
-// Looks for conditions that cannot all be true: each becomes bounds of differences, and one is refuted where all bounds that
-// it could mean are. Ints are exact; of floats and all else only the order counts, so that no rounding is guessed at.
+// Looks for conditions that cannot all be true: each becomes bounds of differences, and a condition is refuted if all its possible bounds
+// are. Ints are exact; of floats and all other values only the order counts, so rounding need not be predicted.
 #include "compiler/lint/contradiction.h"
 
 #include <fmt/format.h>
@@ -33,7 +33,7 @@ class Conditions {
 
     std::optional<Contradiction> find(const std::vector<Condition>& around, const std::vector<Condition>& body) {
         for (const Condition& c : around) learn(*c.term, c.holds, {c.term});
-        // What stands behind a condition may be what it cannot be true with, and rule out all but one way to be true.
+        // A later condition may contradict this one, and rule out all but one way to satisfy it.
         for (int round = 0; round < kRounds; ++round) {
             changed_ = false;
             for (const Condition& c : body) {
@@ -50,7 +50,7 @@ class Conditions {
     }
 
   private:
-    // Each may make another one certain; more are not worth their time.
+    // Each may decide another one; more are not worth the time.
     static constexpr int kRounds = 8;
 
     static Contradiction because(const Condition& c, Reasons with) {
@@ -96,7 +96,7 @@ class Conditions {
         all.push_back({*node, number, text});
         return node;
     }
-    // A float made of an int lies where the int does, as far as a double holds every int.
+    // A float converted from an int is ordered like the int, as far as a double holds every int.
     void bound_by_int(std::size_t node, const Term& whole) {
         const auto form = linear_form(program_, rule_, whole);
         if (!form || form->parts.size() != 1 || form->parts.begin()->second != 1 || !known_.knows(form->parts.begin()->first)) return;
@@ -114,7 +114,7 @@ class Conditions {
         return literal_node(static_cast<double>(value), number);
     }
 
-    // ---- comparisons as bounds: one of the ways is so, with all of its bounds
+    // ---- comparisons as bounds: one of several ways holds, with all of its bounds
 
     using Way = std::vector<Bound>;
     using Ways = std::vector<Way>;
@@ -139,7 +139,7 @@ class Conditions {
     static std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0); }
     static Ways ordered_ways(Op op, std::size_t x, std::size_t y) { return whole_ways(op, x, y, 1, 0); }
 
-    // All that is known of a comparison, each by itself right; Ways{} where it cannot be.
+    // Everything known about a comparison, each part correct by itself; Ways{} if it cannot be true.
     std::vector<Ways> meanings(const Term& t, Op op) {
         const Term &left = t.operands[0], &right = t.operands[1];
         if (left.type == Type::Int && right.type == Type::Int) return whole_meanings(left, right, op);
@@ -203,7 +203,7 @@ class Conditions {
 
     // ---- conditions
 
-    // The other conditions because of which this cannot be so, none where it needs no others.
+    // The other conditions because of which this cannot be true; none if it needs no others.
     std::optional<Reasons> refuted(const Term& t, bool holds) {
         if (t.op == Op::Bool) return (t.integer != 0) == holds ? std::nullopt : std::optional(Reasons{});
         if (t.op == Op::Not) return refuted(t.operands[0], !holds);
@@ -217,7 +217,7 @@ class Conditions {
             if (const auto why = refuted(ways)) return why;
         return std::nullopt;
     }
-    // Of a float that is no number both a comparison and its opposite are false.
+    // For NaN both a comparison and its opposite are false.
     static bool decided(const Term& t, bool holds) { return holds || t.operands[0].type != Type::Float; }
     std::optional<Reasons> refuted(const Ways& ways) const {
         Reasons all;
@@ -241,7 +241,7 @@ class Conditions {
                 for (const Term& operand : t.operands) learn(operand, holds, why);
                 return;
             }
-            // Where the one cannot be, the other is.
+            // If one of them cannot be true, the other is.
             for (const std::size_t side : {0u, 1u})
                 if (const auto without = refuted(t.operands[side], holds)) return learn(t.operands[1 - side], holds, joined(*without, why));
             return;

@@ -33,7 +33,7 @@ std::optional<std::pair<std::int64_t, Differences::Reasons>> Differences::most(s
 bool Differences::learn(const Bound& bound, const Reasons& why) {
     const Entry& known = bounds_[bound.x][bound.y];
     if (known.known && known.most <= bound.most) return false;
-    // What ends in x and what begins in y stays as it is meanwhile: a way through the new bound twice would be a circle.
+    // Bounds that end in x or begin in y do not change meanwhile: a path through the new bound twice would be a cycle.
     std::vector<Entry> to, from = bounds_[bound.y];
     for (const std::vector<Entry>& row : bounds_) to.push_back(row[bound.x]);
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
@@ -42,7 +42,7 @@ bool Differences::learn(const Bound& bound, const Reasons& why) {
             if (!from[j].known || i == j) continue;
             const std::int64_t most = to[i].most + bound.most + from[j].most;
             Entry& e = bounds_[i][j];
-            // Cheap to see before the reasons are put together.
+            // Cheap to check before the reasons are combined.
             if (e.known && most > e.most) continue;
             Reasons all = joined(joined(to[i].why, why), from[j].why);
             if (better(most, all.size(), e)) e = {.most = most, .why = std::move(all), .known = true};

@@ -1,4 +1,4 @@
-// What is known of the differences of numbers: x - y is at most so much, closed under addition, each with the conditions that say so.
+// Bounds on the differences of numbers: x - y is at most N, closed under addition, each with the conditions that imply it.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace meld::lint {
 
 using check::Term;
 
-// A difference bound matrix (Dill, "Timing Assumptions and Verification of Finite-State Concurrent Systems", 1989). Of values
-// that have an order and no differences, x is less than y where x - y is at most -1.
+// A difference bound matrix (Dill, "Timing Assumptions and Verification of Finite-State Concurrent Systems", 1989). For values with an
+// order but no differences, x < y is x - y at most -1.
 class Differences {
   public:
     using Reasons = std::vector<const Term*>;
@@ -22,19 +22,19 @@ class Differences {
         std::size_t x = 0, y = 0;
         std::int64_t most = 0;  // x - y is at most this.
     };
-    // Bodies that compare more than these are made by machines; a bound is squared in its time.
+    // Bodies with more comparisons than this are generated; the time for a bound grows with the square.
     static constexpr std::size_t kMaxNodes = 64;
-    // What a bound may be, so that the sum of all of a path fits.
+    // The maximum of a bound, so that the sum along any path fits.
     static constexpr std::int64_t kLargest = std::int64_t{1} << 50;
 
-    // The number of this name, made on first use; none where there are too many.
+    // The index of this name, made on first use; none if there are too many.
     std::optional<std::size_t> node(const std::string& name);
     bool knows(const std::string& name) const { return nodes_.contains(name); }
-    // The conditions with which the bound cannot hold, if so.
+    // The conditions that contradict the bound, if there are any.
     std::optional<Reasons> refutes(const Bound& bound) const;
-    // The least that x - y is known to be at most, with the conditions that say so.
+    // The best known upper bound of x - y, with the conditions that imply it.
     std::optional<std::pair<std::int64_t, Reasons>> most(std::size_t x, std::size_t y) const;
-    // Returns whether it was not known before. Assumes that it is not refuted.
+    // Returns whether it was unknown before. Assumes that it is not refuted.
     bool learn(const Bound& bound, const Reasons& why);
 
   private:
@@ -51,7 +51,7 @@ class Differences {
     std::vector<std::vector<Entry>> bounds_;  // By x and y.
 };
 
-// Both, each once, in the order of the text.
+// The union, without duplicates, in the order of the text.
 Differences::Reasons joined(Differences::Reasons a, const Differences::Reasons& b);
 
 }  // namespace meld::lint

@@ -13,7 +13,7 @@ using namespace check;
 
 namespace {
 
-// How a value goes from one predicate to another.
+// How a value passes from one predicate to another.
 struct Way {
     PredicateId from, to;
     bool turns = false;  // The better the value there, the worse the one here.
@@ -67,13 +67,13 @@ class Search {
         return false;
     }
 
-    // Of truth values. Numbers have others between and beyond them, so it takes a look at all rules to tell (replaced.h).
+    // For bools. Numbers have others between and beyond them, which requires a look at all rules (replaced.h).
     static bool better(const Term& made, const Term& asked, const Predicate& p) {
         const auto one = literal(made), other = literal(asked);
         return made.type == Type::Bool && one && other && (keeps_least(p.aggregate) ? *one < *other : *one > *other);
     }
 
-    // Whether its value comes back to where it is read with an odd number of turns in all.
+    // Whether the value returns to where it is read after an odd number of inversions.
     bool leads_back(const Way& first) const {
         using State = std::pair<PredicateId, bool>;
         std::set<State> seen;

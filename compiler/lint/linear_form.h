@@ -1,4 +1,4 @@
-// Terms as sums: which of them name one value throughout a rule, which are literals, and what ints add up to.
+// Terms as sums: which of them denote one value throughout a rule, which are literals, and the sums of ints.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,20 @@ using check::Program;
 using check::Rule;
 using check::Term;
 
-// The value of a number, a catom or a truth value that stands there itself; of a text 0.
+// The value of a literal number, catom or bool; 0 for a string.
 std::optional<double> literal(const Term& t);
 
-// A name of the term without its conversion to float, where it has the same value wherever the rule has it; else empty.
+// A name for the term without its conversion to float, if it has the same value wherever the rule uses it; otherwise empty.
 std::string fixed_name(const Program& program, const Rule& rule, const Term& t);
 
-// 2 * X - Y + 3: factors by the names of terms that are no sums themselves, and what is left.
+// 2 * X - Y + 3: the factors, by the names of terms that are not sums themselves, and the constant.
 struct LinearForm {
     std::map<std::string, std::int64_t> parts;
     std::int64_t rest = 0;
     // A multiple of one term, or of the difference of two.
     bool simple() const { return parts.size() < 2 || (parts.size() == 2 && parts.begin()->second == -parts.rbegin()->second); }
 };
-// Of an int; none where it has no name, or where numbers are too large to be added up safely.
+// For an int; none if it has no name, or if numbers are too large to be added safely.
 std::optional<LinearForm> linear_form(const Program& program, const Rule& rule, const Term& t);
 // Of a - b.
 std::optional<LinearForm> linear_form(const Program& program, const Rule& rule, const Term& a, const Term& b);

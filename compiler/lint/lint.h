@@ -1,4 +1,4 @@
-// Warnings that need reasoning and change nothing: what a program says that can never matter, or may never end.
+// Warnings that need reasoning and change nothing: parts of a program that can never matter, or may never end.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@
 
 namespace meld::lint {
 
-// Constants, functions and type names that the program declares and nothing uses: what to say of them. Reads the tree between
-// check::separate_modules() and check::check(), which puts what names stand for in their place. program_file: the file of the set that
-// is the program, of which alone it is said that something in it has no use.
+// The constants, functions and type names that the program declares and nothing uses, with the warnings for them. Reads the tree between
+// check::separate_modules() and check::check(), which replaces names by their meaning. program_file: the file of the set that is the
+// program; only its names are reported as unused.
 std::vector<diagnostics::Diagnostic> find_unused_names(const source::FileSet& files, syntax::Tree& tree, std::uint32_t program_file);
 
-// Warns of a program that check::check() has returned. Where it reported errors, only of what does not follow from them.
+// Warns about a program that check::check() has returned. If it reported errors, only about mistakes that do not follow from them.
 void lint(const check::Program& program, std::uint32_t program_file, const std::vector<diagnostics::Diagnostic>& unused_names,
           diagnostics::Reporter& report);
 
 // ---- the passes, one file each, in this order
 
-// Variables used once in a rule.
+// Variables used only once in a rule.
 void warn_of_single_use(const check::Program& program, diagnostics::Reporter& report);
 // Recursion that may not end: values that grow or improve through themselves, sums that feed themselves over links.
 void warn_of_recursion(const check::Program& program, diagnostics::Reporter& report);
-// Rules that never fire, predicates that never hold or are never used, parameters without a use. Assumes that no error was reported.
+// Rules that never fire, predicates that never hold or are never used, unused parameters. Assumes that no error was reported.
 void warn_of_useless(const check::Program& program, std::uint32_t program_file, diagnostics::Reporter& report);
 
 }  // namespace meld::lint

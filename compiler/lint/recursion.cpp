@@ -35,12 +35,12 @@ class Recursion {
             if (!c.feeds_itself) warn_tree(c);
             return;
         }
-        // Where a bounded number of rounds is counted, no value leads to itself.
+        // If a bounded number of rounds is counted, no value leads to itself.
         if (count_rounds(program_, c) == Rounds::Bounded) return;
         if (!warn_growth(c) && !warn_improvement(c) && !warn_replaced(c) && !warn_not_monotone(c)) warn_inverted(c);
     }
 
-    // A sum that feeds itself over links ends where these are a tree, or where its rounds are counted and bounded.
+    // A sum that feeds itself over links ends if these form a tree, or if its rounds are counted and bounded.
     void warn_tree(const check::Stratum& c) {
         const auto folding =
             std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
@@ -64,8 +64,8 @@ class Recursion {
                              aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
             .help = "use the links of a spanning tree, as examples/meld/census.meld does";
     }
-    // Whether every recursive link is one that the program keeps itself (a parent, a child), not any neighbour: then its
-    // shape is the program's business.
+    // Whether every recursive link is one that the program makes (a parent, a child), not any neighbour: then the program is responsible
+    // for its shape.
     bool led_by_routes(const check::Stratum& c) const {
         const auto led = [&](const Rule& rule, VariableId at) {
             return std::any_of(rule.body.begin(), rule.body.end(), [&](const Clause& clause) {
@@ -103,7 +103,7 @@ class Recursion {
                 if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
                 if (!comes_from(rule, t, c)) continue;
                 warned = true;
-                // A bound would not help the value of a min or max: at it, values come and go for ever.
+                // A bound would not help the value of a min or max: at the bound, values would appear and disappear for ever.
                 report_
                     .add(Kind::UnboundedArithmetic, t.span,
                          fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name))
@@ -115,7 +115,7 @@ class Recursion {
         return warned;
     }
 
-    // A rule by which a value goes from one predicate of the stratum to another.
+    // A rule by which a value passes from one predicate of the stratum to another.
     struct Way {
         PredicateId from, to;
         Span span;
@@ -129,7 +129,7 @@ class Recursion {
             if (keeps_best(a)) best = best == Aggregate::None || best == a ? a : Aggregate::First;
         }
         if (!keeps_best(best)) return false;
-        // With fronts, what improves up to a limit comes to rest there.
+        // With fronts, a value that improves up to a limit becomes quiescent there.
         const Improves how = fronts_of(program_, c) == Fronts::Needed ? Improves::Ever : Improves::ToALimit;
         std::vector<Way> ways;
         for (const RuleId id : c.rules)
@@ -151,7 +151,7 @@ class Recursion {
         }
         return false;
     }
-    // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: no way that a value goes, but one that it is gone by.
+    // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: the value does not pass on, but removes its own support.
     bool warn_replaced(const check::Stratum& c) {
         const auto found = replaced_by_itself(program_, c);
         if (!found) return false;
@@ -184,7 +184,7 @@ class Recursion {
         d.help = "compute with values only in the `min` or `max` itself, and test only for bounds that better values pass too";
         return true;
     }
-    // lit(A, ~X) :- neighbor(A, B), lit(B, X). Along links that the program keeps itself it ends where these lead in no circle.
+    // lit(A, ~X) :- neighbor(A, B), lit(B, X). Along links that the program makes, it ends if these form no cycle.
     void warn_inverted(const check::Stratum& c) {
         if (c.links && led_by_routes(c)) return;
         const auto found = inverts_itself(program_, c);
@@ -210,7 +210,7 @@ class Recursion {
             }
         }
     }
-    // How a value goes from where this way leads to where it begins; the shortest.
+    // How a value passes from the end of this path to its beginning; the shortest way.
     static std::vector<const Way*> way_back(const std::vector<Way>& ways, const Way& through) {
         std::map<PredicateId, const Way*> came;
         std::vector<PredicateId> todo{through.to};

@@ -32,7 +32,7 @@ class Search {
     }
 
   private:
-    // The one fact of the stratum that the rule reads, where it does so at its own catom and at once.
+    // The one fact of the stratum that the rule reads, if it does so at its own catom and immediately.
     const Atom* asked(const Rule& rule) const {
         std::size_t count = 0;
         each_atom(rule.body, [&](const Atom& a, bool) { count += stratum_.contains(a.predicate); });
@@ -43,8 +43,8 @@ class Search {
         return nullptr;
     }
 
-    // Where a rule reads the value of the group that its head is of, and makes one only if that is better. No other support is
-    // looked for: the comparison has no use where there is one.
+    // If a rule reads the value of its head's group, and derives one only if that is better. Other support is not searched for: the
+    // comparison would be useless if there were any.
     std::optional<Replaced> guarded(const Rule& rule) const {
         const Atom& head = rule.heads[0].atom;
         const Predicate& p = program_.predicates[head.predicate];
@@ -122,7 +122,7 @@ class Search {
         return c.type == Type::Float ? c.real : static_cast<double>(c.integer);
     }
 
-    // What this value does not pass that a worse one has: where that is asked.
+    // The test that this value does not pass but a worse one does: where it is.
     std::optional<Span> fails(double value) const {
         const bool greatest = keeps_greatest(program_.predicates[asked_->predicate].aggregate);
         const auto beyond = [&](double limit) { return greatest ? value > limit : value < limit; };

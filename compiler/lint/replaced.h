@@ -1,4 +1,4 @@
-// A least or greatest value that the program asks for exactly, and replaces by what follows from it.
+// A least or greatest value that a rule tests for exactly, and replaces by a value that follows from it.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ using source::Span;
 struct Replaced {
     PredicateId predicate;
     Span made;           // The better value, in a head.
-    bool guard = false;  // The rule asks whether the value that it makes is better than the one that is there.
-    Span asked;          // What it does not pass: the value in a fact of a body, or a condition.
+    bool guard = false;  // The rule tests whether the value that it derives is better than the existing one.
+    Span asked;          // The test that the better value does not pass: the value in a fact of a body, or a condition.
     struct Between {
         PredicateId head, read;
         Span span;
@@ -25,10 +25,9 @@ struct Replaced {
     std::vector<Between> between = {};  // The rules that lead from there to it.
 };
 
-// m(A, 4) :- m(A, 3), also by way of other predicates, for a max: the 3 is gone as soon as it has led to the 4, and the 4 with it.
-// Only what happens at one catom, in rules that ask the stratum for nothing else, so that it is sure to where they fire.
-// Constants count for what they are. Or a rule makes a value where it is better than that of the same group, with a min:
-// v(A, Y) :- neighbor(A, B), v(A, X), v(B, Y), X > Y.
+// m(A, 4) :- m(A, 3), also through other predicates, for a max: the 3 is gone as soon as it has led to the 4, and the 4 with it. Only at
+// one catom, in rules that test the stratum for nothing else, so that they certainly fire there. Constants count with their values. Or a
+// rule derives a value if it is better than that of the same group, with a min: v(A, Y) :- neighbor(A, B), v(A, X), v(B, Y), X > Y.
 std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

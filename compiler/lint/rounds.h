@@ -1,4 +1,4 @@
-// Recursion that counts rounds: every turn of it makes a number greater, so it ends where that number is bounded.
+// Recursion that counts rounds: every round increases a number, so it ends if that number is bounded.
 #pragma once
 
 #include "compiler/check/program.h"
@@ -10,8 +10,8 @@ using check::Stratum;
 
 enum class Rounds { None, Bounded, Endless };
 
-// Whether the first int of each group of the stratum is the number of a round: no rule makes it less than in what it reads of
-// the stratum, and no cycle of rules leaves it as it is. Bounded: some rule compares it.
+// Whether the first int of each group of the stratum is the number of a round: no rule derives a smaller one than it reads from the
+// stratum, and no cycle of rules leaves it unchanged. Bounded: some rule compares it.
 Rounds count_rounds(const Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

@@ -1,4 +1,4 @@
-// Variables that a rule uses once, as the check has counted them: often a slip of the pen.
+// Variables that a rule uses once, as counted by the check: often a slip of the pen.
 #include <set>
 #include <utility>
 

@@ -1,6 +1,6 @@
-// Before pass 1: constants, functions and type names of the program's file that no rule or declaration leads to. It reads the
-// syntax tree, for later passes put what they stand for in the place of names.
-// Assumes separate_modules(): every name is the name of one thing. Whether to warn is known only when all is checked.
+// Before pass 1: constants, functions and type names of the program's file that no rule or declaration uses, directly or not. It reads the
+// syntax tree, because later passes replace names by their meaning. Assumes separate_modules(): every name means one thing. Whether to warn
+// is known only after the check.
 #include <map>
 
 #include "compiler/check/each_name.h"
@@ -23,10 +23,10 @@ class Uses {
 
     std::vector<Diagnostic> unused() {
         look_through();
-        // Without rules it is there to be included; a module that exports nothing shows everything.
+        // A file without rules is there to be included; a module without exports makes everything public.
         if (!rules_ || (module_ && !exports_)) return {};
         for (std::size_t i = 0; i < tree_.items.size(); ++i) item(i);
-        // What is needed is followed to what that needs; the list grows on the way.
+        // Follows each needed name to the names that it needs; the list grows on the way.
         for (std::size_t i = 0; i < needed_.size(); ++i)
             for (const Use& use : declared_.at(needed_[i]).uses) need(use.key);
         std::vector<Diagnostic> found;
@@ -91,7 +91,7 @@ class Uses {
             user_ = &declared_.at({Sort::Function, f->name.text});
             for (const syntax::Parameter& p : f->parameters) parameters_.insert(p.name.text);
         }
-        // `type vector p(node).` has no meaning, and a message of its own.
+        // `type vector p(node).` has no meaning, and has a separate message.
         if (const auto* d = std::get_if<syntax::Declaration>(&any))
             for (const syntax::Name& m : d->modifiers) need({Sort::Type, m.text});
         if (const auto* e = std::get_if<syntax::Export>(&any)) {

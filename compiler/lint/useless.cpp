@@ -1,6 +1,5 @@
-// Rules that can never fire, parts of them that can never match, predicates that nothing starts, predicates and
-// parameters without a use. Facts may come from the world file and results may only be written out, so it speaks only where that
-// does not explain it.
+// Rules that can never fire, parts of them that can never match, predicates that nothing starts, unused predicates and parameters. Facts
+// may come from the world file and results may only be written out, so it warns only if that does not explain it.
 #include <algorithm>
 #include <deque>
 
@@ -50,7 +49,7 @@ class Useless {
         return around;
     }
 
-    // Negations and aggregates. `then` is what it means that there is none of what the body asks for.
+    // Negations and aggregates. `then` is the consequence of there being no match.
     void parts(const Rule& rule, const Around& around, const std::vector<Clause>& body, const char* then) {
         for (const Clause& c : body) {
             if (c.inner.empty()) continue;
@@ -77,7 +76,7 @@ class Useless {
         for (const Head& h : heads) {
             if (h.kind == Head::Kind::If) {
                 const std::vector<Condition> condition = conditions(h.term);
-                // A bare `false` is meant, or a question of other dialects that has but one answer here.
+                // A bare `false` is intended, or a question of other dialects that has only one answer here.
                 const bool asked = h.term.op != Op::Bool;
                 const bool never = asked && impossible(rule, around, condition, Kind::NeverMatches, "so `then` gives nothing");
                 const bool always = asked && !h.others.empty() && !never &&
@@ -98,7 +97,7 @@ class Useless {
     }
     static constexpr const char* kHeadOfNothing = "so this part of the head produces nothing";
 
-    // Whether these can never match; reports that, and what it means.
+    // Whether these can never match; reports that, and its consequence.
     bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
         const auto known = with(around, conditions(sizes_of(body)));
         if (impossible(rule, known, conditions(body), kind, so, &body)) return true;
@@ -215,7 +214,7 @@ class Useless {
     }
     bool ours(PredicateId p) const { return !program_.predicates[p].prelude && program_.predicates[p].span.file == program_file_; }
 
-    // Every rule of the stratum needs the stratum first.
+    // Every rule of the stratum needs the stratum itself first.
     void nothing_starts(const check::Stratum& c) {
         if (!c.recursive || !ours(c.predicates[0])) return;
         for (const PredicateId p : c.predicates)
@@ -239,7 +238,7 @@ class Useless {
                           [](const Argument& x, const Argument& y) { return x.type == y.type; });
     }
 
-    // Two names for one thing: the one is only read, the other only derived.
+    // Two names for one thing: one is only read, the other only derived.
     void other_name(PredicateId id) {
         const Predicate& p = program_.predicates[id];
         if (!ours(id) || p.sensed || made_[id.index()] || given_[id.index()] || !read_[id.index()]) return;

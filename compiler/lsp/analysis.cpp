@@ -1,4 +1,5 @@
-// The front end of the compiler does the checking; names are looked up in the tokens, so that there is an answer also where it gave up.
+// The front end of the compiler does the checking; names are looked up in the tokens, so there is an answer even where the front end
+// stopped.
 #include "compiler/lsp/analysis.h"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ Analysis::Analysis(const std::string& path, const OpenTexts& open) {
     MELD_EXPECT(open.contains(path), "{} is not open", path);
     std::uint32_t checked = 0;
     if (is_prelude_file(path)) {
-        // It is checked in the prelude's place, with nothing behind it, as it would declare everything twice otherwise.
+        // The prelude is checked in its usual place, without a program after it, because it would otherwise declare everything twice.
         files_.add(path, open.at(path));
         prelude_files_ = 1;
         checked = files_.add("", "");
@@ -45,7 +46,7 @@ Analysis::Analysis(const std::string& path, const OpenTexts& open) {
     for (const auto& [file, tokens] : tokens_) occurrences_[file] = find_occurrences(tokens, file, declared_);
 }
 
-// With the files it includes; those that could not be found are not in the set.
+// With the files it includes; files that were not found are not in the set.
 void Analysis::add_file(std::uint32_t file) {
     MELD_EXPECT(file < files_.count() && !tokens_.contains(file), "file {} of {}", file, files_.count());
     const FileTokens& tokens = tokens_[file] = read_items(files_.file(file), file);
@@ -107,7 +108,7 @@ std::vector<Message> Analysis::messages() const {
 
 const Occurrence* Analysis::at(Position position) const {
     const std::size_t offset = offset_of(root().text(), position);
-    // A cursor right behind a name still means the name.
+    // A cursor right after a name still means the name.
     const Occurrence* best = nullptr;
     for (const Occurrence& occurrence : occurrences_.at(root_)) {
         if (occurrence.span.begin <= offset && offset <= occurrence.span.end) best = &occurrence;

@@ -1,4 +1,4 @@
-// What is known of one open program: its text and what it includes, checked, with every name's meaning.
+// The analysis of one open program: its text and its includes, checked, with the meaning of every name.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@
 
 namespace meld::lsp {
 
-// Texts of open files by their absolute, normal paths. They count instead of what is on disk.
+// Texts of open files by their absolute, normalized paths. They replace those on disk.
 using OpenTexts = std::map<std::string, std::string>;
 
 struct Place {
@@ -28,24 +28,24 @@ struct Message {
     diagnostics::Severity severity;
     std::string code;
     std::string text;
-    // The other places that matter, with what is there.
+    // Related places, with a note for each.
     std::vector<std::pair<Place, std::string>> related;
     bool without_use;  // Editors show such names in grey.
 };
 
 class Analysis {
   public:
-    // Analyses the open program at `path`. Never fails: what cannot be read is reported as it is by `meldc check`.
+    // Analyses the open program at `path`. Never fails: unreadable files are reported as in `meldc check`.
     Analysis(const std::string& path, const OpenTexts& open);
 
-    // The mistakes of the program. One in an included file is shown where the file is included.
+    // The mistakes of the program. A mistake in an included file is shown where the file is included.
     std::vector<Message> messages() const;
 
     // The name at a position of the program's own file.
     const Occurrence* at(Position position) const;
     // All occurrences of a symbol in the program's files; the prelude is one of them.
     std::vector<std::pair<std::uint32_t, const Occurrence*>> all(const Symbol& symbol) const;
-    // Where it is declared; for a variable, where it stands first.
+    // Where it is declared; for a variable, its first occurrence.
     std::optional<std::pair<std::uint32_t, const Occurrence*>> declaration(const Symbol& symbol) const;
 
     const source::FileSet& files() const { return files_; }
@@ -61,7 +61,7 @@ class Analysis {
     std::optional<std::uint32_t> included(const std::string& name) const;
 
     const check::Program& program() const { return program_; }
-    // Made when first asked for; nothing if the program has mistakes.
+    // Computed when first asked for; nothing if the program has mistakes.
     const plan::Plan* plan() const;
 
     std::string item_text(std::uint32_t file, std::size_t item) const { return lsp::item_text(files_.file(file), tokens_.at(file), item); }

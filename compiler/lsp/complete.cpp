@@ -1,4 +1,4 @@
-// Completion: what could stand at the cursor, by the kind of the item it is in. The editor filters by what is typed already.
+// Completion: the possible words at the cursor, by the kind of the item it is in. The editor filters by the text typed so far.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -23,7 +23,7 @@ bool name_letter(char letter) {
            letter == '?' || letter == '\'' || letter == '-';
 }
 
-// Where the name that ends at the offset begins. A hyphen belongs to names that start lower-case; behind a variable or a number
+// The start of the name that ends at the offset. A hyphen belongs to names that start with a lowercase letter; after a variable or a number
 // it is a minus.
 std::size_t name_begin(std::string_view text, std::size_t offset) {
     std::size_t begin = offset;

@@ -1,4 +1,4 @@
-// What an editor shows: hovers, completions, outlines. All as plain data; server.cpp makes protocol messages of them.
+// The texts that an editor shows: hovers, completions, outlines. All are plain data; server.cpp turns them into protocol messages.
 #pragma once
 
 #include <optional>
@@ -23,7 +23,7 @@ struct Completion {
     std::string doc = {};
 };
 struct Completions {
-    // What is replaced: the part of a name before the cursor.
+    // The range to replace: the part of a name before the cursor.
     Range replaced;
     std::vector<Completion> list;
 };
@@ -38,7 +38,7 @@ struct Outline {
 };
 std::vector<Outline> outline(const Analysis& analysis);
 
-// Edits by path that give the symbol at the position another name, in all the programs given; the first is the one of the position.
+// Edits by path that rename the symbol at the position in all the given programs; the first is the program of the position.
 struct Edit {
     std::string path;
     Range range;

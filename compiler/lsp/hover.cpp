@@ -1,4 +1,4 @@
-// Hovers: the declaration, what its author says of it, how it is kept, and the rules around it.
+// Hovers: the declaration, the author's comment, the storage, and the rules that use the name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -108,7 +108,7 @@ std::string predicate(const Analysis& analysis, const Symbol& symbol) {
     return text + rules(analysis, symbol, Role::Derives, "Derived by") + rules(analysis, symbol, Role::Reads, "Read by");
 }
 
-// The checked rule, or function, that holds the place knows the types of its variables.
+// The checked rule or function at the position, which knows the types of its variables.
 std::string variable(const Analysis& analysis, const Occurrence& occurrence) {
     const auto type_in = [&](const Table<check::Variable>& variables) -> std::string {
         for (const check::Variable& variable : variables) {

@@ -1,5 +1,5 @@
-// Items end at their full stop. Where it is missing, the next one begins with a declaration's keyword at the start of a line, as for the
-// parser, or with a fact at the left margin that no comma or operator joins to what stands before.
+// Items end at their full stop. If it is missing, the next one begins with a declaration's keyword at the start of a line, as for the
+// parser, or with a fact at the left margin that no comma or operator joins to the text before.
 #include "compiler/lsp/items.h"
 
 #include <algorithm>
@@ -116,7 +116,7 @@ std::string doc_comment(const source::File& file, const FileTokens& tokens, std:
         const std::string_view above = trimmed(file.line(line - 1));
         const bool ends_block = above.ends_with("*/") && !above.starts_with("//");
         const bool opens_block = above.find("/*") != std::string_view::npos;
-        // A comment behind the code of another line is about that line.
+        // A comment after the code of another line belongs to that line.
         if (!in_block && !above.starts_with("//") && !above.starts_with(";;") && !above.starts_with("/*") && (opens_block || !ends_block))
             break;
         in_block = (in_block || ends_block) && !opens_block;

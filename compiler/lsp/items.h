@@ -1,4 +1,4 @@
-// The tokens of a file cut into declarations and rules, which works for half-written ones too.
+// The tokens of a file divided into declarations and rules; works for unfinished ones too.
 #pragma once
 
 #include <cstddef>
@@ -35,10 +35,10 @@ struct FileTokens {
 
 FileTokens read_items(const source::File& file, std::uint32_t index);
 
-// The text of an item on one line: blanks collapsed, comments left out.
+// The text of an item on one line: blanks collapsed, comments removed.
 std::string item_text(const source::File& file, const FileTokens& tokens, std::size_t item);
 
-// What its author says about an item: the comment lines right above it, and the comment behind it.
+// The author's comment on an item: the comment lines right above it, and the comment after it.
 std::string doc_comment(const source::File& file, const FileTokens& tokens, std::size_t item);
 
 }  // namespace meld::lsp

@@ -1,4 +1,4 @@
-// meldc-lsp: the language server. `meldc lsp` starts it; it is a program of its own because LLVM's libraries take long to load.
+// meldc-lsp: the language server. `meldc lsp` starts it; it is a separate program because LLVM's libraries take long to load.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>

@@ -1,4 +1,4 @@
-// A rule is walked once with a stack of its brackets: what stands in a bracket is a head, a body or a value.
+// A rule is walked once with a stack of its brackets: the content of a bracket is a head, a body or a value.
 #include "compiler/lsp/occurrences.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Which names of a file mean what: found in its tokens, so that it works for half-written items and for what the checker refuses.
+// The meanings of the names in a file: found in its tokens, so that it works for unfinished items and for items that the check rejects.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@ namespace meld::lsp {
 
 enum class SymbolKind { Predicate, Constant, Function, Variable, Include };
 
-// The number of arguments where it is not known.
+// The number of arguments if it is unknown.
 constexpr std::size_t kAnyArity = static_cast<std::size_t>(-1);
 
 struct Symbol {
     SymbolKind kind = SymbolKind::Predicate;
     std::string name = {};
-    // Of predicates and functions; else 0.
+    // For predicates and functions; otherwise 0.
     std::size_t arity = 0;
     // Variables belong to one item of one file.
     std::uint32_t file = 0;
@@ -40,7 +40,7 @@ struct Occurrence {
     std::size_t item = 0;
 };
 
-// What the files of a program declare: names with their numbers of arguments.
+// The declarations in the files of a program: names with their numbers of arguments.
 struct Declared {
     std::map<std::string, std::set<std::size_t>> predicates = {};
     std::map<std::string, std::set<std::size_t>> functions = {};
@@ -50,10 +50,10 @@ struct Declared {
 // Adds what a file declares.
 void add_declared(const FileTokens& file, Declared& declared);
 
-// All occurrences in a file, in order. A predicate with a wrong number of arguments is taken for the one of that name.
+// All occurrences in a file, in order. A predicate with a wrong number of arguments counts as the one with that name.
 std::vector<Occurrence> find_occurrences(const FileTokens& file, std::uint32_t index, const Declared& declared);
 
-// The text between the brackets of the call at this name; kAnyArity where the closing one is missing.
+// The text between the brackets of the call at this name; kAnyArity if the closing one is missing.
 std::size_t count_arguments(const FileTokens& file, std::size_t name);
 
 }  // namespace meld::lsp

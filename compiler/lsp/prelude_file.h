@@ -5,7 +5,7 @@
 
 namespace meld::lsp {
 
-// The path of a file with the prelude's text in the user's cache, written if it is not there; empty if that cannot be done.
+// The path of a file with the prelude's text in the user's cache, written if it does not exist; empty if that fails.
 std::string prelude_path();
 
 // Whether an open file is the prelude: that copy, or the one in the sources.

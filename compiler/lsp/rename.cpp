@@ -1,4 +1,5 @@
-// Renaming: every occurrence in every open program that shares the declaration. What would change another name's meaning is refused.
+// Renaming: every occurrence in every open program that shares the declaration. A rename that would change another name's meaning is
+// refused.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ std::optional<Token> only_token(const std::string& text) {
     return tokens[0];
 }
 
-// Why the name is none for this symbol; empty if it is one.
+// Why the name is not valid for this symbol; empty if it is.
 std::string wrong_form(const Symbol& symbol, const std::string& written, const std::string& name) {
     const auto token = only_token(name);
     const bool capital = !written.empty() && written[0] >= 'A' && written[0] <= 'Z';
@@ -33,7 +34,7 @@ std::string wrong_form(const Symbol& symbol, const std::string& written, const s
                        capital ? "capital" : "lower-case");
 }
 
-// Words change their meaning by their neighbours; with the new name every token must be of the kind it was.
+// Words change their meaning by their neighbours; with the new name every token must keep its kind.
 bool keeps_kinds(const Analysis& analysis, std::uint32_t file, const std::vector<Span>& spans, const std::string& name) {
     std::string text = analysis.files().file(file).text();
     MELD_EXPECT(std::is_sorted(spans.begin(), spans.end(), [](Span a, Span b) { return a.begin < b.begin; }), "places out of order");
@@ -45,7 +46,7 @@ bool keeps_kinds(const Analysis& analysis, std::uint32_t file, const std::vector
     return std::equal(before.begin(), before.end(), after.tokens.begin(), after.tokens.end(), same);
 }
 
-// Whether something else has the name already, where the symbol is known.
+// Whether the name is already used for something else where the symbol is known.
 bool is_taken(const Analysis& analysis, const Symbol& symbol, const std::string& name) {
     for (const auto& [file, tokens] : analysis.tokens()) {
         for (std::size_t i = 0; i < tokens.items.size(); ++i) {

@@ -1,5 +1,5 @@
-// The protocol is LLVM's (its JSON transport and messages); what is answered comes from describe.h. One request is served at a time, so an
-// answer is always about the text as it is.
+// The protocol is LLVM's (its JSON transport and messages); the answers come from describe.h. One request is served at a time, so an answer
+// is always about the current text.
 #include "compiler/lsp/server.h"
 
 #include <mlir/Tools/lsp-server-support/Logging.h>
@@ -393,7 +393,7 @@ class Server {
 }  // namespace
 
 int serve(std::FILE* in, std::FILE* out) {
-    // The library reports requests of unknown methods and broken messages to the editor itself; its log would only repeat them.
+    // The library itself reports requests of unknown methods and broken messages to the editor; its log would only repeat them.
     llvm::raw_fd_ostream stream(fileno(out), false);
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> shallow(open_shallow(in), &std::fclose);
     protocol::JSONTransport transport(shallow.get(), stream);

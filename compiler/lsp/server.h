@@ -5,7 +5,7 @@
 
 namespace meld::lsp {
 
-// Serves one editor over these streams until it says `exit` or the input ends. Returns the exit code: 0 if it said `shutdown` before.
+// Serves one editor over these streams until it sends `exit` or the input ends. Returns the exit code: 0 if it sent `shutdown` before.
 int serve(std::FILE* in, std::FILE* out);
 
 }  // namespace meld::lsp

@@ -1,4 +1,4 @@
-// A filter of bytes that knows where messages begin (`Content-Length: N`, an empty line, N bytes) and what is inside of a string.
+// A byte filter that knows where messages begin (`Content-Length: N`, an empty line, N bytes) and what is inside a string.
 #include "compiler/lsp/shallow_input.h"
 
 #include <unistd.h>

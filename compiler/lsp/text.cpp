@@ -1,4 +1,4 @@
-// UTF-8 within, UTF-16 without: a character beyond the basic plane has four bytes here and two units there.
+// UTF-8 inside, UTF-16 outside: a character beyond the basic plane has four bytes here and two units there.
 #include "compiler/lsp/text.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Places in text as editors count them: lines from 0, columns in UTF-16 code units.
+// Positions in text as editors count them: lines from 0, columns in UTF-16 code units.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ struct Range {
 Position position_of(const source::File& file, std::uint32_t offset);
 Range range_of(const source::FileSet& files, Span span);
 
-// The byte at a position. A column behind the line's end means its end, a line behind the text the text's end, and the middle of a
-// character its start.
+// The byte at a position. A column after the line's end means its end, a line after the text the text's end, and the middle of a character
+// its start.
 std::size_t offset_of(std::string_view text, Position position);
 
 // Replaces a range of the text, or all of it.

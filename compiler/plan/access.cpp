@@ -9,9 +9,8 @@ using namespace check;
 
 namespace {
 
-// What an access costs. Only the order of the numbers matters: for each new variable 1 is added to an access that may find
-// several facts or whose test may fail, so that of two alike the one with more arguments known comes first. The gaps leave room
-// for 4 such variables.
+// The cost of an access. Only the order of the numbers matters: each new variable adds 1 to an access that may find several facts or whose
+// test may fail, so that of two similar ones the one with more known arguments comes first. The gaps leave room for 4 such variables.
 //
 //                                            at the     at a neighbour   at a neighbour
 //                                            site       already found    whose id is known
@@ -19,25 +18,25 @@ namespace {
 //   a row whose group is known, a lookup       20           25                35
 //   all rows                                   40           50                35
 //
-// The last column is one number, for the search for the neighbour comes first and fails for most ids.
+// The last column is one number, because the search for the neighbour comes first and fails for most ids.
 struct SiteCosts {
     int one, lookup, rows;
 };
 constexpr SiteCosts kAtSite{.one = 10, .lookup = 20, .rows = 40};
 constexpr SiteCosts kAtFoundNeighbour{.one = 15, .lookup = 25, .rows = 50};
 constexpr int kAtNamedNeighbour = 35;
-// Going through a list takes no memory but its own; it multiplies what follows like the rows of a predicate.
+// Walking along a list takes no further memory; it multiplies the later steps like the rows of a predicate.
 constexpr int kElements = 42;
-// Links: the port of a neighbour that has been found is at hand, one whose id is known is searched at each port, and to go to
-// each neighbour multiplies what follows by up to kMaxPorts.
+// Links: the port of a neighbour that has been found is known; a neighbour whose id is known is searched at each port; and visiting each
+// neighbour multiplies the later steps by up to kMaxPorts.
 constexpr int kFoundLink = 5;
 constexpr int kNamedLink = 30;
 constexpr int kEachLink = 60;
 // A route that points to the execution site: all neighbours are asked for their rows.
 constexpr int kEachNeighbourThatPointsHere = 70;
 
-// Predicates of the world that hold for several values at a catom. They are read from the geometry at no more than kMaxPorts
-// places, or searched in a table, so they cost what one fact costs.
+// Predicates of the world that hold for several values at a catom. They are read from the geometry at no more than kMaxPorts places, or
+// searched in a table, so they cost as much as one fact.
 bool several_in_world(WorldSource world) { return info(world).facts == SenseInfo::Facts::Several; }
 
 }  // namespace
@@ -90,7 +89,7 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
     const bool record = storage == Storage::Flag || storage == Storage::Single || storage == Storage::World;
     Access out;
     out.known = atom.arguments.size() - 1 - open;
-    // A group that is known has one row at most, and it is looked up.
+    // A known group has at most one row, which is looked up.
     out.reason = open == 0                                                      ? Reason::Test
                  : new_variables == 0                                           ? Reason::Exists
                  : (record && !several_in_world(p.world)) || open_in_group == 0 ? Reason::One
@@ -108,7 +107,7 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
         out.link = Reason::Named;
         out.cost = kAtNamedNeighbour + each_new;
     } else {
-        // Nothing is known of this catom: it must be a neighbour that points here; all neighbours are asked.
+        // Nothing is known about this catom: it must be a neighbour that points here; all neighbours are tried.
         const bool points_here =
             p.route && atom.arguments.size() > 1 && atom.arguments[1].is_variable() && atom.arguments[1].variable == rule_.site;
         if (!points_here) return std::nullopt;

@@ -1,5 +1,5 @@
-// How an atom or the elements of a list would be read at one point of a body, and what that costs: the one decision that the
-// join order takes and --explain-rules prints.
+// How an atom or the elements of a list would be read at one point of a body, and at what cost: the one decision that the join order
+// follows and --explain-rules prints.
 #pragma once
 
 #include <optional>
@@ -25,19 +25,19 @@ struct Known {
 // How a clause can be read.
 struct Access {
     Reason reason = Reason::Rows;
-    // Why the step before it goes to the neighbour where the atom is read; only where that neighbour is new.
+    // Why the previous step goes to the neighbour where the atom is read; only if that neighbour is new.
     Reason link = Reason::Links;
     std::size_t known = 0;  // Of the arguments after the catom.
-    int cost = 0;           // Lower is sooner; compared with those of other clauses only.
+    int cost = 0;           // Lower is sooner; comparable only with the costs of other clauses.
 };
 
 class AccessPlanner {
   public:
     AccessPlanner(const Plan& plan, const check::Rule& rule) : plan_(plan), rule_(rule) {}
 
-    // How the clause is read where `known` is known; nothing: it cannot be read yet, or it is no clause that reads.
+    // How the clause is read when `known` is known; nothing: it cannot be read yet, or it does not read.
     std::optional<Access> access(const check::Clause& clause, const Known& known) const;
-    // Whether the clause goes through facts or elements: all but tests, negations and aggregates.
+    // Whether the clause iterates over facts or elements: all but tests, negations and aggregates.
     static bool reads(const check::Clause& clause);
     // Whether the atom is of neighbor/2 or neighbor/3.
     bool is_link(const check::Atom& atom) const;

@@ -1,4 +1,4 @@
-// The order of one body: tests as soon as they can be made, then the access that costs least.
+// The order of one body: tests as soon as possible, then the cheapest access.
 #include "compiler/plan/body_order.h"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ std::vector<Step> BodyOrder::start_changed(std::vector<Clause>& body, std::size_
     return steps;
 }
 
-// ---- what needs no read
+// ---- clauses without a read
 
 // One clause that is ready: a test, negation or aggregate all of whose variables are known, or an equality that gives a new one
 // its value.
@@ -76,7 +76,7 @@ bool BodyOrder::take_test(const Term& condition, Known& known, std::vector<Step>
 
 bool BodyOrder::take_nested(const Clause& c, const std::vector<Clause>& body, Known& known, const Variables& outside,
                             std::vector<Step>& steps) const {
-    // A variable of another negation or aggregate alone is another one there.
+    // A variable that belongs only to another negation or aggregate is a different one there.
     Variables others = outside;
     for (const Clause& other : body) {
         if (other.kind == Clause::Kind::Aggregate)
@@ -118,7 +118,7 @@ bool BodyOrder::bind_equal(const Term& equality, Known& known, std::vector<Step>
     return false;
 }
 
-// L = [X | Rest] with L known: whether L is such a list, then X and Rest from it, or compared with it where known.
+// L = [X | Rest] with L known: tests whether L is such a list, then binds X and Rest from it, or compares them if known.
 bool BodyOrder::take_apart(const Term& equality, Known& known, std::vector<Step>& steps) const {
     const TakeApart found = taken_apart(equality);
     if (!found || !known.has(*found.value)) return false;
@@ -147,7 +147,7 @@ bool BodyOrder::take_apart(const Term& equality, Known& known, std::vector<Step>
     return true;
 }
 
-// ---- what is read next, and why
+// ---- the next read, and why
 
 std::size_t BodyOrder::pick(const std::vector<Clause>& body, const Known& known, Reading reading) const {
     std::size_t best = body.size();
@@ -176,7 +176,7 @@ Choice BodyOrder::choice(const std::vector<Clause>& body, std::size_t next, cons
     return out;
 }
 
-// The steps of one clause: the link that leads to its catom, if that is new, the fact there, and what its change is compared with.
+// The steps of one clause: the link to its catom, if that is new, the fact there, and the comparison of its change.
 void BodyOrder::read(const Clause& clause, const Choice& why, Reading reading, Known& known, std::vector<Step>& steps) const {
     const std::size_t before = steps.size();
     const std::optional<Access> access = accesses_.access(clause, known);
@@ -257,7 +257,7 @@ void BodyOrder::link(const Atom& a, Known& known, std::vector<Step>& steps) cons
     }
     const bool found = known.places.contains(other.variable);
     const bool asks_port = a.arguments.size() > 2 && a.arguments[2].op != Op::Anonymous;
-    if (found && !asks_port) return;  // It is one: nothing to check.
+    if (found && !asks_port) return;  // It is a neighbour: nothing to check.
     const bool named = found || known.values.contains(other.variable);
     known.places.insert(other.variable);
     PortUse port = port_of(a, forward, known);

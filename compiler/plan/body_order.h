@@ -1,4 +1,4 @@
-// Turns the clauses of one body into steps: what is known comes first, then what costs least.
+// Turns the clauses of one body into steps: known clauses first, then the cheapest.
 #pragma once
 
 #include <vector>
@@ -7,22 +7,22 @@
 
 namespace meld::plan {
 
-// In which order clauses are read: as the access costs say, or as the rule is written, which is what linear rules mean.
+// The order in which clauses are read: by access cost, or as written, which is what linear rules mean.
 enum class Reading { Cheapest, AsWritten };
 
 class BodyOrder {
   public:
-    // `ranked`: the predicates whose facts have ranks that count for the head's.
+    // `ranked`: the predicates whose facts have ranks that count for the head's rank.
     BodyOrder(const Plan& plan, const check::Rule& rule, std::vector<PredicateId> ranked = {})
         : plan_(plan), program_(plan.program), rule_(rule), ranked_(std::move(ranked)), accesses_(plan, rule) {}
 
     // What is known before anything has been read.
     Known start() const;
 
-    // Steps for the whole body after what is already known; `outside` are variables that clauses outside bind or use.
+    // Steps for the whole body, given what is known; `outside` are variables that clauses outside bind or use.
     std::vector<Step> order(std::vector<check::Clause> body, Known& known, Reading reading, const Variables& outside) const;
-    // Steps that read the changed rows of the clause `first`, an atom, and then all that follows from them without another
-    // read. These clauses leave the body.
+    // Steps that read the changed rows of the clause `first`, an atom, and then everything that follows from them without another read.
+    // These clauses leave the body.
     std::vector<Step> start_changed(std::vector<check::Clause>& body, std::size_t first, const Variables& outside, Known& known) const;
 
   private:

@@ -1,5 +1,5 @@
-// Pass: dead rules. A view that can never fire, because one of its tests is false, is left out where other rules derive
-// the same predicate; all user predicates stay, for what holds is the result of a run. Assumes folded constants.
+// Pass: dead rules. A view that can never fire, because one of its tests is false, is dropped if other rules derive the same predicate; all
+// user predicates stay, because the facts that hold are the result of a run. Assumes folded constants.
 #include <algorithm>
 
 #include "compiler/plan/plan.h"
@@ -18,7 +18,7 @@ bool never_fires(const Rule& rule) {
 }  // namespace
 
 void drop_dead_rules(check::Program& program) {
-    // What rules derive cannot be given by the world: that must not change when the last of them goes.
+    // The world cannot give facts that rules derive: that must not change when the last rule is dropped.
     std::vector<bool> derived(program.predicates.count(), false);
     for (const Rule& rule : program.rules)
         if (!rule.linear && !never_fires(rule) && !rule.body.empty()) derived[rule.heads[0].atom.predicate.index()] = true;

@@ -1,16 +1,15 @@
-// Pass: delta rules. A predicate with many rows a catom is evaluated as a whole where a link or a flag has changed; where only
-// single rows of its inputs have, it is enough to find the groups that these rows can affect, and to derive those again. Of
+// Pass: delta rules. A predicate with many rows per catom is evaluated as a whole if a link or a flag has changed. If only single rows of
+// its inputs have changed, it is enough to find the groups that these rows can affect, and to derive those again. For
 //     dist(B, S, D + 1) :- neighbor(A, B), dist(A, S, D).
 // the affected groups S at each B are those of the delta rule
 //     for each neighbour A    changed dist(A, S, D)
 // and a group S that is known is derived by
 //     for each neighbour A    dist(A, =S, D)                           a lookup in sorted rows
-// Sets that recur at one catom get semi-naive rules instead: what follows from the rows of the last round.
-// A failure there means that all groups are to be evaluated, which tells what has no value: so the rules must fail for the same
-// facts in any order.
-// Assumes ordered rules. It leaves out single values, several predicates that recur together, negated and aggregated inputs, and
-// rules that depend on when they are evaluated; these are evaluated as a whole. So are long rules: a delta rule for each atom would
-// be a plan that grows with the square of the body.
+// Sets that recur at one catom get semi-naive rules instead, which derive from the rows of the last round. A failure in such a rule means
+// that all groups are to be evaluated, to find the derivation without a value: so the rules must fail for the same facts in any order.
+// Assumes ordered rules. The pass leaves out single values, several predicates that recur together, negated and aggregated inputs, and
+// rules that depend on when they are evaluated; these are evaluated as a whole. So are long rules: one delta rule per atom would make a
+// plan that grows with the square of the body.
 #include <algorithm>
 #include <utility>
 
@@ -24,7 +23,7 @@ using namespace check;
 
 namespace {
 
-// Clauses of a body that delta rules are made of.
+// The clauses of a body from which delta rules are made.
 constexpr std::size_t kMaxClauses = 64;
 
 bool plain(const Type& type) { return !type.compound(); }
@@ -33,14 +32,14 @@ bool all_plain(const Predicate& p) {
     return std::all_of(p.arguments.begin(), p.arguments.end(), [](const Argument& a) { return plain(a.type); });
 }
 
-// Sums of floats depend on the order of derivation; a function of the program is given its values in order.
+// Sums of floats depend on the order of derivation; a function of the program gets its values in order.
 bool any_order(const Predicate& p) {
     const AggregateInfo& about = info(p.aggregate);
     return about.has(AggregateInfo::kAnyOrder) ||
            (about.has(AggregateInfo::kIntsInAnyOrder) && p.arguments[p.aggregate_at].type == Type::Int);
 }
 
-// Whether what terms mean depends on nothing but their variables: not on the tick, nor on what has been drawn before.
+// Whether the meaning of terms depends only on their variables: not on the tick, nor on earlier draws.
 class Steady {
   public:
     explicit Steady(const Program& program) : program_(program), seen_(program.functions.count(), false) {}
@@ -103,7 +102,7 @@ class DeltaPlanner {
     }
 
   private:
-    // A delta rule, while it is open whether all of its inputs can be followed by row.
+    // A delta rule, until it is known whether the changes of all its inputs are recorded by row.
     struct Candidate {
         RulePlan plan;
         std::uint64_t input = 0;
@@ -128,8 +127,8 @@ class DeltaPlanner {
         });
     }
 
-    // Sets that recur at one catom are derived in semi-naive rounds: each but the first starts from the rows that the last one
-    // derived. What neighbours have of them does not change meanwhile.
+    // Sets that recur at one catom are derived in semi-naive rounds: each but the first starts from the rows that the last one derived. The
+    // neighbours' rows do not change in the meantime.
     void plan_semi_naive() {
         const auto in_stratum = [&](PredicateId p) {
             return std::find(stratum_.predicates.begin(), stratum_.predicates.end(), p) != stratum_.predicates.end();
@@ -152,8 +151,8 @@ class DeltaPlanner {
         }
     }
 
-    // The rule's body where arguments of an atom that are computed are compared after it has been read: when its changed rows
-    // come first, nothing is known yet of what they are computed of.
+    // The rule's body, rewritten so that computed arguments of an atom are compared after it has been read: when its changed rows come
+    // first, the variables they are computed from are not known yet.
     std::vector<Clause> compared_later(RuleId id, std::size_t first) {
         Rule& rule = plan_.program.rules[id];
         std::vector<Clause> body = rule.body;
@@ -186,7 +185,7 @@ class DeltaPlanner {
         return at_site ? c.own_dirty : c.reader_dirty;
     }
 
-    // Every way for a changed row of the rule's body to affect a group of the head; what cannot be followed is noted.
+    // Every way in which a changed row of the rule's body can affect a group of the head; notes the inputs that cannot be followed.
     void study(const RulePlan& r) {
         const Rule& rule = plan_.program.rules[r.rule];
         for (const Step& s : r.steps) {
@@ -221,7 +220,7 @@ class DeltaPlanner {
         return bits & ~whole_;
     }
 
-    // A row that is joined with rows that change at the same moment would have to meet them as they were, too.
+    // A row that is joined with rows that change at the same time would have to meet their old versions, too.
     bool drop_joined() {
         const std::uint64_t before = whole_;
         for (const Candidate& c : candidates_)
@@ -230,7 +229,7 @@ class DeltaPlanner {
         return whole_ != before;
     }
 
-    // The rule for one group: every argument of the group equals a variable that is known.
+    // The rule for one group: every argument of the group equals a known variable.
     RulePlan group(const RulePlan& r) {
         Rule& rule = plan_.program.rules[r.rule];
         std::vector<Clause> body = rule.body;
@@ -254,8 +253,8 @@ class DeltaPlanner {
 
 void plan_deltas(Plan& plan) {
     for (StratumPlan& s : plan.strata) DeltaPlanner(plan, s).run();
-    // Groups that wait in quarantine are woken one by one, where there is a place to say which: in the rows that readers follow,
-    // whoever these are. Where the predicate itself does not follow them, all of it is evaluated then.
+    // Groups that wait in quarantine are woken one by one, if the column records its changes by row, which then name the group. If it does
+    // not, the whole predicate is evaluated.
     for (StratumPlan& s : plan.strata)
         for (const PredicateId p : s.predicates)
             if (s.inputs & kDirtyWake && plan.of(p).column.valid() && plan.column_of(p).follows_rows) s.inputs |= kDirtyGroups;

@@ -1,10 +1,10 @@
 // Pass: existence. A rule of a recursion may ask whether a group of min or max has a value at all, or one beyond a bound:
 //     p(A) :- m(A, _).     m(B, 4.0) :- neighbor(A, B), p(A).     m(A, 3.75).
-// What it asks stays true while the value improves, but a better value may depend on p itself; then p would lose its support by
-// what it led to, and never come to rest. So it asks a view of the groups alone, which the rules of m derive beside the values:
+// The answer stays true while the value improves, but a better value may depend on p itself; p would then lose its support through what it
+// led to, and never quiesce. So the rule reads a view of the groups instead, which the rules of m derive beside the values:
 //     p(A) :- m@some(A).   m@some(B) :- neighbor(A, B), p(A).         m@some(A).
-// To compute max(X, Y) of a value X of a max is to ask in the same way, so it becomes two rules, for X and for Y.
-// Assumes that what is given is separate.
+// Computing max(X, Y) from a value X of a max tests existence in the same way, so it becomes two rules, for X and for Y. Assumes that given
+// facts are separate.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -30,7 +30,7 @@ class Existence {
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) split(RuleId(i));
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             if (!asks(program_.rules[RuleId(i)])) continue;
-            // All or nothing: views of groups that depend on values would come and go like these.
+            // All or nothing: views of groups that depend on values would appear and disappear like these.
             Program as_it_was = program_;
             const auto stratum = stratum_;
             const auto made = made_;
@@ -83,11 +83,11 @@ class Existence {
         program_.rules.add(std::move(sides[1]));
     }
 
-    // Lets the rule ask views of the groups, and makes these. False: they would depend on values.
+    // Lets the rule read views of the groups, and makes these views. False: they would depend on values.
     bool answer(RuleId first) {
         std::vector<RuleId> todo{first};
         for (std::size_t at = 0; at < todo.size(); ++at) {
-            // Different bounds combine to many views: then fronts (fronts.cpp) are cheaper.
+            // Different bounds would combine to many views: then fronts (fronts.cpp) are cheaper.
             if (todo.size() > kMaxRules) return false;
             for (std::size_t i = 0; i < program_.rules[todo[at]].body.size(); ++i) {
                 const ValueRead read = read_by(program_.rules[todo[at]], program_.rules[todo[at]].body[i]);
@@ -105,7 +105,7 @@ class Existence {
         return true;
     }
 
-    // The groups of m whose value passes the tests that this rule makes of it, with a rule for each of m's, which go to `rules`.
+    // The groups of m whose value passes this rule's tests, with one rule for each of m's, which are added to `rules`.
     PredicateId groups_of(RuleId asking, std::size_t clause, const ValueRead& read, std::vector<RuleId>& rules) {
         const PredicateId m = program_.rules[asking].body[clause].atom.predicate;
         std::vector<Clause> tests;
@@ -156,7 +156,7 @@ class Existence {
         }
         for (Term& operand : test.operands) put(operand, value);
     }
-    // Y = X + 1, where nothing reads Y any more. The rule of the values still says where X + 1 has none.
+    // Y = X + 1, where nothing reads Y any more. The rule of the values still finds where X + 1 has no value.
     static void drop_unread(Rule& rule) {
         const auto unread = [&](const Clause& c) {
             if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) return false;

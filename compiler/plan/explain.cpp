@@ -1,5 +1,4 @@
-// What --explain-rules prints: how each predicate is stored; where each rule runs, in which order it reads and why, and what
-// it sends.
+// The output of --explain-rules: how each predicate is stored; where each rule runs, in which order it reads and why, and what it sends.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -69,7 +68,7 @@ class Explainer {
         for (const RulePlan& b : r.branches) {
             RulePlan whole = b;
             whole.steps.insert(whole.steps.begin(), r.steps.begin(), r.steps.end());
-            // The order was chosen for the first of them; what others had before these steps was not compared.
+            // The order was chosen for the first of them; what the others had before these steps was not compared.
             if (&b != &r.branches[0])
                 for (Step& s : whole.steps)
                     if (Choice* c = choice_of(s)) c->dearer = c->waiting = {};
@@ -92,7 +91,7 @@ class Explainer {
         if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
         out_ += "\n";
     }
-    // The steps of a body, of a negation or of a head, and of what is inside of them. One read alone has no order.
+    // The steps of a body, of a negation or of a head, and of those inside them. A single read has no order.
     void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule, std::string indent = "\n      ",
                           const std::string& inside = "") {
         if (order_of_steps(steps, rule, inside.empty() ? indent : indent + "  ", inside.empty() ? "" : indent + inside) && !inside.empty())
@@ -111,7 +110,7 @@ class Explainer {
             if (std::string text = access(s, rule); !text.empty()) last = std::move(text);
         }
     }
-    // What the heads ask for, once the body has matched.
+    // The reads of the heads, once the body has matched.
     void order_in_heads(const std::vector<HeadPlan>& heads, const check::Rule& rule) {
         each_head_plan(heads, [&](const HeadPlan& h) {
             const std::vector<Step>* steps = steps_of(h);
@@ -120,7 +119,7 @@ class Explainer {
             order_of_reading(*steps, rule, "\n      ", fmt::format("inside the {} over {} in the head", what, read_in(*steps)));
         });
     }
-    // Names of all that these steps read.
+    // The names of everything that these steps read.
     std::string read_in(const std::vector<Step>& steps) const {
         std::vector<std::string> names;
         const auto add = [&](const std::string& name) {
@@ -171,7 +170,7 @@ class Explainer {
         }
         return true;
     }
-    // Each once; a second atom of the predicate that is read is "the other".
+    // Each once; a second atom of the predicate being read is "the other".
     std::string names(const std::vector<PredicateId>& predicates, const Step& read) const {
         std::vector<std::string> texts;
         for (const PredicateId p : predicates) {

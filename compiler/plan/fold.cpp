@@ -1,6 +1,6 @@
-// Pass: constant folding. A variable that equals a literal becomes the literal, operators on literals become their value,
-// and tests that are true disappear. Constants of the program stay: a run may give them other values. What would stop the
-// run (overflow, division by zero) stays where it is, for only a rule that gets there may stop it.
+// Pass: constant folding. A variable that equals a literal becomes the literal, operators on literals become their value, and true tests
+// disappear. Constants of the program stay: a run may give them other values. An operation that would stop the run (overflow, division by
+// zero) stays in place, because only a rule that reaches it may stop the run.
 #include <map>
 #include <optional>
 #include <set>

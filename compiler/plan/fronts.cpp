@@ -4,8 +4,8 @@
 // becomes
 //     p@front(A, 5) :- b(A).      q(B) :- neighbor(A, B), p@front(A, _).
 //     p@front(B, V + 1) :- neighbor(A, B), p@front(A, V), V < 9, q(B).      p(A, V) :- p@front(A, V).
-// Who asks for existence or a bound stands on any derivation that satisfies it, the oldest too; a value computed from each is
-// on the front of its head or beaten there. Assumes that existence is asked for where that is enough (exists.cpp).
+// A rule that tests for existence or a bound is supported by any derivation that satisfies it, including the oldest; a value computed from
+// each is on the front of its head or beaten there. Assumes that existence is tested where that is enough (exists.cpp).
 #include <algorithm>
 
 #include "compiler/check/fronts.h"

@@ -1,6 +1,6 @@
-// Pass: facts in the text. A program that brings its world along says thousands of facts about one catom each; a rule for
-// every one of them would be compiled, and tried at every catom. Many of one predicate become one rule over a table that is
-// searched by catom, wherever they stand as long as no other rule of the predicate comes between them.
+// Pass: facts in the text. A program that contains its world gives thousands of facts, each about one catom; a rule for each of them would
+// be compiled, and tried at every catom. Many facts of one predicate become one rule over a table that is searched by catom, wherever they
+// are, as long as no other rule of the predicate comes between them.
 //     edge(@0, @1, 3).  edge(@0, @2, 5).  ...        edge(A, X1, X2) :- edge'facts(A, X1, X2).
 // Linear ones, which a catom is given once, become one comprehension. Assumes folded constants.
 #include <algorithm>
@@ -18,7 +18,7 @@ using namespace check;
 
 namespace {
 
-constexpr std::size_t kMany = 16;  // Fewer are as well off as rules, which narrow storage and messages see through.
+constexpr std::size_t kMany = 16;  // With fewer, separate rules are as good, and `narrow` and messages can see through them.
 
 bool is_plain(const Term& t) {
     switch (t.op) {
@@ -35,7 +35,7 @@ bool is_plain(const Term& t) {
     }
 }
 
-// The catom that a rule names, where it says one fact about it and nothing else.
+// The catom that a rule names, if the rule gives one fact about it and nothing else.
 std::optional<std::int64_t> catom_of(const Rule& rule) {
     if (rule.heads.size() != 1 || rule.body.size() != 1 || rule.select != Select::None || rule.arrives ||
         (rule.linear && !rule.initial_fact))
@@ -91,8 +91,7 @@ Rule gathered(Program& program, const std::vector<const Rule*>& rules) {
 }  // namespace
 
 void gather_facts(Program& program) {
-    // Facts that are alike, with no other rule of their predicate between them, so that each predicate gets its facts in the
-    // order of the text.
+    // Similar facts without another rule of their predicate between them, so that each predicate gets its facts in the order of the text.
     std::vector<std::vector<const Rule*>> runs;
     std::vector<std::optional<std::size_t>> run_of(program.rules.count());
     std::map<std::pair<PredicateId, bool>, std::size_t> open;

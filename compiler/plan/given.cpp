@@ -1,7 +1,6 @@
-// Pass: given facts. Facts that linear rules, messages or the world give to a predicate that rules derive too, or that
-// neighbours read, live in an auxiliary of their own, p' say, with the rule p(A, X) :- p'(A, X). So every stored predicate
-// is either given or derived, never both; and what is given in a tick reaches the neighbours one tick later, by the same
-// commit as everything else, wherever they are.
+// Pass: given facts. Facts that linear rules, messages or the world give to a predicate that rules derive too, or that neighbours read, are
+// stored in a separate auxiliary, for example p', with the rule p(A, X) :- p'(A, X). So every stored predicate is either given or derived,
+// never both; and facts given in a tick reach the neighbours one tick later, by the same commit as all other changes, wherever they are.
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {

@@ -1,4 +1,5 @@
-// What a rule makes where its steps end, each kind of head a small struct with the concrete syntax in which --emit=plan prints it.
+// What a rule produces at the end of its steps; each kind of head is a small struct with the concrete syntax in which --emit=plan prints
+// it.
 #pragma once
 
 #include <utility>
@@ -74,7 +75,7 @@ void visit_head(AnyHead& head, F&&... functions) {
     std::visit(Overloaded{std::forward<F>(functions)...}, head.what);
 }
 
-// Every head, those inside of others too: visit(const HeadPlan&).
+// Every head, including those inside others: visit(const HeadPlan&).
 template <class Visit>
 void each_head_plan(const std::vector<HeadPlan>& heads, const Visit& visit) {
     for (const HeadPlan& h : heads) {
@@ -93,7 +94,7 @@ void each_head_plan(const std::vector<HeadPlan>& heads, const Visit& visit) {
     }
 }
 
-// The steps for which a head repeats its inner heads; null for all but those.
+// The steps for which a head repeats its inner heads; null for all other heads.
 inline const std::vector<Step>* steps_of(const HeadPlan& head) {
     if (const ForAll* all = as<ForAll>(head)) return &all->steps;
     if (const AggregateAll* all = as<AggregateAll>(head)) return &all->each.steps;

@@ -1,4 +1,4 @@
-// Which dirty bits steps look at: after a change of anything else they have the outcome that they had.
+// The dirty bits on which steps depend: after a change of anything else they have the same result.
 #include "compiler/plan/order.h"
 #include "runtime/abi/senses.h"
 
@@ -21,7 +21,7 @@ std::uint64_t of_step(const Plan& plan, const Step& step) {
         step,  //
         [&](const Match& m) { return of_match(plan, m); }, [](const EachNeighbour&) { return kDirtyLinks; },
         [](const FindNeighbour&) { return kDirtyLinks; },
-        // A change is true in one tick alone.
+        // A change is true in one tick only.
         [](const ChangeSince&) { return kDirtyWake; }, [](const auto&) { return 0; });
 }
 

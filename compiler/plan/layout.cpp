@@ -1,5 +1,5 @@
-// Pass: layout. Chooses for every predicate the tightest storage its declaration and rules allow, puts what one delta
-// touches together into one record, and gives every column its dirty bits. Assumes localized rules and strata.
+// Pass: layout. Chooses for every predicate the smallest storage that its declaration and rules allow, puts fields that are updated
+// together into one record, and gives every column its dirty bits. Assumes localized rules and strata.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -18,7 +18,7 @@ constexpr std::uint32_t kFirstBit = std::countr_zero(std::uint64_t{kFirstModuleB
 constexpr std::uint32_t kBits = kDirtyWordBits - kFirstBit;
 constexpr std::uint32_t kPorts = kMaxPorts;
 
-struct Facts {  // What the rules say about a predicate.
+struct Facts {  // The properties of a predicate that follow from the rules.
     bool used = false;
     bool exported = false;
     bool derived = false;  // By a view.
@@ -46,7 +46,7 @@ class Layout {
     Facts& of(PredicateId p) { return facts_[p.index()]; }
 
     void study_rules() {
-        // An action that the program declares, though no rule asks for it, is for modules in C++ to ask for.
+        // C++ modules may request an action that the program declares, even if no rule does.
         for (const PredicateId id : program_.predicates.ids()) {
             const Predicate& p = program_.predicates[id];
             of(id).used = (!p.prelude || (p.repeated && p.kind == PredicateKind::Action)) && !p.auxiliary;
@@ -109,7 +109,7 @@ class Layout {
             s.storage = Storage::World;
             return;
         }
-        if (p.kind == PredicateKind::Action && !f.derived) return;  // Only linear rules act: nothing is kept.
+        if (p.kind == PredicateKind::Action && !f.derived) return;  // Only linear rules act: nothing is stored.
         s.exported = f.exported;
         s.ranked = f.ranked;
         s.waits = p.complete_link.valid();
@@ -268,7 +268,7 @@ class Layout {
         for (const PredicateId id : predicates) plan_.stored[id.index()].column = column;
     }
 
-    // Where there are more columns than bits, columns share: they are looked at more often, never too seldom.
+    // If there are more columns than bits, columns share bits: they are evaluated more often, never too seldom.
     void number_bits() {
         std::uint32_t next = 0;
         const auto bit = [&] { return std::uint64_t{1} << (kFirstBit + next++ % kBits); };

@@ -1,5 +1,5 @@
-// Pass: localization. After it every atom of a rule is at its execution site or at a direct neighbour of it, and what is
-// read at a neighbour is stored there. What lies further out moves into an auxiliary at the neighbour in between:
+// Pass: localization. After it every atom of a rule is at its execution site or at a direct neighbour of it, and everything that is read at
+// a neighbour is stored there. Atoms further away move into an auxiliary at the neighbour in between:
 //     p(A, X) :- neighbor(A, B), neighbor(B, C), q(C, X).
 // becomes
 //     p@1.far1(B, X) :- neighbor(B, C), q(C, X).      p(A, X) :- neighbor(A, B), p@1.far1(B, X).
@@ -31,7 +31,7 @@ class Localizer {
 
     void run() {
         Rule rule = program_.rules[id_];
-        // A sum and a count know every derivation, so what makes two of them different must reach the head's catom.
+        // A sum and a count depend on every derivation, so the values that distinguish two derivations must reach the head's catom.
         const bool counted = !rule.linear && combines(program_.predicates[rule.heads[0].atom.predicate].aggregate);
         const std::vector<Clause> links = links_of(rule.body);
         localize_body(rule, rule.body, {}, {}, {}, counted ? Matches::Counted : Matches::Any);
@@ -60,7 +60,7 @@ class Localizer {
         out.erase(rule.site);
     }
 
-    // Whether the atom must move to an auxiliary: not at the execution site, and either further away or nothing that is stored.
+    // Whether the atom must move to an auxiliary: it is not at the execution site, and it is either further away or not stored.
     bool is_far(const Rule& rule, const Atom& a, const Variables& near) const {
         const VariableId at = a.arguments[0].variable;
         if (at == rule.site) return false;
@@ -163,7 +163,7 @@ class Localizer {
         move_inner(rule, moved, kept, around, region, near);
 
         MELD_ASSERT(!moved.empty(), "rule {}: nothing moves to {}", rule.name, rule.variables[via].name);
-        // What the rest of the rule still needs to know of the moved part.
+        // The variables of the moved part that the rest of the rule needs.
         const Variables inside = bound_by(moved);
         Variables outside = counted;
         for (const Clause& c : kept) each_variable(c, [&](VariableId v) { outside.insert(v); });
@@ -176,7 +176,7 @@ class Localizer {
         body = std::move(kept);
     }
 
-    // What the facts and tests of these clauses give a value to.
+    // The variables that the facts and tests of these clauses bind.
     static Variables bound_by(const std::vector<Clause>& clauses) {
         Variables bound;
         for (const Clause& c : clauses) {
@@ -216,8 +216,8 @@ class Localizer {
             }
     }
 
-    // A negation or an aggregate about catoms beyond the neighbour in between moves with them, where all it shares with the rest
-    // of the rule is known there. Otherwise it stays, and the facts it looks at come to it.
+    // A negation or an aggregate about catoms beyond the neighbour in between moves with them, if everything that it shares with the rest
+    // of the rule is known there. Otherwise it stays, and the facts it reads are sent to it.
     static void move_inner(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept,
                            const std::vector<const std::vector<Clause>*>& around, const Variables& region, const Variables& near) {
         const Variables known = bound_by(moved);
@@ -239,7 +239,7 @@ class Localizer {
             kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
         }
     }
-    // Tests over what the moved part knows go with it. One that may guard an expression that stays is left too.
+    // Tests over values that the moved part knows move with it. One that may guard an expression that stays is also kept.
     void move_tests(const Rule& rule, std::vector<Clause>& moved, std::vector<Clause>& kept) {
         Variables known, computed;
         for (const Clause& c : moved)
@@ -256,7 +256,7 @@ class Localizer {
                     all = all && known.contains(v);
                     guards = guards || computed.contains(v);
                 });
-            // What is drawn is drawn where the rule runs, and once.
+            // Random values are drawn where the rule runs, and once.
             all = all && !is_random(program_, kept[i].test);
             if (all) moved.push_back(kept[i]);
             if (all && !guards)

@@ -77,7 +77,7 @@ bool fold_may_fail(const check::Predicate& p) {
 }
 
 bool fails_in_any_order(const Program& program, const RulePlan& rule) {
-    // What comes before all facts fails whatever facts there are.
+    // An expression before all facts fails for any facts.
     const auto is_fact = [](const Step& s) { return as<Match>(s) != nullptr; };
     const auto first_fact = std::find_if(rule.steps.begin(), rule.steps.end(), is_fact);
     if (first_fact == rule.steps.end()) return true;

@@ -1,4 +1,4 @@
-// Whether what is computed may have no value: an expression overflows, divides by zero, or asks for what is not there.
+// Whether a computation may have no value: an expression overflows, divides by zero, or asks for a missing element.
 //
 // In a view such a derivation counts as absent (docs/design.md, "Undefined derivations").
 #pragma once
@@ -15,11 +15,11 @@ bool may_fail(const check::Program& program, const RulePlan& rule);
 bool may_fail(const check::Program& program, const StratumPlan& stratum);
 bool may_fail(const Plan& plan);
 
-// Whether what an aggregate makes of the values of a group may have none.
+// Whether the aggregate of the values of a group may have no value.
 bool fold_may_fail(const check::Predicate& p);
 
-// Whether the rule fails for the same facts in whatever order its body is read. It does where all facts have been read before
-// anything fails, and nothing that does not depend on it is tested afterwards.
+// Whether the rule fails for the same facts in whatever order its body is read. It does if all facts have been read before anything can
+// fail, and nothing independent of the failure is tested afterwards.
 bool fails_in_any_order(const check::Program& program, const RulePlan& rule);
 
 }  // namespace meld::plan

@@ -1,6 +1,6 @@
-// Pass: message merging. Localization makes an auxiliary for the far part of each rule, `push` one for the best of a
-// neighbour's rows; where two of them are derived by the same clauses, names of variables aside, one serves both, and neighbours
-// get it once instead of twice.
+// Pass: message merging. Localization makes an auxiliary for the remote part of each rule, `push` one for the best of a neighbour's rows.
+// If two of them are derived by the same clauses, up to the names of variables, one serves both, and neighbours get it once instead of
+// twice.
 //     p(A) :- neighbor(A, B), neighbor(B, C), mark(C, V), V > 1.
 //     q(A) :- neighbor(A, B), neighbor(B, C), mark(C, W), W > 1, calm(A).
 // Assumes localized rules.

@@ -1,8 +1,8 @@
-// Pass: narrow integers. Finds between which values the int arguments of derived predicates lie, whatever the run gives:
+// Pass: narrow integers. Finds bounds of the int arguments of derived predicates that hold for any input of the run:
 //     level(A, 0) :- top(A).      level(B, L + 1) :- neighbor(A, B), level(A, L), L < 20.          0 <= L <= 20
-// The layout then keeps them in 1, 2 or 4 bytes where that makes a record or a row smaller. Nothing is assumed of facts that
-// the world or linear rules give, of sums, and of constants, which a run may set. Assumes that given facts are separate.
-// One stratum after the other: what a stratum reads of earlier ones is final by then.
+// The layout then stores them in 1, 2 or 4 bytes if that makes a record or a row smaller. Nothing is assumed about facts that the world or
+// linear rules give, about sums, or about constants, which a run may set. Assumes that given facts are separate. Works stratum by stratum:
+// the ranges that a stratum reads from earlier ones are final.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -33,7 +33,7 @@ Range both(const Range& a, const Range& b) { return {std::max(a.least, b.least),
 
 using Known = std::map<VariableId, Range>;
 
-// What an operation can give. A value that overflows ends the run, so the range of what is stored ends where ints do.
+// The possible results of an operation. A value that overflows ends the run, so the range of stored values ends at the limits of ints.
 Range sum(const Range& a, const Range& b) {
     Range r;
     if (a.is_empty() || b.is_empty()) return Range::empty();
@@ -97,7 +97,7 @@ Range range_of(const Term& t, const Known& known) {
     }
 }
 
-// What a variable can be where `variable op other` holds.
+// The possible values of a variable if `variable op other` holds.
 Range where(Op op, const Range& other) {
     if (other.is_empty()) return other;
     switch (op) {
@@ -150,7 +150,7 @@ class Narrower {
     static bool is_ours(const Predicate& p) { return p.kind == PredicateKind::Persistent && p.world == WorldSource::None && !p.sensed; }
 
     void solve(const check::Stratum& c) {
-        // Upwards until nothing grows; what still grows after a while may grow for ever.
+        // Upwards until nothing grows; a range that still grows after a while may grow for ever.
         constexpr int kPatience = 4, kRefinements = 2;
         for (int round = 0;; ++round) {
             const std::vector<std::vector<Range>> next = derived(c);
@@ -168,7 +168,7 @@ class Narrower {
                 }
             if (!grew) break;
         }
-        // And down again: what holds of all facts that are in the ranges holds of those that rules make of them.
+        // And down again: a property of all facts in the ranges also holds for the facts that rules derive from them.
         for (int again = 0; again < kRefinements; ++again) {
             std::vector<std::vector<Range>> next = derived(c);
             for (std::size_t k = 0; k < next.size(); ++k) of(c.predicates[k]) = std::move(next[k]);
@@ -199,7 +199,7 @@ class Narrower {
         }
     }
 
-    // The ranges of what the rules of a stratum make of facts in the present ranges, by predicate of the stratum.
+    // The ranges of the facts that the rules of a stratum derive from facts in the present ranges, by predicate of the stratum.
     std::vector<std::vector<Range>> derived(const check::Stratum& c) {
         std::vector<std::vector<Range>> next;
         for (const PredicateId p : c.predicates) {
@@ -220,7 +220,7 @@ class Narrower {
         }
         return next;
     }
-    // What is folded, counted, timed or chosen by the program is not looked into.
+    // Folded, counted, timed and program-chosen values are not analysed.
     static bool unchecked(const Predicate& p, std::size_t argument) {
         return p.aggregate != Aggregate::None && !keeps_best(p.aggregate) && argument >= p.aggregate_at;
     }

@@ -1,6 +1,6 @@
-// Pass: join order. Turns every body into steps. What needs no new catom comes first, cheap and bound facts before
-// unbound ones (access.cpp has the costs), a link only when nothing else is left; linear rules keep their textual order, which
-// is their meaning. Assumes localized rules and a layout.
+// Pass: join order. Turns every body into steps. Clauses without a new catom come first, cheap and bound facts before unbound ones
+// (access.cpp has the costs), and a link only when nothing else is left; linear rules keep the order of the text, which is their meaning.
+// Assumes localized rules and a layout.
 #include "compiler/plan/order.h"
 
 #include <algorithm>
@@ -167,7 +167,7 @@ void order_rules(Plan& plan) {
     MELD_EXPECT(plan.strata.empty() && plan.stored.size() == plan.program.predicates.count(), "no layout, or ordered twice");
     for (const check::Stratum& c : plan.program.strata)
         if (!c.rules.empty()) plan.strata.push_back(plan_stratum(plan, c));
-    // What arrives is there before the program's own rules look.
+    // Arriving facts are there before the program's own rules are tried.
     for (const bool arrivals : {true, false})
         for (const RuleId id : plan.program.rules.ids()) {
             const Rule& rule = plan.program.rules[id];

@@ -1,4 +1,4 @@
-// The planner's pipeline: all passes in order, with what each of them promises.
+// The planner's pipeline: all passes in order, with the promises of each.
 #include "compiler/plan/plan.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace meld::plan {
 
 namespace {
 
-// A pass over the checked program, or, once there is a layout, over the plan. What it promises holds after all later passes too.
+// A pass over the checked program, or, once there is a layout, over the plan. Its promises hold after all later passes too.
 struct Pass {
     std::string_view name;
     enum class Kind { Needed, Optional } kind;
@@ -46,7 +46,7 @@ constexpr Pass kPasses[] = {
     {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
 };
 
-// Checks what the passes up to `last` promise.
+// Checks the promises of the passes up to `last`.
 void verify_after(const Pass& last, const Plan& plan) {
     verify(plan.program);
     for (const Pass& p : kPasses) {

@@ -30,7 +30,7 @@ struct Field {  // One argument after the catom.
 
 struct Stored {
     Storage storage = Storage::Unused;
-    bool used = false;  // Some rule mentions it, or it is the program's own. An action that only linear rules ask for is not stored.
+    bool used = false;  // Some rule mentions it, or the program declares it. An action that only linear rules request is not stored.
     ColumnId column;
     std::vector<Field> fields;
     bool exported = false;  // Read at neighbours.
@@ -40,7 +40,7 @@ struct Stored {
     std::uint32_t from_offset = 0;
     std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a word; PerLink: the mask of ports.
     std::uint32_t presence_mask = 0;
-    PredicateId base;  // Where facts given from outside go: itself, an auxiliary, or none.
+    PredicateId base;  // The predicate that stores facts given from outside: itself, an auxiliary, or none.
 };
 
 struct Column {
@@ -52,7 +52,7 @@ struct Column {
     std::uint32_t row_bytes = 0;
     std::uint64_t own_dirty = 0;
     std::uint64_t reader_dirty = 0;
-    bool follows_rows = false;  // Its changes are stored row by row, for readers that evaluate delta rules.
+    bool follows_rows = false;  // Its changes are recorded by row, for readers that evaluate delta rules.
 };
 
 // ---- rules: steps, outermost first; each later step runs for every way to satisfy the earlier ones
@@ -62,12 +62,12 @@ struct RulePlan {
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
     std::uint64_t inputs = 0;  // Dirty bits after which the rule is evaluated again.
-    std::uint64_t absent = 0;  // Of a linear rule: the bits of linear facts that must not be there, or are counted.
-    // Of a delta rule (deltas.cpp):
+    std::uint64_t absent = 0;  // For a linear rule: the bits of linear facts that must be absent, or are counted.
+    // For a delta rule (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
-    std::uint64_t unchanged = 0;         // The delta rule does not apply where one of these inputs has changed too.
-    // Of rules that begin alike (share.cpp): these go on where the steps end, in the variables of `rule` and, numbered after
-    // them, `more`. The heads are theirs.
+    std::uint64_t unchanged = 0;         // The delta rule does not apply if one of these inputs has changed too.
+    // For rules that begin alike (share.cpp): these continue after the steps, in the variables of `rule` and, numbered after them, `more`.
+    // They have the heads.
     std::vector<RulePlan> branches = {};
     std::vector<check::Variable> more = {};
 
@@ -78,10 +78,10 @@ struct RulePlan {
     }
 };
 
-// How a predicate with many rows is evaluated where only single rows of its inputs have changed: `affected` find the groups
-// that the changed rows of one input can affect, `regroup` are the rules once more, for one group that is known.
+// How a predicate with many rows is evaluated if only single rows of its inputs have changed: `affected` finds the groups that the changed
+// rows of one input can affect, `regroup` contains the rules again, for one known group.
 struct DeltaRules {
-    std::uint64_t inputs = 0;  // Where anything else has changed, all groups are evaluated; 0: always.
+    std::uint64_t inputs = 0;  // If anything else has changed, all groups are evaluated; 0: always.
     std::vector<RulePlan> affected = {};
     std::vector<RulePlan> regroup = {};
 };
@@ -99,7 +99,7 @@ struct StratumPlan {
     std::uint64_t inputs = 0;
     std::uint64_t outputs = 0;  // own_dirty of its columns.
     DeltaRules deltas = {};
-    // LocalSets: semi-naive evaluation. What follows from the rows that the last round has derived, a rule for each atom.
+    // LocalSets: semi-naive evaluation. Derives from the rows that the last round has derived, with one rule for each atom.
     std::vector<RulePlan> semi_naive = {};
 };
 
@@ -123,58 +123,58 @@ struct Plan {
 };
 
 struct PlanOptions {
-    std::vector<std::string> without = {};  // Passes that are left out; only those that make programs cheaper can be.
+    std::vector<std::string> without = {};  // Passes to skip; only optimizing passes can be skipped.
     std::string after = {};                 // The last pass; empty: all.
 };
 
 // Plans a program that was checked without errors.
 Plan make_plan(check::Program program, const PlanOptions& options = {});
-// The names of the passes in order: all, or those that can be left out.
+// The names of the passes in order: all, or those that can be skipped.
 enum class Passes { All, Optional };
 std::vector<std::string_view> passes(Passes which);
 
 // ---- the passes, one file each, in this order
 
-// Replaces variables and operators by the literals they are known to be.
+// Replaces variables and operators by the literals they are known to equal.
 void fold_constants(check::Program& program);
-// Leaves out rules that can never fire.
+// Drops rules that can never fire.
 void drop_dead_rules(check::Program& program);
 // Then those of compiler/desugar/desugar.h: `delay`, `relay`, `undelivered`, `watch`, `wait`.
 
-// Gives predicates that both rules and linear heads feed an auxiliary that stores what was given.
+// Gives predicates that are derived by both rules and linear heads an auxiliary that stores the given facts.
 void separate_base(check::Program& program);
-// Lets recursive rules that ask whether a min or max has a value ask a view of the groups instead.
+// Lets recursive rules that test whether a min or max has a value read a view of the groups instead.
 void ask_for_existence(check::Program& program);
-// Keeps, where values of a min or max may follow from what they replace, all derivations that no other beats.
+// Keeps all derivations that no other one beats, if values of a min or max may follow from those they replace.
 void keep_fronts(check::Program& program);
-// Splits rules over several links into auxiliaries that neighbours export, so that every rule reads one link at most.
+// Splits rules over several links into auxiliaries that neighbours export, so that every rule reads over at most one link.
 void localize(check::Program& program);
-// Takes the least or greatest of a neighbour's rows there, so that one value is sent instead of them.
+// Computes the least or greatest of a neighbour's rows there, so that one value is sent instead of all of them.
 void push_aggregates(check::Program& program);
-// Lets rules whose far parts are alike share one auxiliary.
+// Lets rules with equal remote parts share one auxiliary.
 void merge_auxiliaries(check::Program& program);
-// Makes one rule and a table of many facts in a row.
+// Replaces many consecutive facts by one rule and a table.
 void gather_facts(check::Program& program);
-// Finds between which values the ints of derived facts lie.
+// Finds bounds of the ints in derived facts.
 void narrow_integers(check::Program& program);
-// Finds strongly connected components of predicates in the order of evaluation, and takes those apart that recur along a tree.
+// Finds the strongly connected components of predicates in the order of evaluation, and splits those that recur along a tree.
 void find_strata(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
 void order_rules(Plan& plan);
-// Finds the strata that can be evaluated row by row, and how.
+// Finds the strata that can be evaluated by row, with their delta rules.
 void plan_deltas(Plan& plan);
-// Lets rules of one predicate that begin with the same steps take them together.
+// Lets rules of one predicate that begin with the same steps share them.
 void share_prefixes(Plan& plan);
 // ---- parts of passes
 
-// The strongly connected components of the program's predicates, in order. The program must be one that can be stratified.
+// The strongly connected components of the program's predicates, in order. The program must be stratifiable.
 void find_strongly_connected(check::Program& program);
-// Takes strata apart that recur along a tree: what a catom's rules read at the catom itself comes first.
+// Splits strata that recur along a tree: the part that a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
 
-// How many arguments after the catom make the group: all that stand before an aggregated one.
+// How many arguments after the catom form the group: all those before an aggregated one.
 inline std::size_t group_arguments(const check::Predicate& p) {
     return (p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at) - 1;
 }
@@ -183,7 +183,7 @@ inline std::size_t group_arguments(const check::Predicate& p) {
 check::Rule rule_of(const Plan& plan, const RulePlan& rule);
 
 std::string print(const Plan& plan);
-// For every rule where it runs, in which order it reads and why, and what it sends; for every predicate its storage and bytes a catom.
+// For every rule, where it runs, in which order it reads and why, and what it sends; for every predicate, its storage and bytes a catom.
 std::string explain(const Plan& plan);
 // Bytes a catom of all columns, without what rows need beyond their heads.
 std::uint64_t bytes_per_catom(const Plan& plan);

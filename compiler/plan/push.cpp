@@ -1,11 +1,11 @@
-// Pass: aggregates before sends. Where neighbours read many rows of a predicate only for their least or greatest value, the
-// owner takes the best of them first, and one value crosses the link instead of the rows:
+// Pass: aggregates before sends. If neighbours read many rows of a predicate only for their least or greatest value, the owner computes the
+// best of them first, and one value crosses the link instead of the rows:
 //     cheapest(B, V) :- neighbor(A, B), offer(A, K, V), K > 0.        (cheapest(node, min int V))
 // becomes
 //     cheapest@1.best1(A, V) :- offer(A, K, V), K > 0.      cheapest(B, V) :- neighbor(A, B), cheapest@1.best1(A, V).
-// A least value of least values is the least of all, so nothing else changes. Sums and counts are left alone: a sum of sums
-// may overflow where the sum does not, and floats would be added in another order. Assumes localized rules. A predicate that is still read
-// row by row by some other neighbour is left alone too, for it crosses the links anyway.
+// The least of least values is the least of all, so results do not change. Sums and counts are left alone: a sum of sums may overflow where
+// the sum does not, and floats would be added in another order. Assumes localized rules. A predicate that some other neighbour still reads
+// row by row is left alone too, because its rows cross the links anyway.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -26,7 +26,7 @@ struct Push {
     std::size_t clause = 0;
     VariableId value;
     std::vector<VariableId> kept;    // The atom's other variables that the rest of the rule needs.
-    std::vector<std::size_t> tests;  // Clauses that go along.
+    std::vector<std::size_t> tests;  // Clauses that move with it.
 };
 
 // Tests that have an outcome for all values.

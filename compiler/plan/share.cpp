@@ -1,5 +1,5 @@
-// Pass: common prefixes of bodies. Rules that derive the same predicate and begin with the same steps, names of variables
-// aside, take these steps together and part where they differ:
+// Pass: common prefixes of bodies. Rules that derive the same predicate and begin with the same steps, up to the names of variables,
+// execute these steps together and separate where they differ:
 //     near(A, K) :- neighbor(A, B), item(B, K), warm(A).         for each neighbour B: item(B, K):  if warm(A) -> near(A, K)
 //     near(A, L) :- neighbor(A, C), item(C, L), L > 9.                                              if K > 9 -> near(A, K)
 // Sums are left alone: floats would be added in another order. Runs last, when each rule has its order of reading.
@@ -67,7 +67,7 @@ bool same(const Match& a, const Match& b, Names& names) {
 }
 bool same(const Test& a, const Test& b, Names& names) { return same(a.condition, b.condition, names); }
 bool same(const Set& a, const Set& b, Names& names) { return same(a.value, b.value, names) && bind(a.variable, b.variable, names); }
-// These are never shared: what is inside of them is not compared.
+// These are never shared: their inner steps are not compared.
 bool same(const Unless&, const Unless&, Names&) { return false; }
 bool same(const EachElement&, const EachElement&, Names&) { return false; }
 bool same(const AggregateOver&, const AggregateOver&, Names&) { return false; }
@@ -83,8 +83,7 @@ bool same(const Step& a, const Step& b, Names& names) {
         a.what);
 }
 
-// Rules that take their first steps together: all of them are one C++ function, and Clang takes longer than in proportion for
-// long ones.
+// Rules that share their first steps: all of them are one C++ function, and Clang takes more than proportionally longer for long functions.
 constexpr std::size_t kMaxBranches = 16;
 
 class Sharer {

@@ -15,36 +15,36 @@ using check::RuleId;
 using check::Term;
 using check::VariableId;
 
-// Why a step reads at this point and not earlier or later. The join order decides by it and --explain-rules prints it.
+// Why a step reads at this point and not earlier or later. The join order decides by it, and --explain-rules prints it.
 enum class Reason {
-    Written,   // Where the rule has it: linear rules mean this order.
+    Written,   // In the order of the text, which linear rules mean.
     Test,      // All arguments are known.
     Exists,    // Gives no variable a value.
     One,       // At most one fact.
     Rows,      // Several facts, more the fewer arguments are known.
-    Elements,  // Those of a list or set that is known.
+    Elements,  // The elements of a known list or set.
     Named,     // A neighbour whose id is known.
     Links,     // Each neighbour.
 };
 struct Choice {
     Reason reason = Reason::Written;
     std::size_t known = 0;  // Rows: how many arguments after the catom are known.
-    // Clauses that stand before this one in the rule: an invalid id stands for the elements of a list or set.
+    // Clauses that come before this one in the rule: an invalid id stands for the elements of a list or set.
     std::vector<PredicateId> dearer = {};   // They could be read and cost more.
-    std::vector<PredicateId> waiting = {};  // They need what is not known yet.
+    std::vector<PredicateId> waiting = {};  // They need variables that are not known yet.
 };
 
-// What a fact that is read does with each of its arguments after the catom.
+// What reading a fact does with each of its arguments after the catom.
 enum class ArgumentUse {
     Skip,     // `_`
     Bind,     // X: a variable gets its value here.
     Compare,  // =X: it must equal what is known already.
 };
 
-// `at port P`, behind a step that goes to a neighbour.
+// `at port P`, after a step that goes to a neighbour.
 struct PortUse {
     VariableId bind = {};          // Gets the port, if valid.
-    Term equals = {};              // The port must equal this, where it is not Anonymous.
+    Term equals = {};              // The port must equal this, unless it is Anonymous.
     bool from_other_side = false;  // The port is the one at which the neighbour sees the execution site.
 };
 
@@ -52,13 +52,13 @@ struct Step;
 
 // for each neighbour B [at port P]
 struct EachNeighbour {
-    VariableId place = {};  // The neighbour; invalid where nothing names it.
-    Term only = {};         // Without a place: only the neighbour with this id, where it is not Anonymous.
+    VariableId place = {};  // The neighbour; invalid if no variable names it.
+    Term only = {};         // Without a place: only the neighbour with this id, unless it is Anonymous.
     PortUse port = {};
     Choice choice = {};
 };
 
-// find neighbour B [at port P]            B's id is known, or B has been found and its port is asked for
+// find neighbour B [at port P]            B's id is known, or B has been found and its port is needed
 struct FindNeighbour {
     VariableId place = {};
     PortUse port = {};
@@ -72,9 +72,9 @@ struct Match {
     bool at_site = true;               // That is the rule's execution site.
     std::vector<Term> arguments = {};  // After the catom.
     std::vector<ArgumentUse> uses = {};
-    bool read_only = false;  // A linear fact that is left in place.
+    bool read_only = false;  // A linear fact that is read and not consumed.
     bool ranks = false;      // The rank of the head is above the rank of this fact.
-    bool changed = false;    // Only rows that have changed, as they were and as they are.
+    bool changed = false;    // Only rows that have changed, both the old and the new ones.
     Choice choice = {};
 };
 
@@ -98,7 +98,7 @@ struct Unless {
 // for each E in L
 struct EachElement {
     VariableId variable = {};
-    VariableId position = {};  // Which element it is, from 0, if valid.
+    VariableId position = {};  // The index of the element, from 0, if valid.
     Term list = {};
     Choice choice = {};
 };
@@ -110,7 +110,7 @@ struct AggregateOver {
     check::Aggregate aggregate = check::Aggregate::None;
     check::FunctionId function = {};  // Custom
     Term parameter = {};              // As check::Clause::parameter.
-    Term value = {};                  // Of one match; Anonymous for a count.
+    Term value = {};                  // The value of one match; Anonymous for a count.
     std::vector<Step> steps;
 };
 
@@ -149,7 +149,7 @@ Result visit_step(AnyStep& step, F&&... functions) {
     return std::visit<Result>(Overloaded{std::forward<F>(functions)...}, step.what);
 }
 
-// The steps inside of a negation or an aggregate; null for all others.
+// The steps inside a negation or an aggregate; null for all others.
 template <class AnyStep>
 auto inner_steps(AnyStep& step) -> decltype(&std::get<Unless>(step.what).steps) {
     if (auto* unless = as<Unless>(step)) return &unless->steps;
@@ -166,7 +166,7 @@ auto choice_of(AnyStep& step) -> decltype(&std::get<Match>(step.what).choice) {
     return nullptr;
 }
 
-// Every step, those inside of others too: visit(const Step&).
+// Every step, including those inside others: visit(const Step&).
 template <class Visit>
 void each_step(const std::vector<Step>& steps, const Visit& visit) {
     for (const Step& s : steps) {
@@ -175,7 +175,7 @@ void each_step(const std::vector<Step>& steps, const Visit& visit) {
     }
 }
 
-// What a step says in terms and variables, without those of the steps inside: on_term(Term&), on_variable(VariableId&).
+// The terms and variables of a step, without those of the steps inside: on_term(Term&), on_variable(VariableId&).
 template <class AnyStep, class OnTerm, class OnVariable>
 void each_part(AnyStep& step, const OnTerm& on_term, const OnVariable& on_variable) {
     const auto port = [&](auto& p) {

@@ -1,5 +1,5 @@
-// Pass: strata. Finds the strongly connected components of the predicates once more, with those that earlier passes have made,
-// and takes apart what recurs along a tree (trees.cpp). The strata are evaluated in order.
+// Pass: strata. Finds the strongly connected components of the predicates again, including those that earlier passes have made, and splits
+// those that recur along a tree (trees.cpp). The strata are evaluated in order.
 #include "compiler/check/check.h"
 #include "compiler/plan/plan.h"
 

@@ -1,5 +1,5 @@
-// Trees: a strongly connected component that recurs over links through a sum is no recursion at one catom, or only of sets. So its
-// predicates are taken apart into strata of their own, in an order in which what is read at the same catom comes first:
+// Trees: a strongly connected component that recurs over links through a sum is not recursive at one catom, or only through sets. So its
+// predicates are split into separate strata, in an order in which predicates read at the same catom come first:
 //     up(A, sum) :- tree(B, A), ready(B, S).      ready(A, S) :- up(A, S).
 // evaluates up and then ready; what is read at neighbours is as of the last tick in any case.
 #include <algorithm>
@@ -24,7 +24,7 @@ class Tree {
                     reads_[number(rule.heads[0].atom.predicate)].push_back(number(a.predicate));
             });
         }
-        // What reaches each other is one part; a part comes when all it reads has come.
+        // Predicates that reach each other form one part; a part follows all the parts that it reads.
         std::vector<check::Stratum> out;
         std::vector<bool> done(reads_.size(), false);
         while (out.empty() || std::find(done.begin(), done.end(), false) != done.end()) {

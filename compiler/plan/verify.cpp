@@ -1,4 +1,4 @@
-// What the passes over programs promise, checked after each of them. A violation is our bug and ends the process.
+// The promises of the passes over programs, checked after each of them. A violation is our bug and ends the process.
 #include <algorithm>
 #include <set>
 
@@ -112,7 +112,7 @@ void verify_reads(const Program& program, const Rule& rule, std::size_t own, con
         const std::size_t other = stratum[a.predicate.index()];
         const Predicate& p = program.predicates[a.predicate];
         const bool at_site = a.arguments[0].variable == rule.site;
-        // What a neighbour says is as of the last tick, so along a tree it may come later in the order.
+        // Exports of neighbours are as of the last tick, so along a tree they may come later in the order.
         const bool along_tree = !at_site && program.strata[own].tree && program.strata[other].tree;
         MELD_CHECK(other <= own || along_tree, "rule {} reads {}, which is evaluated later", rule.name, p.name);
         MELD_CHECK(other != own || (program.strata[own].recursive && (at_site ? program.strata[own].local : program.strata[own].links)),

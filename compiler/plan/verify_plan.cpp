@@ -1,4 +1,4 @@
-// What the passes over plans promise: storage that does not overlap, and steps that use what is known.
+// The promises of the passes over plans: storage does not overlap, and steps use only known variables.
 #include <algorithm>
 
 #include "compiler/plan/access.h"
@@ -63,7 +63,7 @@ void verify_column(const Plan& plan, const Column& c) {
     }
 }
 
-// Follows what is known from step to step, as emission does.
+// Follows the known variables from step to step, as emission does.
 class Scoping {
   public:
     Scoping(const Plan& plan, const RulePlan& r) : plan_(plan), rule_(rule_of(plan, r)) {

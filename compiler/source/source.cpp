@@ -1,4 +1,4 @@
-// Files are kept whole in memory; the starts of their lines are found once, so that a place is a binary search.
+// Files are kept whole in memory; the starts of their lines are found once, so finding a line is a binary search.
 #include "compiler/source/source.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Source files and spans: where in which file a piece of program text stands.
+// Source files and spans: the position of a piece of program text.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct Span {
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
 
-    // The smallest span that holds both; they must be of one file.
+    // The smallest span that contains both; they must be in one file.
     Span to(Span other) const { return {file, begin < other.begin ? begin : other.begin, end > other.end ? end : other.end}; }
 };
 

@@ -1,4 +1,4 @@
-// The aggregates of the language as the table aggregates.def describes them.
+// The aggregates of the language, from the table aggregates.def.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ enum class Aggregate {
 #include "compiler/syntax/aggregates.def"
 };
 
-// What the table says of an aggregate; aggregates.def explains each column.
+// The table's entry for an aggregate; aggregates.def explains each column.
 struct AggregateInfo {
     enum class Place { Nowhere, Declared, Matches, Both };
     enum class Values { Any, Ordered, Summable, Counted, Sets, Lists, Reals, Bools, Elements };
@@ -38,14 +38,14 @@ struct AggregateInfo {
 };
 const AggregateInfo& info(Aggregate aggregate);
 
-// The aggregate that is written so in a declaration, or over matches: in a body or a rule aggregate. Custom: the table has none.
+// The aggregate with this word in a declaration, or over matches: in a body or a rule aggregate. Custom: the table has none.
 Aggregate declared_aggregate(std::string_view word);
 Aggregate aggregate_of_matches(std::string_view word);
 // Their words in alphabetical order.
 std::vector<std::string> words_of_declared_aggregates();
 std::vector<std::string> words_of_aggregates_of_matches();
 
-// Whether it is made of all derivations, not one of them.
+// Whether it is computed from all derivations, not from one of them.
 inline bool combines(Aggregate a) {
     return info(a).reduction == AggregateInfo::Reduction::Combine || info(a).reduction == AggregateInfo::Reduction::CombineInOrder;
 }

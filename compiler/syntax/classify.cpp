@@ -18,7 +18,7 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-// An expression may end with this token, so that no other expression can start behind it.
+// An expression may end with this token, so no other expression can start after it.
 bool ends_operand(TokenKind kind) {
     switch (kind) {
         case TokenKind::World:
@@ -133,10 +133,10 @@ class Classifier {
         return starts_aggregate() ? TokenKind::Aggregate : TokenKind::Name;
     }
 
-    // `if` is a keyword, but if(...) without a `then` behind it is a fact or a call.
+    // `if` is a keyword, but if(...) without a later `then` is a fact or a call.
     bool starts_condition() const {
         if (next() != TokenKind::LeftParen) return true;
-        // Far more tokens than a condition has; the limit keeps rubbish from costing quadratic time.
+        // Far more tokens than a condition has; the limit keeps invalid text from costing quadratic time.
         const std::size_t limit = std::min(tokens_.size(), at_ + 300);
         for (std::size_t i = at_ + 1; i < limit; ++i) {
             const Token& token = tokens_[i];
@@ -273,7 +273,7 @@ std::vector<std::size_t> match_brackets(const std::vector<Token>& tokens) {
                     open.pop_back();
                 }
                 break;
-            // No bracket reaches over a full stop, except that of `exists X. (` inside a comprehension, which nobody asks for.
+            // No bracket extends over a full stop, except that of `exists X. (` inside a comprehension, which no caller needs.
             case TokenKind::Period:
                 open.clear();
                 break;

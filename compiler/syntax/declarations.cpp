@@ -1,7 +1,7 @@
 // Declarations: a row of words and brackets becomes modifiers, types, aggregates and names.
 //
-// `type list int vector.` and `type list p(node).` differ only in their last word, and in `min int D`, `min` is no type because a type
-// follows; both are easier said here than in the grammar.
+// `type list int vector.` and `type list p(node).` differ only in their last word, and in `min int D`, `min` is not a type because a type
+// follows it; both rules are easier to express here than in the grammar.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ std::string lower_case(std::string word) {
     return word;
 }
 bool is_aggregate(std::string_view word) { return declared_aggregate(word) != Aggregate::Custom; }
-// A word that stands for nothing but an aggregate.
+// A word that can only be an aggregate.
 bool is_reserved(std::string_view word) { return is_aggregate(word) && !info(declared_aggregate(word)).has(AggregateInfo::kYields); }
 bool has_parameter(std::string_view word) { return info(declared_aggregate(word)).has(AggregateInfo::kParameter); }
 

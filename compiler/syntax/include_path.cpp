@@ -1,5 +1,5 @@
-// An include is looked for beside the file that names it, then in the library folders; a name without an ending may mean name.meld.
-// `use` looks in the library folders, then among the compiler's own libraries, then beside the file.
+// An include is searched beside the including file, then in the library folders; a name without an extension may mean name.meld. `use`
+// searches the library folders, then the compiler's own libraries, then beside the file.
 #include "compiler/syntax/include_path.h"
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ namespace {
 // Each file is read once, so only a chain of hundreds of files gets this far, and each level is a level of recursion.
 constexpr int kMaxDepth = 200;
 
-// One name for one file, however it is reached; a file that is not on disk goes by its path.
+// One name for one file, however it is reached; a file that is not on disk is identified by its path.
 std::string identity(const fs::path& path) {
     std::error_code error;
     const fs::path canonical = fs::weakly_canonical(path, error);
@@ -116,7 +116,7 @@ std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, c
 std::optional<std::uint32_t> Includes::open(const std::string& candidate, bool& exists) {
     std::error_code error;
     const std::optional<std::uint32_t> known = find_in_set(files_, candidate);
-    // What cannot be looked at, for want of permission, may be there: reading it says why it cannot be read.
+    // A path that cannot be checked, for lack of permission, may exist: reading it tells why it cannot be read.
     exists = known || fs::status(candidate, error).type() != fs::file_type::not_found;
     if (!exists) return std::nullopt;
     const auto [place, first] = by_identity_.try_emplace(identity(candidate), 0);
@@ -133,7 +133,7 @@ std::optional<std::uint32_t> Includes::open(const std::string& candidate, bool& 
 std::optional<std::uint32_t> Includes::open_library(const std::string& name) {
     const auto found = std::find_if(libraries_.begin(), libraries_.end(), [&](const Library& library) { return library.name == name; });
     if (found == libraries_.end()) return std::nullopt;
-    // No path on disk begins so.
+    // No path on disk begins like this.
     const auto [place, first] = by_identity_.try_emplace("library " + name, 0);
     if (first) place->second = files_.add("stdlib/" + name + ".meld", found->text);
     return place->second;

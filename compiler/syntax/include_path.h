@@ -1,4 +1,4 @@
-// Which file an include means, whose names it holds, and what has been read already.
+// Which file an include means, to which unit its names belong, and which files have been read.
 #pragma once
 
 #include <map>
@@ -18,8 +18,8 @@ struct Library {
     std::string text;
 };
 
-// How a file is named: `include` looks beside the including file first, `use` in the library folders and among the compiler's own
-// libraries first, `import` as `include` and then among those libraries.
+// How a file is named: `include` searches beside the including file first, `use` in the library folders and among the compiler's own
+// libraries first, `import` like `include` and then among those libraries.
 enum class Lookup { Include, Use, Import };
 
 class Includes {
@@ -27,18 +27,18 @@ class Includes {
     // library_paths: folders searched after the including file's own; main_file is read already, as unit 0.
     Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file);
 
-    // Finds the file among those of the set, then on disk. Nothing if there is none, which is reported at `where`.
+    // Searches the files of the set, then the disk. Nothing if there is none, which is reported at `where`.
     std::optional<std::uint32_t> find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
                                       diagnostics::Reporter& report);
 
-    // Whether this file is still to be read into this unit; from now on it is read.
+    // Whether this file has not been read into this unit; from now on it counts as read.
     bool first_time(std::uint32_t file, std::uint32_t unit) { return read_.emplace(file, unit).second; }
     bool is_read(std::uint32_t file, std::uint32_t unit) const { return read_.contains({file, unit}); }
     // The unit of a file that is a module.
     std::optional<std::uint32_t> module_of(std::uint32_t file) const;
     void set_module(std::uint32_t file, std::uint32_t unit) { modules_[file] = unit; }
 
-    // One file inside another. False where that is too deep, which is reported.
+    // One file inside another. False if that is too deep, which is reported.
     bool enter(source::Span where, diagnostics::Reporter& report);
     void leave() { --depth_; }
 

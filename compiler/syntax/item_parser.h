@@ -1,4 +1,4 @@
-// The seam between the generated grammar and the rest: the tokens of one item, and where the grammar could not go on.
+// The connection between the generated grammar and the rest: the tokens of one item, and where the grammar could not continue.
 #pragma once
 
 #include <memory>
@@ -12,12 +12,12 @@
 
 namespace meld::syntax {
 
-// Feeds the tokens of an item up to and with the first full stop, then the end.
+// Feeds the tokens of an item up to and including the first full stop, then the end.
 class ItemTokens {
   public:
     explicit ItemTokens(const std::vector<Token>& tokens) : tokens_(tokens) {}
 
-    // Starts an item. With `stop` given it gets a full stop of its own before that token.
+    // Starts an item. If `stop` is given, a full stop is inserted before that token.
     void start(std::size_t begin, std::optional<std::size_t> stop) {
         MELD_EXPECT(begin < tokens_.size() && (!stop || (begin < *stop && *stop < tokens_.size())), "an item at {} of {}", begin,
                     tokens_.size());
@@ -44,10 +44,10 @@ class ItemTokens {
         if (token.kind != TokenKind::End) ++next_;
         return token;
     }
-    // The grammar met a token it could not use: the one last given.
+    // The grammar met a token that it could not use: the one given last.
     void fail(std::vector<TokenKind> expected) { expected_ = std::move(expected); }
 
-    // Behind the last token given, once the item is read.
+    // After the last token given, once the item is read.
     std::size_t end() const { return next_; }
     // The index of the token last given.
     std::size_t current() const { return last_; }
@@ -67,12 +67,12 @@ namespace grammar {
 class Parser;
 }
 
-// Runs the grammar over one item after another. The generated parser is kept, as its stack is far larger than an item.
+// Runs the grammar over one item after another. The generated parser is reused, because its stack is far larger than an item.
 class ItemParser {
   public:
     ItemParser(const std::vector<Token>& tokens, Builder& build);
     ~ItemParser();
-    // Reads the item that starts there into the builder. False if no item has this form; then item() knows where and what was expected.
+    // Reads the item that starts there into the builder. False if no item has this form; then item() gives the place and what was expected.
     bool parse(std::size_t begin, std::optional<std::size_t> stop = std::nullopt);
     const ItemTokens& item() const { return item_; }
 

@@ -10,7 +10,7 @@ namespace meld::syntax {
 
 namespace {
 
-// What lies between two commas at one level of brackets.
+// The tokens between two commas at one level of brackets.
 struct Segment {
     std::size_t operators = 0;
     std::size_t deepest_bracket = 0;
@@ -88,7 +88,7 @@ bool is_operator(const Token& token) {
 std::optional<std::size_t> too_deep(const std::vector<Token>& tokens, std::size_t begin, std::size_t end, std::size_t limit) {
     MELD_EXPECT(begin <= end && end <= tokens.size(), "tokens {} to {} of {}", begin, end, tokens.size());
     std::vector<Segment> open(1);
-    // An if or let keeps its separators inside: its heads are divided by commas, but they all hang below it.
+    // An if or let contains its separators: its heads are separated by commas, but they all belong to it.
     std::size_t unclosed_words = 0;
     for (std::size_t i = begin; i < end; ++i) {
         const Token& token = tokens[i];

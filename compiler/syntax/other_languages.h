@@ -1,4 +1,4 @@
-// What people write who know another language: what it is called here.
+// Help for constructs of other languages: the equivalent in Meld.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace meld::syntax {
 
-// The help for a place where the grammar stopped; empty where the text is of no other language.
+// The help for a place where the grammar stopped; empty if the text is not of another language.
 std::string cure_of_other_language(const Stop& stop);
 
 }  // namespace meld::syntax

@@ -1,9 +1,9 @@
-// Files to tree: scans, parses item by item, and follows includes.
+// From files to a tree: scans, parses item by item, and follows includes.
 //
-// Every item is added with its unit: the program, or the module its file is. `import` reads a file as a module of its own.
+// Every item is added with its unit: the program, or the module of its file. `import` reads a file as a separate module.
 //
-// The grammar reads one item at a time, so that a mistake costs one item and no more: the parser goes on behind the next full stop, or
-// where a full stop was forgotten it reads the item again as if it were there.
+// The grammar reads one item at a time, so that a mistake costs only one item: the parser continues after the next full stop, or, if a full
+// stop was forgotten, reads the item again as if it were there.
 #include "compiler/syntax/parse.h"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ using diagnostics::Kind;
 
 namespace {
 
-// More mistakes than this in one file are not worth reading before these are cured.
+// More mistakes than this in one file are not worth reading until these are cured.
 constexpr int kMaxErrorsPerFile = 100;
 
 std::uint32_t new_unit(std::uint32_t file, Unit unit, Includes& includes, Tree& tree) {
@@ -96,8 +96,7 @@ class FileParser {
         return index;
     }
 
-    // include "f".  #include <f>  include #f  use "library".  The full stop behind it may be left out. Without `includes_` it is
-    // passed over.
+    // include "f".  #include <f>  include #f  use "library".  The full stop after it may be omitted. Without `includes_` it is skipped.
     bool read_include(Tree& tree) {
         const TokenKind kind = tokens_[at_].kind;
         const bool with_text = (kind == TokenKind::Include || kind == TokenKind::Use) && tokens_[at_ + 1].kind == TokenKind::String;
@@ -165,7 +164,7 @@ class FileParser {
         if (report_.error_count() > before) ++error_count_;
     }
 
-    // The item holds something the scanner has reported already.
+    // The item contains something that the scanner has reported already.
     bool is_damaged(std::size_t begin, std::size_t stop) const {
         MELD_EXPECT(begin <= stop && stop < tokens_.size(), "tokens {} to {} of {}", begin, stop, tokens_.size());
         for (std::size_t i = begin; i <= stop; ++i) {
@@ -179,7 +178,7 @@ class FileParser {
         if (!is_damaged(stop.begin, stop.at)) report_syntax_error(stop, report_);
     }
 
-    // A full stop would have fitted, and what stands there looks like the next item.
+    // A full stop would fit here, and the following text looks like the next item.
     bool ends_before(std::size_t stop, const std::vector<TokenKind>& expected) const {
         bool fits = false;
         for (const TokenKind kind : expected) fits = fits || kind == TokenKind::Period;
@@ -188,7 +187,7 @@ class FileParser {
                (token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(stop) <= column(at_)));
     }
 
-    // A declaration is a row of words, so the grammar takes a forgotten full stop for more words: type p(node) q(A) :- ...
+    // A declaration is a row of words, so the grammar reads on over a forgotten full stop: type p(node) q(A) :- ...
     std::optional<std::size_t> swallowed_item() const {
         const TokenKind kind = tokens_[at_].kind;
         if (kind != TokenKind::Type && kind != TokenKind::Extern && kind != TokenKind::Import && kind != TokenKind::Hint)
@@ -205,7 +204,7 @@ class FileParser {
         return std::nullopt;
     }
 
-    // `p(node).`: the rest of a declaration whose modifiers stand on the line before.
+    // `p(node).`: the rest of a declaration whose modifiers are on the line before.
     bool ends_with_signature(std::size_t index) const {
         if (tokens_[index].kind != TokenKind::Name || tokens_[index + 1].kind != TokenKind::LeftParen) return false;
         int depth = 0;
@@ -220,7 +219,7 @@ class FileParser {
         MELD_EXPECT(stop > at_, "an item from {} to {}", at_, stop);
         build_.discard();
         ++error_count_;
-        // A text without its closing quote may have taken the full stop in.
+        // A string without its closing quote may have swallowed the full stop.
         if (!is_damaged(at_, stop)) report_missing_period(tokens_, at_, stop, report_);
         const std::size_t begin = at_;
         at_ = stop;
@@ -229,8 +228,8 @@ class FileParser {
         report_stop({tokens_, begin, parser_.item().current(), parser_.item().expected()});
     }
 
-    // Behind the next full stop, or at a declaration that starts on a new line before it. A text without its closing quote may have
-    // taken the full stop in; then at whatever starts a line as far left as the item.
+    // After the next full stop, or at a declaration that starts on a new line before it. A string without its closing quote may have
+    // swallowed the full stop; then at the first line that starts as far left as the item.
     void recover(std::size_t begin, std::size_t from) {
         MELD_EXPECT(begin <= from, "an item at {} stopped at {}", begin, from);
         const bool damaged = is_damaged(begin, from);
@@ -256,7 +255,7 @@ class FileParser {
     int error_count_ = 0;
 };
 
-// A file without `module` is a module of its file's name for those that import from it, with a number where that name is taken.
+// A file without `module` is a module with its file's name for those that import from it, with a number if that name is used.
 Unit unit_named_after(std::uint32_t file, const std::string& path, const Tree& tree) {
     std::string name = std::filesystem::path(path).stem().string();
     for (char& c : name)
@@ -292,7 +291,7 @@ void read_imports(source::FileSet& files, diagnostics::Reporter& report, Include
                 parser.run(unit, tree);
             }
         }
-        // Reading has added items, so the import may stand elsewhere by now.
+        // Reading has added items, so the import may have moved.
         std::get<Import>(tree.items[i]).unit = file ? unit : Import::kNoUnit;
     }
 }

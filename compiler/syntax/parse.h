@@ -12,26 +12,26 @@
 namespace meld::syntax {
 
 struct ParseOptions {
-    // Folders where an include is looked for after the folder of the file that names it, and `use` before all others.
+    // Folders searched for an include after the folder of the including file, and for `use` before all others.
     std::vector<std::string> library_paths = {};
     // The libraries that are part of the compiler.
     std::vector<Library> libraries = {};
-    // Without, the tree holds the items of the file alone, and what an include or import names need not exist.
+    // If false, the tree holds only the items of the file, and the files that an include or import names need not exist.
     bool follow_includes = true;
 };
 
-// Brackets and operators nested deeper than this are refused, so that a tree can be walked by recursion everywhere.
+// Brackets and operators nested deeper than this are refused, so that all code can walk a tree by recursion.
 constexpr int kMaxNesting = 1000;
 
-// Parses the file and what it includes and uses: each module once, another file once in each of those that include it. Reports
-// every mistake and goes on after the next full stop, so the tree holds all items that could be read. An included file is taken
-// from the FileSet if its path is there, else read from disk. Cost: linear in the text.
+// Parses the file and everything it includes and uses: each module once, another file once in each of those that include it. Reports every
+// mistake and continues after the next full stop, so the tree holds all items that could be read. An included file is taken from the
+// FileSet if its path is there, otherwise read from disk. Cost: linear in the text.
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options = {});
 
 // One line per token: place, kind, text. For `meldc --emit=tokens`.
 std::string print_tokens(const source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report);
 
-// The tree as Meld text, one item a line; parsing the output gives the same tree. For `meldc --emit=ast`.
+// The tree as Meld text, one item per line; parsing the output gives the same tree. For `meldc --emit=ast`.
 std::string print(const Tree& tree);
 std::string print(const Expr& expr);
 std::string print(const Rule& rule);

@@ -48,7 +48,7 @@ std::optional<HeadLet> head_let(Expr& expr) {
     return HeadLet{{variable->name, equation->left->span}, std::move(equation->right)};
 }
 
-// Whether a section holds what stands before the first bar: names of variables.
+// Whether a section contains what is allowed before the first bar: names of variables.
 bool are_variables(const std::vector<Part>& parts) {
     return std::all_of(parts.begin(), parts.end(), [](const Part& part) {
         const auto* value = std::get_if<ExprPtr>(&part.node);
@@ -132,7 +132,7 @@ ExprPtr Builder::at_name(const Token& token) {
 
 ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.text), std::move(atom.arguments), true}, atom.span); }
 
-// A minus and the digits behind it are one number: -3 is the literal, and so the smallest int can be written.
+// A minus and the digits after it are one number: -3 is the literal, so the smallest int can be written.
 ExprPtr Builder::negate(ExprPtr operand, Span span) {
     MELD_EXPECT(operand != nullptr, "a minus before nothing at {}", span.begin);
     const char first = operand->span.begin < file_.text().size() ? file_.text()[operand->span.begin] : ' ';
@@ -180,7 +180,7 @@ std::vector<Clause> Builder::clauses(std::vector<Part> parts) {
     return result;
 }
 
-// In proved(A, p) > 3 the count becomes a variable that a clause of its own gives its value.
+// In proved(A, p) > 3 the count becomes a variable that a separate clause binds.
 void Builder::count_proved(ExprPtr& condition, std::vector<Clause>& out) {
     auto* comparison = std::get_if<Binary>(&condition->node);
     if (comparison == nullptr) return;
@@ -228,7 +228,7 @@ Clause Builder::clause(Part part) {
         part.node);
 }
 
-// `~ X in L` asks that X is no element.
+// `~ X in L` tests that X is not an element.
 Part Builder::element(ExprPtr value, ExprPtr list, Span span) const {
     MELD_EXPECT(value != nullptr && list != nullptr, "`in` without an operand at {}", span.begin);
     auto* negated = std::get_if<Unary>(&value->node);
@@ -388,7 +388,7 @@ void Builder::rule(Arrow arrow, std::vector<Part> body, std::vector<Part> head_p
     }
     rule.body = clauses(std::move(body));
     rule.head = heads(std::move(head_parts));
-    // `p(A) -o .` consumes and makes nothing.
+    // `p(A) -o .` consumes and produces nothing.
     if (rule.head.empty()) rule.head.push_back({Nothing{}, {span.file, span.end, span.end}});
     item(std::move(rule));
 }

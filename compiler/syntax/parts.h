@@ -1,7 +1,7 @@
-// What the grammar builds before it knows whether it stands in a body or in a head, and the actions that build the tree.
+// What the grammar builds before it knows whether it is in a body or in a head, and the actions that build the tree.
 //
-// A rule's left side is a body before -o and a head before :- or a full stop, which only the arrow tells. So the grammar reads `parts`,
-// and the arrow's action turns them into clauses or head items, refusing what cannot stand there in words of its own.
+// A rule's left side is a body before -o and a head before :- or a full stop, which is known only at the arrow. So the grammar reads
+// `parts`, and the arrow's action turns them into clauses or head items, with its own messages for parts that do not belong there.
 #pragma once
 
 #include <optional>
@@ -40,7 +40,7 @@ struct DeclarationWord {
 };
 using DeclarationWords = std::vector<DeclarationWord>;
 
-// The semantic actions of one file. Each reports what is wrong and still gives back something to go on with.
+// The semantic actions of one file. Each reports mistakes and still returns something to continue with.
 class Builder {
   public:
     Builder(const source::File& file, std::uint32_t file_index) : file_(file), file_index_(file_index) {}
@@ -58,7 +58,7 @@ class Builder {
         return std::make_unique<Expr>(Expr{std::move(node), span});
     }
 
-    // Parts to what the place wants.
+    // Converts parts to what the place requires.
     std::vector<Clause> clauses(std::vector<Part> parts);
     std::vector<HeadItem> heads(std::vector<Part> parts);
     std::vector<Name> variables(std::vector<Part> parts);
@@ -82,9 +82,9 @@ class Builder {
     bool is_outgoing(const Token& token) const { return file_.text()[token.span.end - 1] == '>'; }
     static Name to_name(const Token& token) { return {token.text, token.span}; }
 
-    // Ends an item. Moves what was found wrong in it to the report; if that is nothing, and the grammar accepted it, gives it back.
+    // Ends an item. Moves its mistakes to the report; if there are none, and the grammar accepted the item, returns it.
     std::optional<Item> finish(diagnostics::Reporter& report);
-    // Forgets an item the grammar refused, which is reported as that alone.
+    // Drops an item that the grammar refused; only that is reported.
     void discard();
 
   private:
@@ -97,12 +97,12 @@ class Builder {
 
     const source::File& file_;
     std::uint32_t file_index_;
-    // What is wrong with the item being read.
+    // The mistakes of the item being read.
     diagnostics::Reporter report_;
     std::optional<Item> item_;
     // The places of literals 2^63 without a minus so far.
     std::set<std::uint32_t> lone_minimums_;
-    int proved_ = 0;  // Counts by proved(A, p) so far.
+    int proved_ = 0;  // The number of counts by proved(A, p) so far.
 };
 
 // The words of a declaration read as arguments, types and names (declarations.cpp).

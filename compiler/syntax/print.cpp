@@ -1,4 +1,4 @@
-// The tree as Meld text. Parsing what is printed gives the same tree; brackets stand only where the grammar needs them.
+// The tree as Meld text. Parsing the output gives the same tree; brackets are printed only where the grammar needs them.
 #include <fmt/format.h>
 
 #include "compiler/syntax/parse.h"
@@ -39,7 +39,7 @@ std::string print_clauses(const std::vector<Clause>& clauses) { return joined(cl
 struct ClausePrinter {
     std::string operator()(const Atom& atom) const { return print_atom(atom); }
     std::string operator()(const Constraint& constraint) const {
-        // A call alone would be read as an atom; in brackets too, so a condition that is a call prints the same.
+        // A call alone would be read as an atom, also in brackets, so a condition that is a call prints the same.
         return print(*constraint.condition);
     }
     std::string operator()(const Not& negation) const {

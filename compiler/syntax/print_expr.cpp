@@ -1,4 +1,4 @@
-// Expressions as Meld text, with the brackets that precedence asks for.
+// Expressions as Meld text, with the brackets that precedence requires.
 #include <fmt/format.h>
 
 #include <array>
@@ -92,12 +92,12 @@ std::string float_text(double value) {
     std::array<char, 64> buffer;
     const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
     std::string text(buffer.data(), end);
-    // Digits alone would be an int.
+    // Only digits would be an int.
     const bool marked = text.find_first_of(".e") != std::string::npos;
     return marked ? text : text + ".0";
 }
 
-// A negative literal starts with a minus, and binds as that does.
+// A negative literal starts with a minus, and binds like one.
 Level level_of_number(bool negative) { return negative ? Level::Negate : Level::Primary; }
 
 struct ExprPrinter {

@@ -1,4 +1,4 @@
-// The pieces of the printer that more than one of its files needs.
+// The pieces of the printer that several of its files need.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Values of tokens, and the mistakes a scanner can see.
+// Values of tokens, and the mistakes that a scanner can find.
 #include "compiler/syntax/scan_state.h"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ using diagnostics::Kind;
 
 namespace {
 
-// After this many characters that start no token the file is taken to be no Meld at all, and the rest stays unreported.
+// After this many characters that start no token the file is assumed not to be Meld, and the rest is not reported.
 constexpr std::size_t kMaxUnexpected = 20;
 
 // One past the largest int: legal only as the digits of the smallest one.
@@ -69,7 +69,7 @@ void ScanState::real(const char* written) {
     const std::string_view view(written);
     double value = 0;
     std::from_chars(view.data(), view.data() + view.size(), value);
-    // from_chars leaves 0 for what is too large and for what is too small; strtod tells them apart.
+    // from_chars leaves 0 for numbers that are too large or too small; strtod distinguishes them.
     if (value == 0) value = std::strtod(written, nullptr);
     if (!std::isfinite(value)) {
         number_out_of_range("a float is at most 1.797e308");
@@ -102,7 +102,7 @@ void ScanState::delay(const char* written) {
     // Blanks may stand around the plus.
     const std::size_t number = whole.find_first_of("0123456789");
     MELD_EXPECT(number != std::string_view::npos && number > 0, "`{}` is not a delay", written);
-    // A negative delay is none, which is said where delays are.
+    // A negative delay is invalid, which is reported where delays are checked.
     const bool negative = whole[number - 1] == '-';
     token.real = (negative ? -1 : 1) * std::strtod(written + number, nullptr);
     // strtod takes the e of a unit as an exponent; a delay has none.
@@ -122,7 +122,7 @@ void ScanState::computed_delay() {
     wrong(Kind::SyntaxError, span(), "a delay is a literal number: nothing is computed in it").help =
         "write @+3 for ticks, @+250ms or @+2s for times; to wait for a computed number of ticks,\n"
         "count down: `wait(A, N), N > 0 -o wait(A, N - 1)@+1.`";
-    // A delay stands in for it, so that the rule around it is not reported as well.
+    // A delay replaces it, so that the rule around it is not reported as well.
     push(TokenKind::Delay).real = 1;
 }
 

@@ -1,4 +1,4 @@
-// What the scanner's rules do: build tokens, and report what is none. One object per file scanned.
+// The actions of the scanner's rules: they build tokens, and report invalid characters. One object per scanned file.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +33,9 @@ class ScanState {
     void bad_number();
     void run_argument(const char* written);
     void delay(const char* written);
-    // @+N, @+(N + 1), or nothing behind the plus.
+    // @+N, @+(N + 1), or nothing after the plus.
     void computed_delay();
-    // A line that another language has for a comment.
+    // A line that is a comment in another language.
     void foreign_comment();
     void include_path(std::string_view written);
     void unexpected_character(std::string_view help = {});
@@ -68,12 +68,12 @@ class ScanState {
     diagnostics::Reporter& report_;
     bool at_line_start_ = true;
     std::vector<Token> tokens_;
-    // The opening places of the comments we are in, outermost first.
+    // The opening positions of the comments around the present place, outermost first.
     std::vector<std::uint32_t> comments_;
     std::uint32_t text_begin_ = 0;
     std::string text_;
     std::size_t unexpected_count_ = 0;
-    // Something was reported since the last token.
+    // A mistake was reported since the last token.
     bool damaged_ = false;
 };
 

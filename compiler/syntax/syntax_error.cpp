@@ -1,4 +1,4 @@
-// Messages of the parser. The grammar knows dozens of tokens that could follow; a reader wants the two or three that close or go on.
+// Messages of the parser. The grammar knows dozens of tokens that could follow; a reader wants the two or three that close or continue.
 #include "compiler/syntax/syntax_error.h"
 
 #include <fmt/format.h>
@@ -57,7 +57,7 @@ std::string joined(const std::vector<std::string>& words) {
     return result;
 }
 
-// What could stand there, in the words of somebody who writes the language.
+// What could follow there, in the words of somebody who writes the language.
 std::string expected_words(const std::vector<TokenKind>& expected, TokenKind item) {
     std::vector<std::string> words;
     const auto put = [&](std::string_view word) {
@@ -82,7 +82,7 @@ std::string expected_words(const std::vector<TokenKind>& expected, TokenKind ite
           TokenKind::EndWord, TokenKind::ViewArrow, TokenKind::LinearArrow, TokenKind::Period}) {
         if (has(expected, kind)) put(description(kind));
     }
-    // What many places allow is named only where nothing else is: the `in` of a let, the equals sign of a constant.
+    // Tokens that are allowed in many places are named only if nothing else is: the `in` of a let, the equals sign of a constant.
     for (const TokenKind kind : {TokenKind::In, TokenKind::LeftParen, TokenKind::LeftBracket, TokenKind::LeftBrace, TokenKind::Equal}) {
         if (words.empty() && has(expected, kind)) put(description(kind));
     }
@@ -154,7 +154,7 @@ void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
             : fmt::format("did you mean `{}`?", near);
 }
 
-// Mistakes that are recognised by what was found; false if it is none of them.
+// Mistakes that are recognized by the token that was found; false if it is none of them.
 bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
     const Token& token = stop.tokens[stop.at];
     const std::optional<std::size_t> open = open_bracket(stop);

@@ -1,4 +1,4 @@
-// Says in plain words why the grammar could not go on.
+// Explains in plain words why the grammar could not continue.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace meld::syntax {
 
-// The help where an unknown word stands behind `@`.
+// The help for an unknown word after `@`.
 inline constexpr const char* kBehindAt =
     "behind `@` stands the number of a catom, @7, a run argument, @arg1 to @arg9, or @world, the number of catoms";
 
-// Where the grammar stopped: the item starts at `begin`, the token at `at` fits nowhere, and one of `expected` would have.
+// The place where the grammar stopped: the item starts at `begin`, the token at `at` fits nowhere, and one of `expected` would fit.
 struct Stop {
     const std::vector<Token>& tokens;
     std::size_t begin;

@@ -1,4 +1,4 @@
-// The syntax tree: what the parser read, nothing resolved. It covers the whole union grammar of Meld's dialects.
+// The syntax tree: the result of the parser, with nothing resolved. It covers the union of the grammars of Meld's dialects.
 #pragma once
 
 #include <cstdint>

@@ -17,9 +17,9 @@ namespace meld {
 namespace {
 
 constexpr std::size_t kMaxStack_bytes = std::size_t{512} << 20;
-// Enough for every depth that the parser lets pass; Clang needs more for bodies that nest hundreds of blocks.
+// Enough for every depth that the parser accepts; Clang needs more for bodies that nest hundreds of blocks.
 constexpr std::size_t kMinStack_bytes = std::size_t{16} << 20;
-// The stack is a share of the address space that is allowed: what the program works on needs more than its depth.
+// The stack is a share of the allowed address space: the program's data needs more than its recursion.
 constexpr std::size_t kShareOfAddressSpace = 16;
 
 std::size_t stack_bytes() {
@@ -28,7 +28,7 @@ std::size_t stack_bytes() {
     return std::clamp(static_cast<std::size_t>(limit.rlim_cur) / kShareOfAddressSpace, kMinStack_bytes, kMaxStack_bytes);
 }
 
-// Written when there may be no memory left: made before.
+// Made in advance, because there may be no memory left when it is written.
 char last_words[256];
 
 // No memory may be needed here, and other threads may be anywhere: nothing is cleaned up.

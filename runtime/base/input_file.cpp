@@ -1,5 +1,5 @@
-// The path is looked at before it is opened, since opening a device may do something; the open file is looked at again, since
-// another one may have taken its place. It is opened without waiting: a pipe has perhaps no writer.
+// The path is checked before it is opened, because opening a device may have effects; the open file is checked again, because another one
+// may have taken its place. It is opened without waiting, because a pipe may have no writer.
 #include "runtime/base/input_file.h"
 
 #include <fcntl.h>
@@ -17,7 +17,7 @@ namespace meld {
 
 namespace {
 
-// What is read at once from something that does not know its size.
+// The number of bytes read at a time from a source of unknown size.
 constexpr std::size_t kBlock_bytes = 1 << 16;
 
 tl::unexpected<Error> unreadable(const std::string& path, int error) {
@@ -29,7 +29,7 @@ tl::unexpected<Error> too_large(const std::string& path, std::uint64_t most_byte
     return fail(fmt::format("{} is larger than {}, the most that is read", path, format_bytes(most_bytes)));
 }
 
-// Why something of this mode is not read; empty if it is.
+// Why a file of this mode is not read; empty if it is.
 const char* objection(mode_t mode, InputKind kind) {
     if (S_ISREG(mode) || (S_ISFIFO(mode) && kind == InputKind::FileOrPipe)) return "";
     if (S_ISDIR(mode)) return "folder";
@@ -70,7 +70,7 @@ Result<std::string> read_input(const std::string& path, std::uint64_t most_bytes
     if (const Result<void> fine = check_kind(path, status, kind); !fine) return tl::unexpected(fine.error());
     const auto told_bytes = static_cast<std::uint64_t>(std::max<off_t>(0, status.st_size));
     if (told_bytes > most_bytes) return too_large(path, most_bytes);
-    // One byte more than it says: the last read finds the end without another block.
+    // One byte more than its size: the last read then finds the end without another block.
     std::string text(S_ISREG(status.st_mode) && told_bytes > 0 ? told_bytes + 1 : kBlock_bytes, '\0');
     for (std::size_t size_bytes = 0;;) {
         if (size_bytes == text.size()) text.resize(text.size() + std::max(text.size() / 2, kBlock_bytes));

@@ -1,4 +1,4 @@
-// Everything that the handlers touch is atomic without locks, and they call nothing but what POSIX lists as safe in handlers.
+// Everything that the handlers use is atomic without locks, and they call only functions that POSIX lists as safe in handlers.
 #include "runtime/base/interrupt.h"
 
 #include <time.h>
@@ -18,7 +18,7 @@ namespace meld::interrupt {
 
 namespace {
 
-// Fires when patience ends. A timer of this process alone, by a signal that nobody else uses here.
+// Fires when the patience ends. A timer of this process, with a signal that nothing else uses here.
 constexpr int kPatienceEnds = SIGALRM;
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 
@@ -43,7 +43,7 @@ int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_c
 [[noreturn]] void leave(int signal) {
     Leftover::remove_all();
     const char* words = last_words.load();
-    // Where standard error takes nothing, nobody can be told.
+    // If standard error cannot be written, there is nowhere to report it.
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
     ::_exit(code_after(signal));
 }
@@ -82,7 +82,7 @@ void handle(std::initializer_list<int> signals, int repeated) {
     event.sigev_signo = kPatienceEnds;
     MELD_CHECK(timer_create(CLOCK_MONOTONIC, &event, &patience) == 0, "no timer: {}", std::strerror(errno));
     struct sigaction action{};
-    // Interrupted calls go on by themselves: whoever polls asks received().
+    // Interrupted calls resume by themselves: code that polls asks received().
     action.sa_flags = SA_RESTART;
     action.sa_handler = on_end_of_patience;
     sigaction(kPatienceEnds, &action, nullptr);
@@ -108,7 +108,7 @@ bool overdue() {
 
 Answering::Answering(Answer now) : before_(answer.exchange(now)) {
     if (received() == 0) return;
-    // It came while another answer held.
+    // It came while another answer was in force.
     if (now == Answer::AtOnce) leave(received());
     if (now == Answer::Soon) arm();
 }

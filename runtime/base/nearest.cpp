@@ -45,7 +45,7 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
         if (candidate == word || candidate.empty() || candidate.size() > word.size() + limit || candidate.size() + limit < word.size())
             continue;
         const std::size_t distance = edit_distance(word, candidate);
-        // Every letter changed is another name, however short.
+        // If every letter changed, it is another name, however short.
         if (distance >= std::min(word.size(), candidate.size()) && distance > 0) continue;
         if (distance < best_distance || (best && distance == best_distance && candidate < *best)) {
             best = candidate;

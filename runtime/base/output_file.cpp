@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kBufferBytes = 1 << 16;
 constexpr int kMostLinks = 40;
 
-// "/dev/stdout" and the other names of this process's own descriptors. Opening them anew would begin a redirected file from its start.
+// "/dev/stdout" and the other names of this process's descriptors. Reopening them would overwrite a redirected file from its start.
 std::optional<int> descriptor_named(std::string_view path) {
     if (path == "-" || path == "/dev/stdout") return STDOUT_FILENO;
     if (path == "/dev/stderr") return STDERR_FILENO;
@@ -40,8 +40,8 @@ std::optional<int> descriptor_named(std::string_view path) {
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.rfind('/') + 1); }
 
-// The path without links, of a file that may not be there yet, as what a dangling link names. Sets errno and returns nothing if there
-// is no such folder.
+// The path with all links followed, for a file that may not exist yet, like the target of a dangling link. Sets errno and returns nothing
+// if the folder does not exist.
 std::optional<std::string> resolve(std::string path) {
     for (int links = 0; links < kMostLinks; ++links) {
         std::error_code error;
@@ -60,10 +60,10 @@ std::optional<std::string> resolve(std::string path) {
     return std::nullopt;
 }
 
-// `folder/run.part-3f2a91c04b7d65e8.vtkhdf` for `folder/run.vtkhdf`: the extension stays, so that programs know what it is.
+// `folder/run.part-3f2a91c04b7d65e8.vtkhdf` for `folder/run.vtkhdf`: the extension stays, so that programs recognize the file.
 std::string name_beside(const std::string& target) {
     std::uint64_t number = 0;
-    // Unpredictable, so that nobody has a file of this name ready; O_EXCL is what makes sure.
+    // Unpredictable, so that nobody can create a file of this name in advance; O_EXCL makes sure.
     if (getrandom(&number, sizeof number, 0) != sizeof number) number = static_cast<std::uint64_t>(getpid());
     const std::filesystem::path path(target);
     return folder_of(target) + fmt::format("{}.part-{:016x}{}", path.stem().string().substr(0, kMostOfAName), number,
@@ -120,7 +120,7 @@ Result<OutputFile> OutputFile::open(const std::string& path, Appears appears, Du
     if (const std::optional<int> standard = descriptor_named(path)) {
         OutputFile file(path == "-" ? "standard output" : path, durability);
         file.stream_ = true;
-        // What the process has printed there comes first.
+        // Text that the process has printed there comes first.
         std::fflush(nullptr);
         file.descriptor_ = fcntl(*standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
         if (file.descriptor_ < 0) return tl::unexpected(cannot_write(file.shown_, errno));
@@ -154,7 +154,7 @@ Result<OutputFile> OutputFile::open_regular(const std::string& shown, const std:
     file.lock_ = std::move(*lock);
     struct stat status{};
     if (stat(target.c_str(), &status) == 0) {
-        // Renaming would go around the protection of the file itself.
+        // Renaming would bypass the protection of the file itself.
         if (faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) return tl::unexpected(cannot_write(shown, errno));
         if (status.st_uid != geteuid() && geteuid() != 0)
             return fail(fmt::format("cannot write {}: it belongs to another user, and would not any more", shown), "Choose another path");
@@ -199,7 +199,7 @@ void OutputFile::set_error(int error_number) {
     if (error_ == 0) error_ = error_number;
 }
 
-// The file beside the target, under a name that nobody has. With the mode and owner of what it will replace.
+// The file beside the target, under an unused name, with the mode and owner of the file that it will replace.
 bool OutputFile::make_file() {
     if (descriptor_ >= 0 || error_ != 0) return error_ == 0;
     struct stat status{};
@@ -214,7 +214,7 @@ bool OutputFile::make_file() {
     leftover_ = Leftover(beside_);
     if (!replaces) return error_ == 0;
     const bool other_owner = status.st_uid != geteuid() || status.st_gid != getegid();
-    // A group that this user is not in cannot be kept; then the mode gives nothing to the new one that it did not give to all.
+    // A group that this user is not in cannot be kept; the mode then gives the new group no more rights than it gave to all.
     const bool owned = !other_owner || fchown(descriptor_, status.st_uid, status.st_gid) == 0;
     const mode_t group = owned ? S_IRWXG : (status.st_mode & S_IRWXO) << 3;
     if (fchmod(descriptor_, status.st_mode & (S_IRWXU | S_IRWXO | group)) != 0) set_error(errno);
@@ -253,7 +253,7 @@ void OutputFile::replace_from(std::uint64_t offset, std::string_view text) {
 
 Result<void> OutputFile::flush() {
     give_to_system();
-    // Pipes and terminals cannot be synchronised, which is no fault of theirs.
+    // Pipes and terminals cannot be synchronized, which is not an error.
     if (error_ == 0 && descriptor_ >= 0 && !stream_ && durability_ == Durability::Machine && fsync(descriptor_) != 0) set_error(errno);
     if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
     return {};
@@ -297,7 +297,7 @@ Result<void> OutputFile::commit() {
     committed_ = true;
     leftover_ = {};
     if (stream_ || durability_ == Durability::Process) return {};
-    // The new name is in the folder.
+    // Makes sure that the new name is in the folder on the disk.
     const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 || fsync(folder) != 0) set_error(errno);
     if (folder >= 0) ::close(folder);

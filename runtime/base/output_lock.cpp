@@ -18,7 +18,7 @@ namespace meld {
 
 namespace {
 
-// Who holds the lock, as it has written into the file.
+// The holder of the lock, as written in the file.
 std::string holder_of(int descriptor) {
     std::array<char, 24> text{};
     const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
@@ -27,7 +27,7 @@ std::string holder_of(int descriptor) {
     return fmt::format("process {}", number.substr(0, number.find('\n')));
 }
 
-// Whether the file at this path is the open one; it is not if its last holder has removed it meanwhile.
+// Whether the file at this path is the open one; it is not if its last holder has removed it in the meantime.
 bool still_there(const std::string& file, int descriptor) {
     struct stat by_name{}, by_descriptor{};
     return lstat(file.c_str(), &by_name) == 0 && fstat(descriptor, &by_descriptor) == 0 && by_name.st_dev == by_descriptor.st_dev &&
@@ -43,7 +43,7 @@ Result<OutputLock> OutputLock::take(const std::string& path, const std::string& 
     while (true) {
         const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
         if (descriptor < 0) return tl::unexpected(cannot_write(shown, errno));
-        // Also true where locks are unknown: then the file does no more than show that the folder can be written.
+        // Also true if the file system has no locks: then the file only shows that the folder can be written.
         const bool taken = flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
         if (!taken) {
             const std::string holder = holder_of(descriptor);
@@ -56,7 +56,7 @@ Result<OutputLock> OutputLock::take(const std::string& path, const std::string& 
             continue;
         }
         const std::string holder = fmt::format("{}\n", getpid());
-        // On a full disk the lock holds all the same; a second run then does not learn who has it.
+        // On a full disk the lock still holds, but a second run does not learn who has it.
         [[maybe_unused]] const bool named =
             ftruncate(descriptor, 0) == 0 && pwrite(descriptor, holder.data(), holder.size(), 0) == static_cast<ssize_t>(holder.size());
         return OutputLock(file, descriptor);
@@ -73,7 +73,7 @@ OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
     return *this;
 }
 
-// Removed while it is held, so that it is never another's.
+// Removed while it is held, so that it never belongs to another process.
 OutputLock::~OutputLock() {
     if (descriptor_ < 0) return;
     const interrupt::Undivided undivided;

@@ -24,7 +24,7 @@ bool same_file(const std::string& a, const std::string& b) {
     if (is_device(a) || is_device(b)) return false;
     std::error_code error;
     if (fs::equivalent(a, b, error) && !error) return true;
-    // One of them at least is not there yet.
+    // At least one of them does not exist yet.
     const fs::path first = fs::weakly_canonical(fs::absolute(a), error);
     return !error && first == fs::weakly_canonical(fs::absolute(b), error) && !error;
 }

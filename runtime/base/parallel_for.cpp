@@ -1,5 +1,5 @@
-// The worker threads. A job is open while indices may remain; a worker that wakes late finds it closed and sleeps on, so
-// the caller waits only for workers that have joined the job, never for a thread the machine has not yet scheduled.
+// The worker threads. A job is open while indices may remain; a worker that wakes late finds it closed and goes back to sleep, so the
+// caller waits only for workers that have joined the job, never for a thread the machine has not yet scheduled.
 #include "runtime/base/parallel_for.h"
 
 #include <atomic>
@@ -91,8 +91,8 @@ struct Workers::Shared {
 
     bool news_since(std::uint64_t seen_job) const { return (gate.load() >> kJobShift) != seen_job || stopping.load(); }
 
-    // The number of sleepers is raised before the gate is read a last time, and the opener writes the gate before it reads
-    // that number: one of the two sees the other, so no wake-up is lost.
+    // The number of sleepers is increased before the gate is read a last time, and the opener writes the gate before it reads that number:
+    // at least one of the two sees the other, so no wake-up is lost.
     void wait_for_news(std::uint64_t seen_job) {
         if (spin_until([&] { return news_since(seen_job); })) return;
         std::unique_lock lock(mutex);
@@ -101,7 +101,7 @@ struct Workers::Shared {
         --sleepers;
     }
 
-    // Joins the present job if it is still open.
+    // Joins the current job if it is still open.
     bool enter(std::uint64_t& seen_job) {
         std::uint64_t seen = gate.load();
         do {

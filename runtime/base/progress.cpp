@@ -21,7 +21,7 @@ constexpr double kTerminalSeconds = 0.1;
 constexpr double kPlainSeconds = 10;
 constexpr std::string_view kEraseLine = "\r\x1b[K";
 
-// Guards the pointer and what its Progress has on the screen.
+// Guards the pointer and what its Progress shows on the screen.
 std::mutex live_mutex;
 Progress* live = nullptr;
 

@@ -15,13 +15,13 @@ namespace meld {
 
 namespace {
 
-// Whether a failure at standard output has been returned to somebody, who tells it.
+// Whether a failure of standard output has been returned to a caller, who reports it.
 std::atomic<bool> told{false};
 
 }  // namespace
 
 void prepare_standard_streams() {
-    // Opened the other way round: reading from what can only be written fails, and the reverse. The lowest free number is taken.
+    // Opened in the opposite mode: reading from a write-only descriptor fails, and the reverse. The lowest free number is used.
     for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
         if (fcntl(descriptor, F_GETFD) >= 0) continue;
         static_cast<void>(::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY));
@@ -43,10 +43,10 @@ int end_standard_output(std::string_view program, int code) {
     std::cout.flush();
     const bool written = std::fflush(stdout) == 0 && std::cout && std::ferror(stdout) == 0;
     if (written || (told && code != 0)) return code;
-    // What failed earlier has not left its reason; what is lost is lost, so that a further byte may ask for it.
+    // The reason of an earlier failure is not stored; lost bytes stay lost, so writing one more byte may ask for the reason.
     if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
     const Error error = cannot_write("standard output", errno);
-    // There is nowhere to tell that standard error fails too.
+    // A failure of standard error cannot be reported anywhere.
     static_cast<void>(print(stderr, fmt::format("{}: {}\n", program, error.message())));
     return code != 0 ? code : static_cast<int>(error.code);
 }

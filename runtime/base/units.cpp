@@ -51,7 +51,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
-// A written number in its pieces. `digits` holds the value exactly when the number is whole and fits in 64 bits.
+// The parts of a written number. `digits` holds the value exactly if the number is whole and fits in 64 bits.
 struct Written {
     double value = 0;
     std::uint64_t digits = 0;
@@ -98,7 +98,7 @@ Result<std::uint64_t> whole(const Written& written, std::string_view text, std::
     return static_cast<std::uint64_t>(rounded);
 }
 
-// Digits after the point so that about three significant digits are shown, without zeros at the end.
+// The number of digits after the point that shows about three significant digits, without zeros at the end.
 std::string short_number(double value) {
     const int decimals = std::abs(value) >= 99.95 ? 0 : std::abs(value) >= 9.995 ? 1 : 2;
     std::string text = fmt::format("{:.{}f}", value, decimals);
@@ -109,7 +109,7 @@ std::string short_number(double value) {
     return text;
 }
 
-// The value in the largest unit in which it is at least one; the next unit when it would be shown as a full one.
+// The value in the largest unit in which it is at least one; the next unit if it would be shown as a full one.
 std::string in_units(double value, double step, std::span<const std::string_view> units) {
     std::size_t unit = 0;
     while (unit + 1 < units.size() && std::abs(value) >= step - 0.5) {

@@ -8,7 +8,7 @@ namespace meld {
 
 namespace {
 
-// Of three bytes that stand for a character, whether it changes the direction of what follows.
+// Whether this character of three bytes changes the reading direction.
 bool turns_direction(unsigned first, unsigned second, unsigned third) {
     if (first != 0xe2) return false;
     return (second == 0x80 && third >= 0xaa && third <= 0xae) || (second == 0x81 && third >= 0xa6 && third <= 0xa9);

@@ -46,7 +46,7 @@ const CLI::App* asked_for_help(const CLI::App& app, int argc, const char* const*
     return command == nullptr || command->get_name() == "help" ? nullptr : command;
 }
 
-// `--json=no` would read as a flag with a value, which none of them has.
+// `--json=no` would be read as a flag with a value, which no flag here has.
 void refuse_values_of_flags(CLI::App& command) {
     for (CLI::Option* option : command.get_options())
         if (option->get_items_expected_max() == 0) option->disable_flag_override();

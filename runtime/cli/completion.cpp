@@ -1,4 +1,4 @@
-// Completion scripts for three shells. Each completes commands, options, the known words of options, and else files.
+// Completion scripts for three shells. Each completes commands, options, the known words of options, and otherwise files.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -19,7 +19,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text;
 }
 
-// The known words of an option or of a command's argument; empty where there are none.
+// The known words of an option or of a command's argument; empty if there are none.
 std::vector<std::string> words_of(const Choices& choices, const std::string& name) {
     const auto found = choices.find(name);
     return found == choices.end() ? std::vector<std::string>{} : found->second;

@@ -8,7 +8,7 @@
 namespace meld::cli {
 namespace {
 
-// Text that roff prints as it stands.
+// Text that roff prints unchanged.
 std::string plain(const std::string& text) {
     std::string out;
     for (const char c : text) {

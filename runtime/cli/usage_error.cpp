@@ -13,7 +13,7 @@
 namespace meld::cli {
 namespace {
 
-// Names the nearest option where there is one; the list of all would be long.
+// Names the nearest option if there is one; the list of all would be long.
 int no_such_option(const CLI::App& command, const std::string& where, const std::string& argument) {
     const std::string option = argument.substr(0, argument.find('='));
     std::vector<std::string> known;
@@ -21,21 +21,21 @@ int no_such_option(const CLI::App& command, const std::string& where, const std:
         for (const std::string& name : {row.short_name, row.long_name})
             if (!name.empty()) known.push_back(name);
     const std::vector<std::string_view> views(known.begin(), known.end());
-    // A letter is near to every other.
+    // A single letter is near to every other.
     const std::optional<std::string_view> near = option.size() > 2 ? nearest_name(option, views) : std::nullopt;
     const std::string cure = near ? fmt::format("did you mean '{}'?", *near) : fmt::format("'{} --help' lists the options", where);
     return usage_error(where, {fmt::format("there is no option '{}'", option), cure});
 }
 
-// The option that an error of the parser is about, whose message starts with its name; nullptr: none.
+// The option that a parser error is about, whose message starts with its name; nullptr: none.
 const CLI::Option* option_of(const CLI::App& command, const std::string& message) {
     const std::string name = message.substr(0, message.find_first_of(": "));
     const CLI::Option* option = command.get_option_no_throw(name);
-    // Some messages have the name without its dashes.
+    // Some messages contain the name without its dashes.
     return option != nullptr ? option : command.get_option_no_throw("--" + name);
 }
 
-// As its help has it: "-n, --processes".
+// As in the help: "-n, --processes".
 std::string names_of(const CLI::Option& option) {
     if (option.get_positional()) return option.get_name();
     const std::string brief = option.get_snames().empty() ? "" : "-" + option.get_snames()[0];
@@ -43,7 +43,7 @@ std::string names_of(const CLI::Option& option) {
     return brief + (brief.empty() || full.empty() ? "" : ", ") + full;
 }
 
-// What is wrong with the value of an option, in words; empty where the parser's own have to do.
+// What is wrong with the value of an option, in words; empty to use the parser's own.
 std::string about_value(const CLI::Option& option, const CLI::ParseError& error) {
     const std::string name = names_of(option), message = error.what();
     if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return name + " " + message.substr(message.find(": ") + 2);
@@ -72,7 +72,7 @@ int no_such_command(const CLI::App& app, const std::string& name, const Elsewher
         return usage_error(app.get_name(), {fmt::format("'{}' is a command of {}", name, program->second),
                                             fmt::format("write '{} {}'", program->second, name)});
     const std::vector<std::string> known = command_names(app);
-    // A program or a world, and what to do with it forgotten.
+    // A program or a world, where the command was forgotten.
     if (name.find('.') != std::string::npos)
         return usage_error(app.get_name(), {fmt::format("'{}' is no command", name),
                                             fmt::format("did you mean '{} {} {}'?", app.get_name(), known.front(), name)});

@@ -27,11 +27,11 @@ namespace meld::comm {
 namespace {
 
 constexpr int kCannotStart = 127;
-// So long a signal or the end of the processes may wait.
+// The longest time that a signal or the end of the processes may wait.
 constexpr int kLookMilliseconds = 20;
 constexpr int kLooksUntilToldToEnd = 25;
 
-// What mpirun needs to hear, each only where the user has not said otherwise.
+// Settings for mpirun, each only if the user has not set it.
 std::map<std::string, std::string> settings_for(int processes) {
     std::map<std::string, std::string> settings = {
         {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
@@ -49,7 +49,7 @@ std::map<std::string, std::string> settings_for(int processes) {
     return settings;
 }
 
-// Variables by which an enclosing launcher tells a process its own place; the new processes must not take them for theirs.
+// Variables by which an enclosing launcher gives a process its own rank; the new processes must not inherit them.
 bool tells_place_in_another_run(std::string_view variable) {
     return std::ranges::any_of(std::initializer_list<std::string_view>{"OMPI_COMM_WORLD_", "PMIX_", "PMI_", "OMPI_UNIVERSE_SIZE"},
                                [&](std::string_view prefix) { return variable.starts_with(prefix); });
@@ -75,7 +75,7 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
     return pointers;
 }
 
-// What `nohup` and the like have switched off stays so.
+// Signals that were switched off by `nohup` and similar commands stay so.
 bool is_ignored(int signal) {
     struct sigaction action = {};
     sigaction(signal, nullptr, &action);
@@ -93,11 +93,11 @@ sigset_t awaited_signals() {
 
 // In the child, between fork and exec: only async-signal-safe calls.
 [[noreturn]] void become(char* const* arguments, char* const* environment, const sigset_t& mask, pid_t launcher, const Relay& relay) {
-    // A process group of its own: the terminal's Ctrl-C reaches the launcher only, which decides what to pass on.
+    // A separate process group: the terminal's Ctrl-C reaches only the launcher, which decides what to pass on.
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != launcher) _exit(kCannotStart);
-    // Nor does mpirun get an input that cannot be read, as runtime/base/standard_streams.h puts one where there is none.
+    // mpirun must not get an unreadable input either, which runtime/base/standard_streams.h installs if there is none.
     if (isatty(STDIN_FILENO) != 0 || (fcntl(STDIN_FILENO, F_GETFL) & O_ACCMODE) == O_WRONLY) {
         const int nothing = open("/dev/null", O_RDONLY);
         if (nothing >= 0) dup2(nothing, STDIN_FILENO);
@@ -166,8 +166,8 @@ LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& 
 
 LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command) {
     MELD_CHECK(processes >= 1 && !command.empty(), "processes = {}, words in the command = {}", processes, command.size());
-    // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own
-    // remarks about a process that failed are kept back: the caller says it better.
+    // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own remarks about a
+    // failed process are suppressed, because the caller reports it better.
     std::vector<std::string> words = {"mpirun", "--quiet", "--bind-to", "none", "-n", std::to_string(processes)};
     words.insert(words.end(), command.begin(), command.end());
     std::vector<std::string> variables = environment_for(processes);

@@ -23,10 +23,9 @@ namespace meld::comm {
 
 namespace {
 
-// Up to this number of processes the exchange agrees on counts; above, on the end of the round. Measured on two cores, in
-// microseconds, by counts against by consensus, with one packet of 64 bytes from each process: 0.5 : 1.2 on 2 processes,
-// 5.9 : 12.4 on 4, 18 : 35 on 8, and 103 : 133 on 16, where it is 80 : 76 if nobody has anything to send. Above 20 kB a packet
-// the two are equal.
+// Up to this number of processes the exchange agrees on counts; above, on the end of the round. Measured on two cores, in microseconds, by
+// counts against by consensus, with one packet of 64 bytes from each process: 0.5 : 1.2 on 2 processes, 5.9 : 12.4 on 4, 18 : 35 on 8, and
+// 103 : 133 on 16, where it is 80 : 76 if no process has anything to send. Above 20 kB a packet the two are equal.
 constexpr int kMaxProcessesByCounts = 8;
 
 int live_communicators = 0;
@@ -49,8 +48,8 @@ void yield_if_oversubscribed() {
     Backoff::expect_crowd();
 }
 
-// Packets are allocated anew in every round. By default the C library gives large blocks back to the system at once, and the
-// page faults of the next round then cost ten times the transfer (880 against 62 microseconds for a megabyte).
+// Packets are allocated again in every round. By default the C library returns large blocks to the system at once, and the page faults of
+// the next round then cost ten times the transfer (880 against 62 microseconds for a megabyte).
 void keep_freed_memory() {
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 512 << 20);
@@ -92,7 +91,7 @@ class Mpi final : public Communicator {
         Backoff::set_peers(&peers_);
     }
 
-    // Leaving by an exception while the others wait for this process would make them wait for ever: end all.
+    // If an exception ended this process while the others wait for it, they would wait for ever: end all.
     ~Mpi() override {
         if (std::uncaught_exceptions() > exceptions_at_start_) {
             std::fprintf(stderr, "process %d of %d failed; ending all processes\n", process_, processes_);

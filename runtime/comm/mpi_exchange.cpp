@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-// A process may begin round k+1 while another is still in round k, but not round k+2: that needs the other in the barrier of
-// k+1. So two tags, used in turn, keep the rounds apart.
+// A process may begin round k+1 while another is still in round k, but not round k+2, which requires the other to be in the barrier of k+1.
+// So two tags, used in turn, keep the rounds apart.
 constexpr int kConsensusTags[2] = {1, 2};
-// Here the receiver knows how many messages come from whom, and messages of one pair do not overtake each other.
+// Here the receiver knows how many messages each process sends, and messages of one pair do not overtake each other.
 constexpr int kCountsTag = 3;
 
 }  // namespace
@@ -78,7 +78,7 @@ void MpiExchange::send_chunks(const Packet& packet, int tag) {
     } while (begin < packet.bytes.size());
 }
 
-// Takes one waiting message of this round and appends it to the packet of its sender; false when none waits.
+// Takes one waiting message of this round and appends it to the packet of its sender; false if none waits.
 bool MpiExchange::receive_one(int tag, std::vector<Packet>& received) {
     int found = 0;
     MPI_Message message = MPI_MESSAGE_NULL;
@@ -106,7 +106,7 @@ Packet& MpiExchange::packet_from(int process, std::vector<Packet>& received) {
 
 std::vector<Packet> MpiExchange::by_counts(const std::vector<Packet>& packets) {
     MELD_EXPECT(sends_.empty() && receives_.empty(), "{} packets of an earlier round are under way", sends_.size() + receives_.size());
-    // A word says size + 1, and 0 that there is no packet: a packet may be empty.
+    // A word contains size + 1, or 0 if there is no packet: a packet may be empty.
     std::ranges::fill(send_counts_, 0);
     for (const Packet& packet : packets) send_counts_[static_cast<std::size_t>(packet.process)] = packet.bytes.size() + 1;
     MPI_Request counts = MPI_REQUEST_NULL;

@@ -1,4 +1,4 @@
-// The table is a file in memory without a name, which the others open through /proc: nothing is left if a process is killed.
+// The table is a file in memory without a name, which the others open through /proc: nothing remains if a process is killed.
 #include "runtime/comm/peers.h"
 
 #include <fcntl.h>
@@ -19,11 +19,11 @@ namespace meld::comm {
 
 namespace {
 
-// A stopped process is one for certain; one that is only late may be at a long piece of work.
+// A stopped process is reported soon, because there is no doubt; one that is only late may be busy with a long piece of work.
 constexpr double kStopped_s = 3;
 constexpr double kLate_s = 30;
 
-// What each process says of itself.
+// The information of each process about itself.
 struct Address {
     std::array<char, 64> host{};
     int pid = 0;
@@ -56,7 +56,7 @@ Peers::Peers(MPI_Comm communicator) {
     std::vector<Address> all(static_cast<std::size_t>(processes));
     MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, communicator);
     const auto is_here = [&](const Address& a) { return a.host == mine.host; };
-    // The table of the first process here is everybody's.
+    // All use the table of the first process here.
     const Address& first = *std::find_if(all.begin(), all.end(), is_here);
     const int file = first.file < 0 ? -1 : open(fmt::format("/proc/{}/fd/{}", first.pid, first.file).c_str(), O_RDWR | O_CLOEXEC);
     void* table = file < 0 ? MAP_FAILED : mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);

@@ -72,14 +72,14 @@ void Relay::pass(Channel& channel) {
 }
 
 void Relay::pass(int milliseconds) {
-    // A closed end is a negative descriptor, which poll leaves out.
+    // A closed end is a negative descriptor, which poll ignores.
     std::array<pollfd, 2> ends = {pollfd{channels_[0].read_end, POLLIN, 0}, pollfd{channels_[1].read_end, POLLIN, 0}};
     if (poll(ends.data(), ends.size(), milliseconds) <= 0) return;
     for (std::size_t i = 0; i < ends.size(); ++i)
         if (ends[i].revents != 0) pass(channels_[i]);
 }
 
-// A grandchild may hold the pipe open for longer; only what is there already is waited for.
+// A grandchild may hold the pipe open for longer; only output that is already there is waited for.
 void Relay::finish() {
     for (Channel& channel : channels_) {
         pollfd end = {channel.read_end, POLLIN, 0};

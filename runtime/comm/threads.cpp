@@ -1,6 +1,6 @@
-// Threads that stand for processes. Every operation is: put what I have on the board, meet all others, take what is mine.
-// There are two boards, used in turn: a process that is already in the next operation writes to the other one, and nobody can
-// be two operations ahead, so one meeting an operation is enough.
+// Threads in place of processes. Every operation is: put my data on the board, meet all others, take the data for me. There are two boards,
+// used in turn: a process that is already in the next operation writes to the other one, and nobody can be two operations ahead, so one
+// meeting per operation is enough.
 #include <array>
 #include <condition_variable>
 #include <exception>
@@ -33,7 +33,7 @@ const char* name_of(Operation operation) {
 
 using Bytes = std::vector<std::byte>;
 
-// What one process has put down for the others.
+// The data that one process has put on the board for the others.
 struct Offer {
     std::vector<Packet> packets;
     Bytes bytes;
@@ -47,7 +47,7 @@ class Hall {
     std::size_t processes() const { return processes_; }
     std::vector<Offer>& board(std::size_t round) { return boards_[round % 2]; }
 
-    // Returns when all processes have arrived at the same operation; throws when that cannot happen any more.
+    // Returns when all processes have arrived at the same operation; throws if that can no longer happen.
     void meet(Operation operation) {
         std::unique_lock lock(mutex_);
         leave_if_failed();

@@ -13,7 +13,7 @@ namespace meld::driver {
 
 namespace {
 
-// What a process said: an error or its claims.
+// The reply of a process: an error or its claims.
 struct Statement {
     std::optional<Error> error;
     std::vector<Claim> claims;
@@ -92,7 +92,7 @@ std::string difference(const std::vector<Statement>& all, std::size_t which) {
             groups.push_back({claim.hash, claim.shown, {p}});
     }
     if (groups.size() == 1) return "";
-    // A file may have one name and several contents.
+    // A file may have one name but different contents.
     const bool one_name = std::all_of(groups.begin(), groups.end(), [&](const Group& g) { return g.shown == groups[0].shown; });
     std::string text;
     for (const Group& group : groups) {
@@ -103,7 +103,7 @@ std::string difference(const std::vector<Statement>& all, std::size_t which) {
     return fmt::format("{} ({})", all[0].claims[which].name, text);
 }
 
-// Of the processes with an error the first, and whether all have that one.
+// The first process with an error, and whether all have that error.
 std::optional<Error> first_error(const std::vector<Statement>& all) {
     const auto failed = std::find_if(all.begin(), all.end(), [](const Statement& s) { return s.error.has_value(); });
     if (failed == all.end()) return std::nullopt;

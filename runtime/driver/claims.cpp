@@ -14,10 +14,11 @@ namespace meld::driver {
 
 namespace {
 
-// As much as is read of a program to compare it, and of an extension.
+// The maximum number of bytes read to compare a program or an extension.
 constexpr std::uint64_t kMostCompared_bytes = std::uint64_t{1} << 30;
 
-// Of the content. Whatever cannot be read here once more, such as a pipe, is compared by its name; the module holds what came of it.
+// A hash of the content. A source that cannot be read again here, such as a pipe, is compared by name; the module contains what was read
+// from it.
 std::uint64_t hash_of_file(const std::string& path) {
     const Result<std::string> text = read_input(path, kMostCompared_bytes);
     return hash_text(text ? *text : path);

@@ -1,4 +1,4 @@
-// Calls meldc, which alone knows Clang.
+// Calls meldc, the only program that contains Clang.
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@ namespace meld::driver {
 
 namespace {
 
-// meldc stands beside meldsim; failing that, along PATH.
+// meldc is beside meldsim, or else along PATH.
 std::string meldc_path() {
     std::error_code error;
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -40,7 +40,7 @@ Result<std::string> compile_program(const RunOptions& options) {
     const pid_t child = fork();
     if (child < 0) return fail(std::string("cannot start meldc: ") + std::strerror(errno));
     if (child == 0) {
-        // It ends with this process, however that ends.
+        // The child ends with this process, for whatever reason it ends.
         prctl(PR_SET_PDEATHSIG, SIGTERM);
         if (getppid() != parent) _exit(127);
         dup2(ends[1], STDOUT_FILENO);
@@ -63,10 +63,10 @@ Result<std::string> compile_program(const RunOptions& options) {
     }
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::OurBug);
     if (code == 127) return fail("cannot start " + meldc, "Build it, or put it beside meldsim");
-    // A Ctrl-C reaches it too; what else ended it is a mistake of ours.
+    // A Ctrl-C reaches the child too; any other signal that ends it is a bug of ours.
     if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM))
         return fail("interrupted", "", ExitCode::Interrupted);
-    // meldc has said why.
+    // meldc has printed the reason.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();
     return output;

@@ -11,9 +11,9 @@ namespace meld::driver {
 namespace {
 
 Result<void> add_extension(const std::string& file, sim::Registry& registry) {
-    // dlopen looks along its search path for a name without a slash.
+    // For a name without a slash dlopen would use its search path.
     const std::string path = std::filesystem::absolute(file).string();
-    // It would also wait for a pipe that nobody writes to.
+    // It would also wait for a pipe without a writer.
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::exists(status)) return fail(fmt::format("there is no file {}", file));

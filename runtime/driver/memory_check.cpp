@@ -11,7 +11,7 @@ namespace meld::driver {
 
 namespace {
 
-// What the kernel says can be had without swapping; 0 where it does not say.
+// The memory available without swapping, as the kernel reports it; 0 if it does not.
 std::uint64_t available_bytes() {
     std::ifstream file("/proc/meminfo");
     std::string name, unit;
@@ -25,7 +25,7 @@ std::uint64_t available_bytes() {
 constexpr double kBookkeeping = 30;
 // A body with its contacts and the copy of its state (measured in blocks of 64,000 and 216,000 that touch), its places and links.
 constexpr double kBodyBytes = 550;
-// Rows that a predicate with rows storage is likely to have: one, in a block of 16 bytes or more.
+// The rows that a predicate with rows storage is likely to have: one, in a block of 16 bytes or more.
 constexpr double kRowBytes = 32;
 
 }  // namespace

@@ -116,7 +116,7 @@ std::string summary_json(const sim::Summary& s, const std::string& world, int pr
                                          {"processes", processes},
                                          {"threads", threads},
                                          {"outcomes", s.outcomes}};
-    // What is no visible text is escaped, and so is all that is not ASCII.
+    // Escapes text that is not visible, and everything that is not ASCII.
     return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

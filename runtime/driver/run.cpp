@@ -35,7 +35,7 @@ namespace meld::driver {
 
 namespace {
 
-// The process that speaks for the run also says so when it is ended at once.
+// The process that reports for the run also reports when it is ended at once.
 void handle_interrupts(bool speaks) {
     interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal}, comm::kEndWellSignal);
     if (speaks) interrupt::set_last_words("meldsim: interrupted before its end\n");
@@ -91,7 +91,7 @@ Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Output
     return error;
 }
 
-// What a process reads and finds out by itself before it talks to the others.
+// What a process reads and checks by itself before it communicates with the others.
 struct Inputs {
     Module module;
     world::World world;
@@ -118,7 +118,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     return inputs;
 }
 
-// Everything after the processes stand. Errors every process meets alike are told by process 0 alone.
+// Everything after the processes have started. Errors that all processes share are reported only by process 0.
 Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
     const Result<Inputs> inputs = read_inputs(options, comm, module_path);
     if (const auto alike = agree(comm, inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); })); !alike)
@@ -142,14 +142,14 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
                                           .durability = options.sync ? Durability::Machine : Durability::Process};
         simulation.add(std::make_unique<record::Recorder>(options.record, world.record.every, world.record.predicates, about));
     }
-    // What catoms print and the table go to standard output, unless results are written there.
+    // The output of catoms and the summary go to standard output, unless results are written there.
     std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
     simulation.add(std::make_unique<sim::Printer>(talk));
     simulation.add(std::make_unique<sim::Watcher>(talk));
     if (!options.digest.empty()) simulation.add(std::make_unique<record::DigestFile>(std::move(outputs.digest)));
     if (auto done = simulation.start(inputs->registry); !done) return tl::unexpected<Error>(done.error());
 
-    // From here on there is something to lose.
+    // From here on there are results to lose.
     patiently.emplace(interrupt::Answer::Patiently);
     std::optional<Progress> progress;
     if (speaks && !options.quiet) progress.emplace();
@@ -183,12 +183,12 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     else if (speaks && !options.quiet)
         printed = print(talk, summary_table(simulation.summary(), world.path, comm.processes(), options.threads));
     if (!printed) return tl::unexpected<Error>(printed.error());
-    // All is said: whatever ends the process now interrupts nothing.
+    // All messages have been printed: a signal that ends the process now interrupts nothing.
     interrupt::set_last_words(nullptr);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
 
-// Process 0 compiles and tells the others where the module is.
+// Process 0 compiles and sends the others the path of the module.
 Result<std::string> module_for_all(const RunOptions& options, comm::Communicator& comm) {
     if (!options.module.empty()) return options.module;
     Result<std::string> mine = comm.process() == 0 ? compile_program(options) : Result<std::string>("");
@@ -213,14 +213,15 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
         return simulate(options, comm, *module);
     };
     const Result<int> done = attempt();
-    // From here on all is said. Where one process has ended, mpirun ends the others, so they wait until the first has told why.
+    // From here on all messages have been printed. If one process has ended, mpirun ends the others, so they wait until the first has
+    // reported why.
     interrupt::set_last_words(nullptr);
     const int code = done ? *done : comm.process() == 0 ? tell(done.error()) : static_cast<int>(done.error().code);
     if (!done) comm.barrier();
     return code == static_cast<int>(ExitCode::Interrupted) ? interrupt::exit_code() : code;
 }
 
-// The processes say themselves that they were interrupted, unless they had not come so far.
+// The processes report themselves that they were interrupted, unless they had not got that far.
 int after_interrupt(const comm::LaunchOutcome& outcome) {
     const int interrupted = static_cast<int>(ExitCode::Interrupted), terminated = 128 + SIGTERM;
     if (!outcome.heard || (outcome.exit_code != interrupted && outcome.exit_code != terminated)) tell({"interrupted before its end"});
@@ -246,7 +247,7 @@ int run_command(RunOptions options) {
         const auto comm = comm::make_single();
         return run_processes(options, *comm);
     }
-    // Compiled before the processes start, so that a program's mistakes are told once and soon.
+    // Compiled before the processes start, so that a program's mistakes are reported once and soon.
     const Result<std::string> module = compile_program(options);
     if (!module) return tell(module.error());
     if (const auto world = choose_world(options); !world) return tell(world.error());
@@ -254,7 +255,7 @@ int run_command(RunOptions options) {
     command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
     command.insert(command.end(), {"--module", *module});
     const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
-    // Whatever else came of the run, its results have not reached their reader.
+    // However the run ended, its results have not reached their reader.
     if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
     if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
     if (outcome.launcher_signal != 0)

@@ -27,15 +27,15 @@ constexpr ModuleInfo kNoProgram = [] {
 
 std::string size_text(const world::World& world, const world::WorldSize& size) {
     const world::Lattice lattice(world.lattice);
-    // Counting is exact and quick up to some hundred million.
+    // Counting is exact and fast up to some hundred million.
     const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
                                                         : fmt::format("about {} catoms", format_count(size.cells_estimate));
     return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count,
                        size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
-// Whether a run could start: the catoms take their places, and the motion takes them over. What only a program can judge is
-// left out: facts, settings and components.
+// Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
+// settings and components.
 Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry) {
     if (const auto fits = check_memory(world, kNoProgram, 1, 1); !fits) return tl::unexpected<Error>(fits.error());
     world.components.clear();

@@ -15,11 +15,11 @@ namespace meld::eval {
 
 namespace {
 
-// Catoms a worker takes at a time: large enough to hide the claim, small enough to balance two workers.
+// The number of catoms a worker takes at a time: large enough to hide the cost of taking, small enough to balance two workers.
 constexpr std::size_t kBlock = 256;
 constexpr std::size_t kArena = 1 << 16;
-// Expired memories are forgotten in the same ticks on every process, however many it has: ranks that grow by more than one a
-// tick can make one matter again, and then all processes must agree on whether it is still there.
+// Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
+// one matter again, and then all processes must agree on whether it still exists.
 constexpr i64 kSweepTicks = 64;
 
 struct PendingRows {
@@ -58,7 +58,7 @@ struct Wake {
 
 }  // namespace
 
-// A worker's Eval and what it has put aside for the end of the tick. The module sees the Eval alone.
+// A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
     Evaluator* owner = nullptr;
     int number = 0;
@@ -66,7 +66,7 @@ struct Evaluator::Thread : Eval {
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;
     std::vector<PendingChanges> row_changes;
-    // Records and rows of this tick; what messages and actions say stays until the next evaluation.
+    // Records and rows of this tick; the arguments of messages and actions stay until the next evaluation.
     Kept<u8> bytes;
     std::vector<Message> messages;
     std::vector<Action> actions;
@@ -80,14 +80,14 @@ struct Evaluator::Thread : Eval {
     u32 sequence = 0;
     u32 sequence_of = kNone32;
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
-    bool cut = false;             // It has left catoms out.
+    bool cut = false;             // It has skipped catoms.
     Failure failure;
-    // Undefined derivations of the catom that has asked for them or noted one last, and what those before it have left.
+    // Undefined derivations of the catom that last asked for them or noted one, and those that earlier catoms have left.
     u32 undefined_of = kNone32;
     Undefined::Entries undefined_here;
     std::vector<std::pair<u32, Undefined::Entries>> undefined_left;
 
-    // What Eval::trap says of the catom.
+    // The failure that Eval::trap describes, with its catom.
     Failure failure_here() const {
         Failure f{trap,      trap_rule, failed_column, subdomain->geometry.catom_id[catom], subdomain->now, trap_left, trap_right,
                   trap_real, {}};
@@ -133,15 +133,15 @@ struct Evaluator::Thread : Eval {
         for (const List* list : owned) owner->columns_.lists().release(list, number);
         owned.clear();
     }
-    // After lists were kept for facts of this column.
+    // Called after lists were kept for facts of this column.
     void check_length(u16 column) {
         const auto [items, text] = owner->columns_.lists().too_long(number);
         if (items == 0) return;
         if (trap == Trap::None) failed_column = column;
         meld::trap(*this, text ? Trap::TextTooLong : Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(subdomain->max_list));
     }
-    // Before a private column is written: lists that rows of the catom have lost stay alive until it has written all its
-    // columns, for it may hand them from one to the next.
+    // Called before a private column is written: lists that rows of the catom have lost stay alive until all its columns are written,
+    // because it may move them from one column to the next.
     void begin_write(const ColumnInfo& column) {
         if (column.list_count == 0 || dropped_of == catom) return;
         owner->columns_.release_dropped(number);
@@ -167,7 +167,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
         const std::size_t size = std::max<std::size_t>(before * 2, bytes * 2);
         if (size > kMaxChunk) meld::trap(*e, Trap::TooMuchMemory, e->rule, static_cast<i64>(size));
-        // After that the evaluation ends at its next check; until then it has what it asks for.
+        // The evaluation then ends at its next check; until then it gets what it asks for.
         t.new_chunk(size > kMaxChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
     host_.export_record = [](Eval* e, u16 column, const void* record) {
@@ -282,7 +282,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     }
 }
 
-// What was put aside and never delivered is dropped. The columns outlive the evaluator.
+// Drops undelivered messages and actions. The columns outlive the evaluator.
 Evaluator::~Evaluator() {
     for (auto& t : threads_) t->release_owned();
 }
@@ -312,14 +312,14 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
         Thread& t = *threads_[static_cast<std::size_t>(worker)];
-        // Who asked for the end of the run has waited for the end of this tick long enough.
+        // The user has waited long enough for the end of this tick.
         t.cut = t.cut || interrupt::overdue();
         if (t.cut) return;
         const std::size_t from = block * kBlock, to = std::min(awake_.size(), from + kBlock);
         t.trim_chunks();
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
         if (t.trap == Trap::None) return;
-        // Of several failures the one at the least id is told, whichever thread met it.
+        // Of several failures the one with the least id is reported, whichever thread met it.
         const Failure failure = t.failure_here();
         if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
         t.trap = Trap::None;
@@ -334,8 +334,8 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     return first;
 }
 
-// Exported changes become visible and wake their readers. Each catom was evaluated by one thread, so writes never meet;
-// marks do, and are commutative.
+// Makes exported changes visible and wakes their readers. Each catom was evaluated by one thread, so writes never conflict; marks may, but
+// they are commutative.
 void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_export) {
     Thread& t = *threads_[static_cast<std::size_t>(thread)];
     const Geometry& g = subdomain.geometry;
@@ -413,7 +413,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
 
-// By receiver, then sender, then how-many-th: each receiver has few, so what is left after the first is sorted by inserting.
+// By receiver, then sender, then sequence number: each receiver has few, so the rest is sorted by insertion.
 void Evaluator::order_messages() {
     order_.clear();
     for (u32 i = 0; i < unsorted_.size(); ++i) order_.push_back({unsorted_[i].to, i});

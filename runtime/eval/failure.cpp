@@ -12,13 +12,13 @@ namespace meld::eval {
 
 namespace {
 
-// The file of a rule, where it is not the program's own.
+// The file of a rule, if it is not the program's file.
 std::string place(const ModuleInfo& module, const RuleInfo& rule) {
     const std::string_view file = rule.file;
     return file.empty() || file == std::string(module.program_name) + ".meld" ? "" : fmt::format(" of {}", file);
 }
 
-// A predicate as the program names it. What the compiler has made of `p` is called p@..., p' or p'facts.
+// The name of a predicate in the program. Auxiliaries that the compiler made for `p` are called p@..., p' or p'facts.
 std::string_view own_name(const ModuleInfo& module, u32 predicate) {
     std::string_view name = module.predicates[predicate].name;
     if (!module.predicates[predicate].auxiliary) return name;
@@ -28,7 +28,7 @@ std::string_view own_name(const ModuleInfo& module, u32 predicate) {
     return name;
 }
 
-// The predicates of a column as the program names them.
+// The names of the predicates of a column in the program.
 std::string kept_in(const ModuleInfo& module, u32 column) {
     std::string names;
     if (column >= module.column_count) return names;
@@ -40,7 +40,7 @@ std::string kept_in(const ModuleInfo& module, u32 column) {
     return names;
 }
 
-// The text at fault as a literal; a long one has its start and dots behind it.
+// The string at fault as a literal; a long one is cut and ends with dots.
 std::string text_of(const Failure& f) {
     const auto all = static_cast<std::size_t>(f.left.integer);
     std::string_view start(f.text, std::min<std::size_t>(all, kMaxTrapText_bytes));
@@ -60,7 +60,7 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
         const RuleInfo& rule = module.rules[f.rule];
         std::string_view name = rule.name, text = rule.text;
         if (text.ends_with('.')) text.remove_suffix(1);
-        // What the compiler made for the facts of p is called p@...
+        // Auxiliaries for the facts of p are called p@...
         where = *rule.file == '\0' ? fmt::format("among the facts of `{}` {}", name.substr(0, name.find('@')), where)
                                    : fmt::format("in rule {}{} {}: {}", name, place(module, rule), where, text);
     } else if (const std::string names = kept_in(module, f.column); !names.empty()) {

@@ -17,8 +17,8 @@ void Requests::act(u32 catom, u16 predicate, const Value* arguments) {
     next_.actions.push_back({catom, predicate, keep(predicate, arguments)});
 }
 
-// All have the same number: they come before what the sender's rules send, and the order in which they were asked for decides
-// among themselves.
+// All have the same sequence number: they come before the messages of the sender's rules, and among themselves in the order of the
+// requests.
 void Requests::send(u32 to, u16 predicate, u64 from, const Value* arguments) {
     MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Linear, "predicate {}", predicate);
     next_.messages.push_back({to, predicate, from, 0, keep(predicate, arguments)});

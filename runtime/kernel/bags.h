@@ -10,8 +10,8 @@ template <class T>
 struct Bag {
     using Row = typename T::Row;
     RowList<Row> list;
-    RowList<Row> held;  // Made while a comprehension consumes this bag: they join it when it ends.
-    u32 rule;           // That a trap names: the first that derives T.
+    RowList<Row> held;  // Made while a comprehension consumes this bag: they join the bag when it ends.
+    u32 rule;           // The rule that a trap names: the first that derives T.
     bool holding;
     bool changed;
 
@@ -56,7 +56,7 @@ struct Bag {
             }
         for (u32 i = 0; i < n; ++i) remove(positions[i]);
     }
-    // The shorter side moves: mostly facts are consumed from the front, and there may be a hundred thousand.
+    // The shorter side moves: facts are usually consumed from the front, and there may be a hundred thousand.
     void remove(u32 at) {
         if (at < list.count / 2) {
             for (u32 i = at; i > 0; --i) list.rows[i] = list.rows[i - 1];

@@ -1,6 +1,6 @@
-// Strata in which a better value of a min or max may follow from the one it replaces: groups keep their front, the
-// derivations (value, rank) that no other beats in both. What T is, is said in rows.h, and beside it:
-// group(a, b) orders the groups alone, key(a, b) also the values, better(a, b) compares the values, hash(row) names the group.
+// Strata in which a better value of a min or max may follow from the one it replaces: groups keep their front, the derivations (value,
+// rank) that no other one beats in both. rows.h describes T; in addition, group(a, b) orders only the groups, key(a, b) also the values,
+// better(a, b) compares the values, hash(row) names the group.
 #pragma once
 
 #include "runtime/kernel/views.h"
@@ -26,7 +26,7 @@ struct FrontOrder {
     }
 };
 
-// Takes the steps of Mutual (mutual.h) beside the other predicates of the stratum.
+// Takes the steps of Mutual (mutual.h) with the other predicates of the stratum.
 template <class T>
 struct Front : Mutual<T> {
     using Row = typename T::Row;

@@ -1,11 +1,11 @@
-// Recursion in general: several predicates, or rules that read the stratum at the same catom.
+// The general case of recursion: several predicates, or rules that read the stratum at the same catom.
 #pragma once
 
 #include "runtime/kernel/ranks.h"
 
 namespace meld {
 
-// One Mutual per predicate; the emitted driver alternates rounds of all rules with these steps:
+// There is one Mutual per predicate; the emitted driver alternates rounds of all rules with these steps:
 //   start; repeat { rules; keep } until nothing more is kept; lose; repeat { rules; take } until nothing more is taken;
 //   if a value was replaced, start again; then finish.
 template <class T>
@@ -33,7 +33,7 @@ struct Mutual {
         r.proposed.reset();
         replaced = false;
     }
-    // Facts with a derivation from lower ranks, out of facts already kept, stay.
+    // Facts stay if a derivation from lower ranks supports them with facts that are already kept.
     MELD_STEP bool keep(Eval& e) {
         bool grew = false;
         for (u32 i = 0; i < r.proposed.count; ++i) {
@@ -53,8 +53,8 @@ struct Mutual {
         r.count = n;
         return true;
     }
-    // The first tick at which the proposal may give its group a value. The tombstone of a group is that of all values it has
-    // lost, where fronts (fronts.h) hold several: those that a loss leads to come back with others.
+    // The first tick at which the proposal may give its group a value. The tombstone of a group stands for all values it has lost, if
+    // fronts (fronts.h) hold several: the values that follow from a loss come back with others.
     i64 trusted(Eval& e, const Row& p) {
         Tombstone memory{};
         const Tombstone* known = lost_before<T>(e, p, memory);
@@ -86,7 +86,7 @@ struct Mutual {
             }
         r.proposed.reset();
     }
-    // A fact that this evaluation has derived was seen by nobody, so there is no loss to remember.
+    // Nobody has seen a fact that this evaluation has derived, so there is no loss to remember.
     bool was_there(const Row& row) const {
         const u32 at = find_row<T>(r.origin, r.origin_count, row);
         return at < r.origin_count && T::same(r.origin[at], row);

@@ -1,5 +1,5 @@
-// Recursion over links: ranks and quarantine (docs/design.md, "Ranks and quarantine"). A group keeps a value while something of
-// lower rank supports it, and what it lost is trusted again only after all that stood on it must have gone.
+// Recursion over links: ranks and quarantine (docs/design.md, "Ranks and quarantine"). A group keeps a value while a fact of lower rank
+// supports it, and trusts a lost value again only after all facts that depended on it must have disappeared.
 #pragma once
 
 #include "runtime/kernel/relation.h"
@@ -30,7 +30,7 @@ inline void wake_at(Eval& e, i64 tick) {
     if (tick != 0) e.host->wake(&e, tick, kDirtyWake);
 }
 
-// Whether the time has come; if not, the catom is looked at again when it has.
+// Whether the time has come; if not, sets a timer to look at the catom again.
 inline bool due(Eval& e, i64 tick) {
     if (tick > e.subdomain->now) e.host->wake(&e, tick, kDirtyWake);
     return tick <= e.subdomain->now;
@@ -132,7 +132,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
         bool changed = false;
         u32 i = 0, held = 0;
         while (i < n || held < r.count) {
-            // The next group in order is a held one, a proposed one, or both.
+            // The next group in order has a held row, a proposed one, or both.
             const int side = i == n ? 1 : held == r.count ? -1 : T::key(p[i], r.rows[held]);
             const Row* current = side >= 0 ? &r.rows[held] : nullptr;
             const u32 from = i;

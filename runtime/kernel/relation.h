@@ -1,11 +1,11 @@
-// A predicate at the catom under evaluation: what holds of it, what rules propose, and how far its values have changed.
-// What T is, is said in rows.h.
+// A predicate at the catom under evaluation: the facts that hold, the proposals of rules, and how far its values have changed. rows.h
+// describes T.
 #pragma once
 
 #include "runtime/kernel/rows.h"
 
-// Marks the steps of an evaluation. In a long module they stay functions of their own, which compiles in half the time; in a
-// short one they are inlined where they are called, which runs some 7 % faster. The compiler says which.
+// Marks the steps of an evaluation. In a long module they are separate functions, which compiles in half the time; in a short one they are
+// inlined, which runs some 7 % faster. The compiler decides.
 #ifndef MELD_STEP
 #define MELD_STEP
 #endif
@@ -27,7 +27,7 @@ bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m
     return true;
 }
 
-// The predicate T at the catom under evaluation: what holds now, and what rules have proposed.
+// The predicate T at the catom under evaluation: the facts that hold now, and the proposals of rules.
 template <class T>
 struct Relation {
     using Row = typename T::Row;
@@ -35,10 +35,10 @@ struct Relation {
     u32 count;
     const Row* origin;  // As it was before this evaluation.
     u32 origin_count;
-    const RowChanges* changes;  // From origin to rows, where somebody has asked for it.
+    const RowChanges* changes;  // From origin to rows, if they were asked for.
     RowList<Row> proposed;      // Candidates of the current round.
-    Row single;                 // Where rows of a Single are loaded to.
-    u32 rule;                   // That a trap names: the first that derives T.
+    Row single;                 // Where rows of a Single are loaded.
+    u32 rule;                   // The rule that a trap names: the first that derives T.
     bool changed;
 
     // Called by the emitted load function.
@@ -62,7 +62,7 @@ struct Relation {
         changes = nullptr;
         changed = true;
     }
-    // Ends a round of an evaluation in several: its proposals are decided and `next` is what holds then, where it grew at all.
+    // Ends one of several rounds of an evaluation: its proposals are decided, and `next` holds the result if it grew.
     bool end_round(Eval& e, const RowList<Row>& next, bool grew) {
         proposed.reset();
         if (!grew) return false;
@@ -71,7 +71,7 @@ struct Relation {
         count = next.count;
         return true;
     }
-    // Ends the evaluation after the last round: whether something else holds than before.
+    // Ends the evaluation after the last round: returns whether the facts differ from before.
     bool end_rounds(const Row* before, u32 before_count) {
         if (equal_rows<T>(rows, count, before, before_count)) {
             rows = before;
@@ -87,8 +87,8 @@ inline double distance(i64 a, i64 b) {
 }
 inline double distance(double a, double b) { return __builtin_fabs(a - b); }
 
-// By how much a fact's value has changed since the end of the tick before: from the nearest value among the facts that are
-// the same otherwise; infinite where there was none. A change is one in this tick alone, so the catom looks again in the next.
+// By how much a fact's value has changed since the end of the previous tick: the distance to the nearest value among the facts that are
+// otherwise the same; infinite if there was none. The change holds in this tick only, so the catom is evaluated again in the next.
 template <class T, class Same, class Value>
 double change_of(Eval& e, const Relation<T>& r, const typename T::Row& now, const Same& same, const Value& value) {
     double least = __builtin_inf();

@@ -13,8 +13,8 @@
 
 namespace meld {
 
-// Not recursive: the proposals are all there is: reduce each group and compare with what was.
-// Cost: one sort of the proposals. combine, needed: as of reduce_group(). Returns whether anything changed.
+// Not recursive: the proposals are complete, so reduce each group and compare with the previous result. Cost: one sort of the proposals.
+// combine, needed: as for reduce_group(). Returns whether anything changed.
 template <class T, class Combine = OwnCombine<T>>
 MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Combine& combine = {}, u32 needed = 0) {
     using Row = typename T::Row;
@@ -39,7 +39,7 @@ MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Combine& combine = 
     return true;
 }
 
-// Recursive through local rules only, sets without aggregates: from scratch inside the tick, nothing remembered.
+// Recursive through local rules only, sets without aggregates: computed from scratch within the tick, nothing stored.
 template <class T>
 MELD_STEP bool gather(Eval& e, Relation<T>& r) {
     using Row = typename T::Row;

@@ -14,7 +14,7 @@ Partition::Partition(const std::vector<std::pair<BrickKey, std::uint32_t>>& coun
     starts_.assign(1, 0);
     std::uint64_t before = 0;
     for (const auto& [key, count] : counts) {
-        // A brick goes to the process in whose share its middle catom falls.
+        // A brick belongs to the process in whose share its middle catom falls.
         const auto share =
             static_cast<std::size_t>((before + count / 2) * static_cast<std::uint64_t>(processes) / std::max<std::uint64_t>(1, total));
         while (starts_.size() <= share && starts_.size() < static_cast<std::size_t>(processes)) starts_.push_back(key);

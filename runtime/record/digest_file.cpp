@@ -7,7 +7,7 @@
 
 namespace meld::record {
 
-// Each line is there as soon as its tick is.
+// Each line is written as soon as its tick ends.
 Result<void> DigestFile::after(sim::Subdomain& part) {
     const Digest digest = state_digest(part);
     Result<void> written;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr haddr_t kFewestBytesAhead = 64;
 constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
-// Room for so many names in the header of a group; more go to a second block.
+// Room for this many names in the header of a group; further names go to a second block.
 constexpr unsigned kExpectedLinks = 32;
 constexpr unsigned kExpectedNameBytes = 24;
 
@@ -63,10 +63,10 @@ Handle text_type(std::string_view text, H5T_cset_t characters) {
     return {type, H5Tclose};
 }
 
-// The library's own driver, but for how space is given out. No address is given out twice, so that nothing to which the file on the disk
-// refers is written over; and the end of the file is ahead of what has been given out, see Hdf5File::extend().
+// The library's own driver, except for how space is allocated. No address is allocated twice, so nothing to which the file on the disk
+// refers is overwritten; and the end of the file is ahead of the allocated space, see Hdf5File::extend().
 H5FD_class_t own_driver;
-// Where the next space of a file will be, and the file that was opened last.
+// The next space to be allocated in a file, and the file that was opened last.
 std::map<const H5FD_t*, haddr_t> next_address;
 H5FD_t* last_opened = nullptr;
 H5FD_t* (*open_as_library)(const char*, unsigned, hid_t, haddr_t) = nullptr;
@@ -83,15 +83,15 @@ haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
     haddr_t& next = next_address[file];
     const haddr_t address = next;
     next += size_bytes;
-    // Never just before the end: the library lets what is there grow into what is ahead, behind our back.
+    // Never just before the end: the library would let the data there grow into the space ahead without notice.
     if (next >= own_driver.get_eoa(file, type)) own_driver.set_eoa(file, type, next + kFewestBytesAhead);
     return address;
 }
 
 herr_t keep_space(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, hsize_t) { return 0; }
 
-// The library cuts a file before it writes where it ends now, and readers refuse one that is shorter than it says of itself. So it is
-// cut when all has been written.
+// The library truncates a file before it writes the new position of its end, and readers refuse a file that is shorter than that position.
+// So it is truncated after everything has been written.
 herr_t lengthen_only(H5FD_t* file, hid_t list, hbool_t closing) {
     const bool shorter = own_driver.get_eoa(file, H5FD_MEM_DEFAULT) < own_driver.get_eof(file, H5FD_MEM_DEFAULT);
     return shorter ? 0 : truncate_as_library(file, list, closing);
@@ -104,7 +104,7 @@ herr_t cut_and_close(H5FD_t* file) {
     return cut < 0 ? cut : closed;
 }
 
-// Negative if the library does not let itself be asked.
+// Negative if the library does not answer.
 hid_t driver() {
     static const hid_t made = [] {
         const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -141,11 +141,11 @@ std::size_t size_of(ElementType type) {
     return 0;
 }
 
-// The layout is such that a process killed at any moment leaves a file that can be read (docs/internals.md, "Files that survive a kill"):
-// - The indexes of chunks are those of version 1.10, in which what is listed never moves. The B-trees of earlier versions split: for a
-//   moment no chunk of the dataset can be found.
-// - The superblock is that of 1.8: one of 1.10 says that the file is being written, and a killed process leaves it saying so.
-// - Space that becomes free is not used again, by this list of what to track and by the driver.
+// The layout ensures that a process killed at any moment leaves a file that can be read (docs/internals.md, "Files that survive a kill"):
+// - The indexes of chunks are those of version 1.10, in which an entry never moves. The B-trees of earlier versions split, and for a moment
+// no chunk of the dataset can be found.
+// - The superblock is that of 1.8: one of 1.10 says that the file is being written, and a killed process would leave it saying so.
+// - Space that becomes free is not used again, neither by the library's free-space tracking nor by the driver.
 Hdf5File::Hdf5File(const std::string& path, Durability durability) : durability_(durability) {
     set_up_library_once();
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -168,7 +168,7 @@ void Hdf5File::check(std::int64_t result) {
 
 void Hdf5File::make_group(const std::string& path) {
     if (failed()) return;
-    // All names stand in the header of the group, which is written at once.
+    // All names are in the header of the group, which is written at once.
     const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     check(H5Pset_link_phase_change(creation, kMostCompactLinks, kMostCompactLinks));
     check(H5Pset_est_link_info(creation, kExpectedLinks, kExpectedNameBytes));
@@ -285,7 +285,7 @@ ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& sh
     return index;
 }
 
-// The library makes it with the first chunk, and keeps it when that is given up.
+// The library makes it with the first chunk, and keeps it when the chunk is released.
 void Hdf5File::make_chunk_index(ColumnIndex index) {
     Column& column = columns_[index];
     const std::uint64_t rows = std::exchange(column.rows, 0);
@@ -377,7 +377,7 @@ void Hdf5File::cut_end() {
     check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, next_address[file]));
 }
 
-// After a failure the library may refuse to close what it could not write; there is nothing more to learn from that.
+// After a failure the library may refuse to close what it could not write; that tells nothing new.
 void Hdf5File::close() {
     if (file_ >= 0 && !failed()) cut_end();
     for (Column& column : columns_) {

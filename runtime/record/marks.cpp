@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kGrey = 0xb0b0b0;
 const std::string kNoLabel;
 
-// Red, orange, yellow, green, aqua, blue, white, purple, pink: the colours of setColor2, over and over.
+// Red, orange, yellow, green, aqua, blue, white, purple, pink: the colours of setColor2, repeated.
 std::uint32_t numbered_colour(i64 number) {
     static constexpr std::uint32_t colours[] = {0xff0000, 0xff8000, 0xffff00, 0x00c000, 0x00ffff, 0x0000ff, 0xffffff, 0x8000ff, 0xff60c0};
     constexpr i64 count = std::size(colours);
@@ -44,7 +44,7 @@ void Marks::start(const tuple::ProgramActions& actions) {
 }
 
 void Marks::collect(sim::Subdomain& part) {
-    // What passes is of the last tick before a step.
+    // Passing lines are those of the last tick before a step.
     std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
     const i64 now = part.tick();
     for (const eval::Action& a : part.actions()) {
@@ -118,7 +118,7 @@ const std::string& Marks::label(u64 id) const {
 }
 
 std::vector<std::pair<u64, u64>> Marks::drawn() {
-    // Of one tick, what takes lines away comes before what draws them.
+    // Within one tick, requests that remove lines come before those that draw them.
     std::sort(received_.begin(), received_.end(), [](const Line& a, const Line& b) {
         return std::tuple(a.tick, a.from, a.from != a.to, a.to) < std::tuple(b.tick, b.from, b.from != b.to, b.to);
     });

@@ -102,9 +102,9 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
     return out.take();
 }
 
-// The rows of all processes into columns, in the order of ids.
+// Sorts the rows of all processes into columns, in the order of ids.
 void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
-    // The bytes of each row, and where in their process's they start.
+    // The bytes of each row, and where they start in those of their process.
     struct Packed {
         u64 id;
         std::size_t part, at;
@@ -136,7 +136,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     }
 }
 
-// Lines between catoms that are both there, by their places.
+// Lines between catoms that both exist, by their indices.
 std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     std::vector<RecordedLine> lines;
     const auto place = [&](u64 id) {
@@ -161,7 +161,7 @@ Result<void> Recorder::write_step(sim::Subdomain& part, const std::vector<std::v
     return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables);
 }
 
-// Process 0 gets everything and writes it.
+// Process 0 gets all data and writes them.
 Result<void> Recorder::write(sim::Subdomain& part) {
     last_step_ = part.tick();
     std::vector<std::byte> mine = pack(part);

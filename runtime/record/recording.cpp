@@ -36,12 +36,12 @@ constexpr std::uint64_t kFewestChunkRows = 1024;
 constexpr std::uint64_t kMaxChunkRows = 65536;
 constexpr std::int64_t kStepsAtOnce = 4096;  // Read at the end.
 
-// What HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
+// The space that HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
 // columns of the steps.
 constexpr std::uint64_t kTablesBytes = 32 << 10;
 constexpr std::uint64_t kTableBytesARow = 1;  // 40 bytes for a chunk, and a chunk has many rows.
 constexpr std::uint64_t kReserveBytes = 512 << 10;
-// Two ends and where they stand, where nothing gets smaller.
+// Two ends and their positions, if compression saves nothing.
 constexpr std::uint64_t kLineBytes = 3 * sizeof(std::int64_t);
 
 ElementType element_type(RecordedArray::Type type) {
@@ -57,7 +57,7 @@ ElementType element_type(RecordedArray::Type type) {
     return ElementType::Int64;
 }
 
-// What a column held in the last step, and where: the same content is not written again.
+// The content of a column in the last step, and its offset: the same content is not written again.
 struct SeriesColumn {
     ColumnIndex values = 0;
     std::optional<StepColumn> offsets;  // In Steps/PointDataOffsets; points have theirs in Steps itself.
@@ -65,7 +65,7 @@ struct SeriesColumn {
     std::uint64_t last_rows = 0;
     XXH128_hash_t last_hash = {};
     bool written = false;
-    // Rows that are nobody's, for steps without this array.
+    // Unused rows, for steps without this array.
     std::uint64_t blank_offset = 0;
     std::uint64_t blank_rows = 0;
 };
@@ -74,13 +74,13 @@ struct SeriesColumn {
 
 struct Recording::State {
     std::string path;
-    std::string place;  // Where the file is while it grows.
-    // In this order, so that the library closes its file before its place is given up.
+    std::string place;  // The path of the file while it grows.
+    // In this order, so that the library closes its file before the place is released.
     std::optional<OutputFile> output;
     std::unique_ptr<Hdf5File> file;
     std::optional<OutputFile> sidecar, line_sidecar;  // Written at the end.
     std::optional<Error> failure;
-    bool lacks_step = false;  // One that there was no space for.
+    bool lacks_step = false;  // A step for which there was no space.
 
     std::optional<StepTable> steps;
     std::uint64_t most_rows = 0;
@@ -143,7 +143,8 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
     return fact_bytes + text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
 }
 
-// Space for a step that needs no more than this; why there is none, or nothing. Also some for the next ones, which may need less.
+// Reserves space for a step that needs no more than this, and some for the next ones, which may need less. Returns why that failed, or
+// nothing.
 std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
     const std::uint64_t ahead = file->space_ahead();
     if (ahead >= bytes) return std::nullopt;
@@ -193,7 +194,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     file->write_text("/meld/predicates", info.predicates);
 }
 
-// Columns with a row for each catom are made at the first step, when the size of the ensemble tells the size of a chunk.
+// Columns with a row for each catom are made at the first step, when the size of the ensemble determines the size of a chunk.
 void Recording::State::make_point_columns(std::uint64_t rows) {
     const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMaxChunkRows);
     points = SeriesColumn{.values = file->make_column(
@@ -207,10 +208,11 @@ SeriesColumn Recording::State::make_array(const std::string& name, ElementType t
     column.values = file->make_column(
         "/VTKHDF/PointData/" + name,
         {.type = type, .components = components, .chunk_rows = chunk, .compressed = true, .readable_at_once = steps->steps() > 0});
-    // For earlier steps the array begins with rows that are never written; their offsets read as 0, which is where they are.
+    // For earlier steps the array begins with rows that are never written; the offsets of those steps read as 0, which is the index of
+    // these rows.
     if (steps->steps() > 0) {
         leave_blank(column, most_rows);
-        // The tables, which readers see, name an array that is there.
+        // The tables, which readers see, name only arrays that exist.
         file->flush();
     }
     column.offsets = steps->add_column("PointDataOffsets/" + name, ElementType::Int64);
@@ -321,7 +323,7 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     State& state = *state_;
     if (state.failure) return tl::unexpected(*state.failure);
     const std::uint64_t rows = ids.size();
-    // Ids are below 2^63, and readers know only signed ones as ids.
+    // Ids are below 2^63, and readers accept only signed ids.
     std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
     all.insert(all.end(), arrays.begin(), arrays.end());
     std::vector<RecordedTable> all_tables(tables.begin(), tables.end());

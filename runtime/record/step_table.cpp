@@ -17,7 +17,7 @@ constexpr const char* kLink = "Steps";
 
 std::string table(std::size_t number) { return fmt::format("/meld/steps/{}", number); }
 
-// The table that a step is written to; the other one is what readers see meanwhile.
+// The table to which the step is written; readers see the other one in the meantime.
 std::size_t turn(std::int64_t step) { return static_cast<std::size_t>(step % 2); }
 
 }  // namespace
@@ -42,7 +42,7 @@ StepColumn StepTable::add_column(const std::string& name, ElementType type, int 
     column.components = static_cast<std::size_t>(components);
     for (const std::size_t number : {0u, 1u}) {
         const ColumnShape shape = {.type = type, .components = components, .chunk_rows = kStepsPerChunk, .readable_at_once = steps_ > 0};
-        // The table whose turn it is lacks the last step, which is written together with the next.
+        // The table to be written lacks the last step, which is written together with the next.
         const std::int64_t rows = number == turn(steps_) ? std::max<std::int64_t>(steps_ - 1, 0) : steps_;
         column.in[number] = file_.make_column(table(number) + "/" + name, shape, static_cast<std::uint64_t>(rows));
     }

@@ -4,10 +4,10 @@ namespace meld::record {
 
 namespace {
 
-// Not compressed, so that what is added to a chunk leaves what stands in it where it is.
+// Not compressed, so that adding to a chunk does not move its present data.
 constexpr std::uint64_t kTextChunk = 16384;  // Bytes
 constexpr std::uint64_t kEndsChunk = 1024;
-constexpr std::uint64_t kChunkTableBytes = 4096;  // What HDF5 needs to find a table's chunks, in a step.
+constexpr std::uint64_t kChunkTableBytes = 4096;  // The space that HDF5 needs in a step to find a table's chunks.
 
 }  // namespace
 

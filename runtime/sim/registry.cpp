@@ -18,7 +18,7 @@ namespace meld::sim {
 
 namespace {
 
-// Catoms stand still. It says so where a program wanted them to move.
+// Catoms do not move. Warns if a program requested moves.
 class NoMotion : public SimModule {
   public:
     Result<void> after(Subdomain& subdomain) override {

@@ -34,7 +34,7 @@ Result<void> Simulation::each_module(const Call& call) {
     return {};
 }
 
-// Makes what the world chose for an interface and puts it where it acts.
+// Makes the implementation that the world chose for an interface and adds it.
 Result<void> Simulation::make(const std::string& interface, const std::string& name, const Registry& registry) {
     const auto choice = registry.choose(interface, name);
     if (!choice) return tl::unexpected<Error>(choice.error());
@@ -90,9 +90,9 @@ Result<void> Simulation::run_tick() {
     summary_.dropped += t.tick.dropped;
     summary_.sent_bytes += t.sent_bytes;
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
-    // How far the others came in such a tick depends on the processes, so nobody may look at it.
+    // The progress of the other catoms in such a tick depends on the processes, so nobody may see it.
     if (subdomain_.status().half_way()) return {};
-    // What is being written is written to its end.
+    // Files that are being written are written to their end.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
 }

@@ -1,5 +1,5 @@
-// Changes of single rows of a column: applying them, and telling the readers which they were. Columns with lists are not
-// followed by row.
+// Changes of single rows of a column: applies them and notes for the readers which rows they were. The changes of columns with lists are
+// not recorded by row.
 #include <cstring>
 
 #include "runtime/tuple/columns.h"
@@ -62,7 +62,7 @@ void Columns::replace_rows(u32 column, u32 catom, const void* with, u32 count, i
 
 void Columns::change_rows(u32 column, u32 catom, RowChanges* changes, int pool) {
     MELD_EXPECT(changes_.follows(column), "column {}", column);
-    // A few rows are found and changed in place; many are cheaper merged in one go.
+    // A few rows are found and changed in place; many are cheaper to merge at once.
     const bool few = changes->removed + changes->added <= 8;
     few ? change_in_place(column, catom, *changes, pool) : merge_changes(column, catom, *changes, pool);
     changes_.note(column, catom, changes, pool);

@@ -15,7 +15,7 @@ const List* list_at(const u8* place) {
     return list;
 }
 
-// How many rows fit into the block taken for these bytes. The block's class must follow from that number alone.
+// How many rows fit into the block for this many bytes. The block's class must depend only on that number.
 u32 block_capacity(std::size_t bytes, std::size_t row_bytes) {
     const std::size_t rows = RowPool::capacity(bytes) / row_bytes;
     return static_cast<u32>(RowPool::capacity(rows * row_bytes) == RowPool::capacity(bytes) ? rows : bytes / row_bytes);
@@ -78,7 +78,7 @@ void Columns::release_dropped(int pool) {
 
 void Columns::resize(std::size_t catoms) {
     if (catoms > capacity_) {
-        // The first size is exact, later ones leave room: worlds are mostly made at once.
+        // The first size is exact, later ones leave room: worlds are usually made at once.
         const std::size_t room = capacity_ == 0 ? catoms : std::max(catoms, capacity_ + capacity_ / 4 + 64);
         for (u32 c = 0; c < module_.column_count; ++c) {
             void* bigger = std::realloc(pointers_[c], std::max<std::size_t>(1, room * module_.columns[c].stride));
@@ -171,7 +171,7 @@ void Columns::clear(u32 catom, int pool) {
     release_dropped(pool);
 }
 
-// The bytes, and behind them the lists that the words in them stand for; those words are not sent.
+// The bytes, followed by the lists to which words in them point; those words are not sent.
 void Columns::pack_column(u32 column, u32 catom, ByteWriter& out) const {
     const ColumnInfo& info = module_.columns[column];
     const u8* from = entry(column, catom);

@@ -40,7 +40,7 @@ Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
 
 void store(const FieldInfo& field, u8* base, Value v) {
     v = normal(field.type, v);
-    // The low bytes come first; a copy of a length known here is one instruction.
+    // The low bytes come first; a copy of a length known at compile time is one instruction.
     u8* at = base + field.offset;
     switch (field.bytes) {
         case 1:
@@ -85,7 +85,7 @@ int compare_row(const ModuleInfo& module, const PredicateInfo& p, const u8* row,
     return 0;
 }
 
-// The first row not less than the arguments, and whether it equals them. The last is asked first: mostly facts come in order.
+// The first row not less than the arguments, and whether it equals them. Tries the last row first, because facts usually come in order.
 std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& p, const RowsHead& head, const Value* arguments) {
     const u32 size = module.columns[p.column].row_bytes;
     u32 low = 0, high = head.count;
@@ -103,8 +103,8 @@ std::pair<u32, bool> lower_bound(const ModuleInfo& module, const PredicateInfo& 
     return {low, equal};
 }
 
-// Puts facts in order, those that are equal as they stand. A word of the first argument decides most; facts with the same
-// one are often in order already, for their sender went through its own facts in order.
+// Sorts facts; equal ones keep their order. A word of the first argument decides most comparisons; facts with the same word are often
+// sorted already, because their sender went through its own facts in order.
 void sort_facts(const ModuleInfo& module, const PredicateInfo& p, std::vector<const Value*>& facts) {
     constexpr std::size_t kFew = 16;
     if (facts.size() <= kFew) {
@@ -304,7 +304,7 @@ void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32
     std::array<u64, 4> words{};
     for (std::size_t i = 0; i < numbers.count; ++i) words[i] = normal(ValueType::Float, Value{.real = numbers.at[i]}).catom;
     if (p.fields[0].type != ValueType::Vec3) {
-        // No list of the record is touched, so none changes its owners.
+        // No list of the record changes, so no owner does.
         for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{.catom = words[i]});
         set_present(p, record, true);
     } else if (u64* items = present(p, record) ? columns.lists().own_items(load(p.fields[0], record).list) : nullptr; items != nullptr) {

@@ -21,7 +21,7 @@ std::string print_float(double real) {
     return text;
 }
 
-// What stands around the items.
+// The brackets around the items.
 std::pair<std::string_view, std::string_view> brackets(ValueType kind) {
     switch (kind) {
         case ValueType::Set:
@@ -283,7 +283,7 @@ class Parser {
         rest_.remove_prefix(text.size());
         return true;
     }
-    // A name that does not go on.
+    // A name that ends here.
     bool word(std::string_view name) {
         skip();
         if (!rest_.starts_with(name)) return false;

@@ -23,7 +23,7 @@ std::string_view bytes_of(const List* text) {
     return text == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(text->items), text->count);
 }
 
-// The words that the items of a list take.
+// The number of words of a list's items.
 std::size_t item_words(Type type, std::size_t count) { return type.kind() == ValueType::String ? (count + 7) / 8 : count; }
 
 u64 word_of(const List* list) { return reinterpret_cast<u64>(list); }
@@ -46,7 +46,7 @@ int compare(Type type, Value a, Value b) {
     }
     if (a.list == b.list) return 0;
     const std::size_t left = length(a.list), right = length(b.list);
-    // Words are compared without asking each for its type.
+    // Words are compared without a test of the type for each.
     if (!type.has_fields() && type.item(0).kind() == ValueType::Int) {
         for (std::size_t i = 0; i < std::min(left, right); ++i)
             if (a.list->items[i] != b.list->items[i]) return compare_words(item(a.list, i).integer, item(b.list, i).integer);
@@ -150,7 +150,7 @@ Block* block_of(const List* list) {
     return reinterpret_cast<Block*>(const_cast<std::byte*>(reinterpret_cast<const std::byte*>(list)) - offsetof(Block, list));
 }
 
-// What a list takes with all that is in it, without the List itself; the longest list in it.
+// The size of a list with everything in it, without the List itself; and the longest list in it.
 struct Measure {
     std::size_t words = 0;
     std::size_t longest = 0;
@@ -178,7 +178,7 @@ struct Measure {
     }
 };
 
-// Copies the items of a list, and those in it, to `to` and behind; returns where the next may stand.
+// Copies the items of a list, and the lists in it, to `to` and after it; returns where the next may begin.
 u64* copy_items(Type type, const List& from, List& into, u64* to) {
     u64* items = to;
     to += item_words(type, from.count);
@@ -234,7 +234,7 @@ void ListStore::release(const List* list, int pool) {
     if (list == nullptr) return;
     MELD_EXPECT(list->stored != 0);
     Block* block = block_of(list);
-    // The last owner must see what all others did with the list before it frees it.
+    // The last owner must see everything that others did with the list before it frees it.
     if (block->owners.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
     pools_[static_cast<std::size_t>(pool)].bytes -= static_cast<std::ptrdiff_t>(block->bytes);
     block->~Block();

@@ -63,7 +63,7 @@ void IdTable::erase(std::uint32_t index, std::span<const std::uint64_t> ids) {
     const std::size_t mask = rows_.size() - 1;
     std::size_t hole = mix64(ids[index]) & mask;
     while (rows_[hole] != index) hole = (hole + 1) & mask;
-    // Rows after the hole move up into it unless they would then stand before the place they are searched from.
+    // Rows after the hole move up into it unless they would then be before the row where their search begins.
     for (std::size_t at = (hole + 1) & mask; rows_[at] != kAbsent; at = (at + 1) & mask) {
         const std::size_t home = mix64(ids[rows_[at]]) & mask;
         if (((at - home) & mask) < ((at - hole) & mask)) continue;

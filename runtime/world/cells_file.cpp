@@ -12,7 +12,7 @@
 namespace meld::world {
 namespace {
 
-// The integers of a line; the column of what is none of them is in the error.
+// The integers of a line; the error contains the column of a field that is not an integer.
 Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::string& path, std::size_t line_number) {
     std::vector<std::int64_t> numbers;
     for (std::size_t at = 0; at <= line.size();) {

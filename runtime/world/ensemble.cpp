@@ -1,4 +1,4 @@
-// Bricks are slots that never go away; catoms are indices that are given back and used again, lowest first.
+// Bricks are slots that are never removed; catoms are indices that are freed and reused, lowest first.
 #include "runtime/world/ensemble.h"
 
 #include <algorithm>
@@ -212,7 +212,7 @@ std::optional<Catom> Ensemble::find(std::uint64_t id) const {
         }
         ids_kept_ = true;
     }
-    // Where the id is less than the first, the difference wraps around and is no index.
+    // If the id is less than the first, the difference wraps around and is not an index.
     if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && state_[index] != kCatomFree)
         return static_cast<Catom>(index);
     const Catom known = ids_.find(id, id_);

@@ -1,4 +1,4 @@
-// The scanner of shapes and regions, and the cursor its tokens are read through.
+// The scanner of shapes and regions, and the cursor over its tokens.
 #include "runtime/world/expression.h"
 
 #include <fmt/format.h>

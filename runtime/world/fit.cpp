@@ -16,8 +16,8 @@
 namespace meld::world {
 namespace {
 
-// Two scales nearer than this, as a share of the scale, are one: cells that mirror each other join the shape at scales that
-// differ by rounding alone.
+// Two scales nearer than this, as a share of the scale, count as one: cells that mirror each other join the shape at scales that differ
+// only by rounding.
 constexpr double kSameScale = 1e-12;
 // The first step away from the estimated scale, as a factor; every further step squares it.
 constexpr double kFirstStep = 1.02;
@@ -70,7 +70,7 @@ class Fitter {
         return unscaled == 0 ? 1 : std::cbrt(static_cast<double>(wanted_) / static_cast<double>(unscaled));
     }
 
-    // A scale with fewer cells than wanted, and a larger one with enough; nothing where no shape within the lattice has enough.
+    // A scale with fewer cells than wanted, and a larger one with enough; nothing if no shape within the lattice has enough.
     std::optional<std::pair<Size, Size>> bracket(Size start) const {
         start.cells = cells_at(start.scale);
         Size smaller = start, larger = start;
@@ -88,8 +88,8 @@ class Fitter {
         return std::pair(smaller, larger);
     }
 
-    // The cells to leave out. Of the cells that the larger shape has and the smaller has not, those go first that are farthest,
-    // in links, from the smaller shape, so that the rest stays connected; of those equally far every n-th.
+    // The cells to leave out. Of the cells that only the larger shape has, those farthest in links from the smaller shape are left out
+    // first, so that the rest stays connected; of those equally far, every n-th.
     std::vector<CellKey> surplus(const Size& smaller, const Size& larger) const {
         std::uint64_t count = larger.cells - wanted_;
         if (count == 0) return {};
@@ -122,8 +122,8 @@ class Fitter {
         return gained;
     }
 
-    // The gained cells by their distance in links from the cells of both shapes, each layer ascending; those that no links
-    // lead to are the last layer.
+    // The gained cells by their distance in links from the cells of both shapes, each layer ascending; cells without such a path are the
+    // last layer.
     std::vector<std::vector<CellKey>> layers_around(const Shape& inner, const Shape& outer, const std::vector<CellKey>& gained) const {
         const auto in_both = [&](Cell cell) {
             const Vec3 at = lattice_.position(cell);

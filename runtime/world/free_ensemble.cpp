@@ -1,7 +1,7 @@
-// Catoms that stand anywhere and are linked with whom they touch.
+// Catoms at arbitrary positions, linked with those they touch.
 //
-// A module finds the neighbour over a port by a table of steps within bricks. Here a brick holds no cells but the links of 42
-// catoms, 12 ports each: a catom's site is where its links begin, and the step over a port leads that many places on.
+// A module finds the neighbour over a port by a table of steps within bricks. Here a brick holds no cells but the links of 42 catoms, 12
+// ports each: a catom's site is where its links begin, and the step over a port leads that many entries further.
 #include <algorithm>
 
 #include "runtime/base/assert.h"

@@ -1,4 +1,4 @@
-// Facts and settings as text that the compiler of the language can read again.
+// Facts and settings as text that the compiler can read again.
 #include "runtime/world/given_facts.h"
 
 #include <fmt/format.h>
@@ -10,14 +10,14 @@
 namespace meld::world {
 namespace {
 
-// Beyond any run, and far from what overflows.
+// Beyond any run, and far from an overflow.
 constexpr std::uint64_t kMaxTicks = 1'000'000'000;
 
 bool all_digits(std::string_view text) {
     return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Whether the text can stand as it is: a number, a truth value, a catom, or a string with its quotes.
+// Whether the text can stay as it is: a number, a bool, a catom, or a string with its quotes.
 bool is_literal(std::string_view text) {
     if (text == "true" || text == "false") return true;
     if (text.starts_with('@')) return all_digits(text.substr(1));
@@ -46,7 +46,7 @@ std::string float_literal(double number) {
     return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-// Inside an array a string is a string, unless it names a catom; numbers stand there as numbers.
+// Inside an array a string is a string, unless it names a catom; numbers are numbers.
 std::string array_literal(TomlReader& reader, const toml::array& array, std::string_view what) {
     std::string text = "[";
     for (const toml::node& item : array) {
@@ -133,7 +133,7 @@ void read_event(TomlReader& reader, const toml::table& table, double tick_second
     section.read_count("tick", tick, 1, kMaxTicks);
     double seconds = tick_seconds;
     section.read_seconds("time", seconds);
-    // As a delay of the language: so many whole ticks as fit, and at least one.
+    // As for a delay in the language: the number of whole ticks that fit, but at least one.
     if (section.has("time"))
         tick =
             static_cast<std::uint64_t>(std::clamp(std::floor(seconds / tick_seconds * (1 + 1e-12)), 1.0, static_cast<double>(kMaxTicks)));

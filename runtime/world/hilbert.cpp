@@ -1,4 +1,4 @@
-// The Hilbert curve by Skilling's transform: the index with its bits dealt out to the axes is a Gray-coded place.
+// The Hilbert curve by Skilling's transform: the index with its bits distributed over the axes is a Gray-coded cell.
 #include "runtime/world/hilbert.h"
 
 #include "runtime/base/assert.h"
@@ -18,7 +18,7 @@ std::uint64_t spread(std::uint64_t bits) {
     return bits;
 }
 
-// Keeps each third bit and closes the gaps.
+// Keeps every third bit and closes the gaps.
 std::uint32_t gather(std::uint64_t bits) {
     bits &= 0x1249249249249249;
     bits = (bits | bits >> 2) & 0x10c30c30c30c30c3;

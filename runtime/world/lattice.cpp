@@ -67,7 +67,7 @@ const Ports& ports_of(LatticeKind kind) {
     return kFcc;
 }
 
-// A coordinate as a cell number that is at least in reach of the world, whatever the double was.
+// A coordinate as a cell number near the range of the world, whatever the double was.
 std::int32_t clamped(double value) {
     return static_cast<std::int32_t>(std::clamp(value, static_cast<double>(-kCellLimit), static_cast<double>(kCellLimit - 1)));
 }
@@ -79,7 +79,7 @@ Lattice::Lattice(LatticeKind kind) : kind_(kind), ports_(ports_of(kind).count), 
     step_.resize(static_cast<std::size_t>(ports_) * kBrickCells);
     for (int port = 0; port < ports_; ++port) {
         for (u32 number = 0; number < kBrickCells; ++number) {
-            // A brick's first layer is even, so the table of the brick at the origin holds for all of them.
+            // A brick's first layer is even, so the table of the brick at the origin is valid for all of them.
             const Cell there = neighbour(cell_in_brick({}, number), port);
             const Cell brick = brick_of(there);
             const u32 place = static_cast<u32>((brick.x + 1) + 3 * (brick.y + 1) + 9 * (brick.z + 1));

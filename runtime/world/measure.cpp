@@ -1,4 +1,4 @@
-// The size of a world before there is one.
+// Computes the size of a world before it is made.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 namespace meld::world {
 namespace {
 
-// Into how many pieces space is cut: fine enough to tell a shell from a solid, quick enough to be done at each start.
+// The number of pieces into which space is divided: fine enough to tell a shell from a solid, fast enough for each start.
 constexpr std::size_t kPieces = 20'000;
-// Cells asked in each piece for the estimate: its error is then about a percent even of a thin shell.
+// Cells tested in each piece for the estimate: its error is then about a percent even for a thin shell.
 constexpr int kSamples = 8;
 
 double cells_between(Cell first, Cell last) {
@@ -29,7 +29,7 @@ double points_between(double low, double high, double offset, double step) {
     return std::max(0.0, std::ceil((high - offset) / step) - std::ceil((low - offset) / step));
 }
 
-// The box that a shape is, if it is one and stands along the axes.
+// The box that a shape is, if it is an axis-aligned box.
 std::optional<Box> plain_box(const Shape& shape) {
     if (!shape.root()) return std::nullopt;
     const Solid& solid = shape.root()->solid;
@@ -70,7 +70,7 @@ struct Count {
     double at_most = 0, about = 0;
 };
 
-// How many of a few cells, spread over a piece in a way that is the same each time, lie in the shape.
+// How many of a few cells, spread over a piece in a fixed way, lie in the shape.
 double share_inside(const Shape& shape, const Lattice& lattice, const Piece& piece, std::uint64_t seed) {
     int inside = 0;
     for (int i = 0; i < kSamples; ++i) {
@@ -87,7 +87,7 @@ double share_inside(const Shape& shape, const Lattice& lattice, const Piece& pie
     return static_cast<double>(inside) / kSamples;
 }
 
-// Cuts the largest pieces in two until there are enough of them, dropping those the shape does not reach.
+// Halves the largest pieces until there are enough of them, dropping those that the shape does not reach.
 Count count_cells(const Shape& shape, const Lattice& lattice, Piece all) {
     std::deque<Piece> pieces = {all};
     Count count;

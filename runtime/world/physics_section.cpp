@@ -27,14 +27,14 @@ void each_table(TomlReader& reader, const toml::table& motion, std::string_view 
     for (const toml::node& table : *node->as_array()) read(*table.as_table());
 }
 
-// The keys that only some kinds of a thing have.
+// The keys that only some kinds of an object have.
 struct KeysOfKind {
     std::string_view kind;
     std::vector<std::string_view> keys;
     bool has(std::string_view key) const { return std::find(keys.begin(), keys.end(), key) != keys.end(); }
 };
 
-// A key of another kind would do nothing here.
+// A key of another kind would have no effect here.
 void refuse_keys_of_others(const Section& section, std::string_view kind, std::initializer_list<KeysOfKind> kinds) {
     const KeysOfKind& own = *std::find_if(kinds.begin(), kinds.end(), [&](const KeysOfKind& k) { return k.kind == kind; });
     for (const KeysOfKind& other : kinds)
@@ -173,7 +173,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
-    // Only blocks have soft contacts; two sweeps of the others from nothing would leave most of a blow unanswered.
+    // Only blocks have soft contacts; two cold sweeps of the other engines would resolve only part of an impact.
     if (p.engine != "blocks") p.solver = "pgs20";
     section.read_choice("solver", p.solver, {"soft", "pgs20"});
     if (p.engine != "blocks" && p.solver == "soft")

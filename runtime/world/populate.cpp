@@ -9,7 +9,7 @@
 namespace meld::world {
 namespace {
 
-// Bricks are dealt out to shares in runs of this many: neighbours cost about the same, and a run is walked in one go.
+// Bricks are assigned to shares in runs of this many: neighbours cost about the same, and a run is walked at once.
 constexpr std::uint64_t kRun = 16;
 
 Box positions(const Lattice& lattice, Cell first_brick, Cell last_brick) {
@@ -42,8 +42,8 @@ void for_each_part(Cell first, Cell last, const F& f) {
     }
 }
 
-// Sets the bits of the cells of a part of a brick that lie in the shape. A quarter or an eighth of a brick is asked about
-// once before its cells are: most parts of a brick that a thin wall passes through are empty.
+// Sets the bits of the cells of a part of a brick that lie in the shape. A quarter or an eighth of a brick is tested once before its cells
+// are: most parts of a brick that a thin wall crosses are empty.
 void add_part(const Shape& shape, const Lattice& lattice, Cell first, Cell last, BrickCells& bits) {
     Box box;
     lattice.positions_covering(first, last, box.low, box.high);
@@ -66,7 +66,7 @@ struct Walk {
     const Lattice& lattice;
     const std::function<bool(Cell)>& visit;
 
-    // Whether to go on. `inside`: the bricks are known to lie wholly in the shape.
+    // Whether to continue. `inside`: the bricks are known to lie wholly in the shape.
     bool over(Cell first, Cell last, bool inside) const {
         if (!inside) {
             const Box box = positions(lattice, first, last);
@@ -95,7 +95,7 @@ BrickCells listed_cells(const World& world, const Lattice& lattice, BrickKey bri
     return bits;
 }
 
-// The bricks with listed cells, ascending; the cells are sorted by key, so those of a brick stand together.
+// The bricks with listed cells, ascending; the cells are sorted by key, so those of a brick are adjacent.
 std::vector<BrickKey> bricks_of_list(const World& world, const Lattice& lattice) {
     std::vector<BrickKey> bricks;
     for (const Cell cell : world.cells) {

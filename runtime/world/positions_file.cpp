@@ -14,7 +14,7 @@ namespace {
 
 enum class Column { X, Y, Z, Radius, Mass };
 
-// A file without names has the coordinates alone.
+// A file without names has only the coordinates.
 const std::vector<Column> kPlace{Column::X, Column::Y, Column::Z};
 
 constexpr std::string_view kSizes[] = {"radius", "mass"};
@@ -35,7 +35,7 @@ Result<std::vector<Column>> parse_names(std::string_view line, const std::string
         return {};
     });
     if (!done) return tl::unexpected(done.error());
-    // A heading of a word or two names nothing.
+    // A heading of a word or two is not a line of column names.
     return columns.size() < kPlace.size() ? kPlace : columns;
 }
 

@@ -1,4 +1,4 @@
-// Regions: parsed once into a small tree of tests, asked once per catom.
+// Regions: parsed once into a small tree of tests, evaluated once per catom.
 //
 //   region     = conjunction { "||" conjunction }
 //   conjunction = test { "&&" test }
@@ -91,7 +91,7 @@ std::int64_t value_of(Variable variable, const Catom& catom) {
 
 bool holds(const Compare& t, const Catom& catom) {
     std::int64_t value = value_of(t.variable, catom);
-    // The remainder of a negative coordinate is positive, so that each n-th cell is picked across zero too.
+    // The remainder of a negative coordinate is positive, so that every n-th cell is selected across zero too.
     if (t.modulus != 0) value = ((value % t.modulus) + t.modulus) % t.modulus;
     const double number = static_cast<double>(value);
     switch (t.comparison) {

@@ -1,4 +1,4 @@
-// Asking a shape: each question walks down the tree, combinations by the rules of sets and of distances.
+// Queries of a shape: each query walks down the tree and combines results by the rules of sets and of distances.
 #include "runtime/world/shape.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace meld::world {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Distances are rounded; a box that touches a surface this closely counts as touched.
+// Distances are rounded; a box this close to a surface counts as touched.
 constexpr double kSlack = 1e-9;
 constexpr Box kNothing = {{0, 0, 0}, {-1, -1, -1}};
 
@@ -144,7 +144,7 @@ Box bounds(const Rotated& s) {
         for (std::size_t i = 0; i < 3; ++i) p[i] = corner >> i & 1 ? box.high[i] : box.low[i];
         p = turned(p, s.axis, s.sine, s.cosine);
         for (std::size_t i = 0; i < 3; ++i) {
-            // Rounding must not leave a point of the shape outside.
+            // Rounding must not exclude a point of the shape.
             all.low[i] = std::min(all.low[i], p[i] - kSlack * (1 + std::abs(p[i])));
             all.high[i] = std::max(all.high[i], p[i] + kSlack * (1 + std::abs(p[i])));
         }
@@ -152,7 +152,7 @@ Box bounds(const Rotated& s) {
     return all;
 }
 
-// The middle of a box, and how far its corners are from there, a little more for rounding.
+// The middle of a box, and the distance of its corners from there, plus a little for rounding.
 struct BallAround {
     Vec3 centre;
     double radius;

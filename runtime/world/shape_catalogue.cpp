@@ -43,7 +43,7 @@ Made make_campus(const Arguments& a) {
 
 Made make_difference(const Arguments& a) { return Difference{a.shapes[0], {a.shapes.begin() + 1, a.shapes.end()}}; }
 
-// Quarter turns are exact, so that a turned box holds the cells one expects.
+// Quarter turns are exact, so that a rotated box contains the cells one expects.
 Made make_rotated(const Arguments& a) {
     const double quarters = std::fmod(a[2], 360) / 90;
     double sine = std::sin(quarters * std::numbers::pi / 2), cosine = std::cos(quarters * std::numbers::pi / 2);

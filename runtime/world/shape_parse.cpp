@@ -1,4 +1,4 @@
-// Parsing a shape: name ( argument , ... ), arguments by place or by name, checked against the catalogue.
+// Parses a shape: name ( argument , ... ), arguments by position or by name, checked against the catalogue.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class ArgumentReader {
         arguments_.number.resize(entry.parameters.size());
     }
 
-    // From behind the opening parenthesis to behind the closing one.
+    // From after the opening parenthesis to after the closing one.
     Parsed<Arguments> read() {
         if (!cursor_.at(")")) {
             do {
@@ -54,7 +54,7 @@ class ArgumentReader {
     }
 
   private:
-    // The parameter that the next argument is for; a name and its '=' are taken.
+    // The parameter for the next argument; a name and its '=' are consumed.
     Parsed<std::size_t> next_parameter() {
         const Token token = cursor_.peek();
         const bool named = token.kind == TokenKind::Word && cursor_.peek(1).kind == TokenKind::Sign && cursor_.peek(1).text == "=";

@@ -1,5 +1,5 @@
-// Formulas of the solids. Distances of box, torus, cylinder and cone are the usual ones; those of ellipsoid and helix are
-// found by Newton's method on a function that is convex where it is searched, so that it cannot go astray.
+// Formulas of the solids. Distances of box, torus, cylinder and cone are the usual ones; those of ellipsoid and helix are found by Newton's
+// method on a function that is convex in the search interval, so it always converges.
 #include "runtime/world/solids.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ double length(double a, double b, double c) { return std::sqrt(a * a + b * b + c
 double around_z(const Vec3& p) { return length(p[0], p[1]); }
 Box symmetric(Vec3 half) { return {{-half[0], -half[1], -half[2]}, half}; }
 
-// The distance to a rectangle or a straight prism, given the distances beyond two of its walls that stand at right angles.
+// The distance to a rectangle or a straight prism, given the distances beyond two of its perpendicular walls.
 double beyond(double a, double b) { return std::min(std::max(a, b), 0.0) + length(std::max(a, 0.0), std::max(b, 0.0)); }
 
 bool between(double value, double half) { return value >= -half && value < half; }
@@ -47,7 +47,7 @@ bool contains(const Ellipsoid& s, const Vec3& p) {
 double distance(const Ellipsoid& s, const Vec3& p) {
     const std::size_t shortest = static_cast<std::size_t>(std::min_element(s.radius.begin(), s.radius.end()) - s.radius.begin());
     const double least = square(s.radius[shortest]);
-    // A point in the plane across the shortest axis has no root there; a hair off the plane it has, a hair away.
+    // In the plane across the shortest axis there is no root; slightly off the plane there is one, slightly away.
     Vec3 q = {std::abs(p[0]), std::abs(p[1]), std::abs(p[2])};
     q[shortest] = std::max(q[shortest], 1e-9 * s.radius[shortest]);
     double t = 0;
@@ -83,7 +83,7 @@ bool contains(const Cone& s, const Vec3& p) {
     return between(p[2], s.half) && around_z(p) <= s.low + (s.high - s.low) * (p[2] + s.half) / (2 * s.half);
 }
 
-// Within the plane of the axis and the point the cone is half a trapezium: the nearest of its slanted side and its two ends.
+// In the plane of the axis and the point the cone is half a trapezium: the nearest of its slanted side and its two ends.
 double distance(const Cone& s, const Vec3& p) {
     const double rho = around_z(p);
     const double end = length(std::max(rho - (p[2] < 0 ? s.low : s.high), 0.0), std::abs(p[2]) - s.half);
@@ -154,7 +154,7 @@ Flare flare(const Trumpet& s, double x) {
     return {s.wall / 2 + scale * (grown - 1), scale * grown * kTrumpetFlare / s.length};
 }
 
-// How far a point is from the wall's surfaces, measured straight away from the axis.
+// The distance of a point from the wall's surfaces, measured perpendicularly to the axis.
 double from_wall(const Trumpet& s, const Vec3& p) {
     const Flare middle = flare(s, std::clamp(p[0], 0.0, s.length));
     return std::abs(length(p[1], p[2]) - middle.radius) - s.wall / 2 * std::sqrt(1 + square(middle.slope));

@@ -19,7 +19,7 @@ void set_bit(BrickCells& bits, std::uint32_t number) { bits[number / 64] |= std:
 
 double distance_squared(const Vec3& p) { return p[0] * p[0] + p[1] * p[1] + p[2] * p[2]; }
 
-// The cells of a shape in a brick without those left out, which are sorted.
+// The cells of a shape in a brick except those left out, which are sorted.
 BrickCells cells_without(const FittedShape& fitted, const Lattice& lattice, Cell brick) {
     BrickCells bits = cells_in_shape(fitted.shape, lattice, brick);
     const CellKey first = lattice.key(lattice.cell_in_brick(brick, 0));
@@ -31,7 +31,7 @@ BrickCells cells_without(const FittedShape& fitted, const Lattice& lattice, Cell
     return bits;
 }
 
-// The cell of both body and target nearest the origin; of equals, the one with the least key.
+// The cell of both body and target that is nearest to the origin; of equals, the one with the least key.
 std::optional<Cell> starting_cell(const World& world, const FittedShape& fitted, const Lattice& lattice) {
     std::optional<std::pair<double, CellKey>> best;
     for_each_brick(fitted.shape, lattice, [&](Cell brick) {
@@ -51,7 +51,7 @@ std::optional<Cell> starting_cell(const World& world, const FittedShape& fitted,
     return lattice.cell_at(best->second);
 }
 
-// Breadth-first search over the cells of the target, which looks at the shape brick by brick as it gets there.
+// Breadth-first search over the cells of the target, which examines the shape brick by brick as it reaches the bricks.
 class Search {
   public:
     Search(const FittedShape& fitted, const Lattice& lattice) : fitted_(fitted), lattice_(lattice) {}

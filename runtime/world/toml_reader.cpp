@@ -33,7 +33,7 @@ std::string_view type_name(toml::node_type type) {
     }
 }
 
-// Where the string that begins at `at` ends: behind its closing quotes, or at the end of the text.
+// The end of the string that begins at `at`: after its closing quotes, or at the end of the text.
 std::size_t string_end(std::string_view text, std::size_t at) {
     const char quote = text[at];
     const bool lines = text.substr(at, 3) == std::string(3, quote);
@@ -103,7 +103,7 @@ void TomlReader::wrong_in(const toml::node& string, const ExpressionError& error
     const toml::source_region& source = string.source();
     const std::string& value = **string.as_string();
     const std::string_view rest = line(source.begin.line);
-    // The value stands right behind its quote unless it is escaped or of several lines.
+    // The value is right after its quote unless it is escaped or has several lines.
     const std::size_t quote = source.begin.column;
     const bool plain = quote < rest.size() && rest.substr(quote).starts_with(value);
     if (!plain) return wrong(source, fmt::format("column {} of the text: {}", error.column, error.problem), error.suggestion);

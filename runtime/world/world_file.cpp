@@ -18,10 +18,10 @@
 namespace meld::world {
 namespace {
 
-// How many bricks are looked into for the first catom, before a body is taken to have one.
+// How many bricks are examined for a first catom; after that a body is assumed to have one.
 constexpr int kBricksSearched = 10'000;
 
-// Worlds hold what people write; lists may have a line for each of 100 million catoms.
+// Worlds are written by people; lists may have a line for each of 100 million catoms.
 constexpr std::uint64_t kMaxWorld_bytes = std::uint64_t{256} << 20;
 constexpr std::uint64_t kMaxList_bytes = std::uint64_t{4} << 30;
 
@@ -164,7 +164,7 @@ void read_names(TomlReader& reader, const toml::table& table, std::string_view s
 void read_motion(TomlReader& reader, const toml::table& table, World& world) {
     MotionOptions& motion = world.motion;
     const toml::node* kind = table.get("kind");
-    // "ode" is what earlier versions called it, whatever the engine.
+    // "ode" is the name of earlier versions, for any engine.
     if (kind && kind->is_string() && (**kind->as_string() == "bodies" || **kind->as_string() == "ode")) {
         motion.kind = "bodies";
         double smallest = world.radius;
@@ -200,7 +200,7 @@ void read_time(TomlReader& reader, const toml::table& table, World& world) {
     section.read_seconds("tick", world.tick_seconds);
 }
 
-// Whether no cell of the world's lattice lies in the body; false when a large body must be searched for long.
+// Whether no cell of the world's lattice lies in the body; false if the search in a large body would take too long.
 bool surely_empty(const World& world, const Lattice& lattice) {
     int left = kBricksSearched;
     bool found = !world.cells.empty() || !world.placed.empty();
@@ -212,7 +212,7 @@ bool surely_empty(const World& world, const Lattice& lattice) {
     return !found && left > 0;
 }
 
-// What goes together with bodies that move freely, and what with cells.
+// Which sections go with bodies that move freely, and which with cells.
 void check_free(TomlReader& reader, const Section& top, World& world) {
     if (!world.is_free()) {
         if (!world.placed.empty())
@@ -229,7 +229,7 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
     }
 }
 
-// What can only be said of the world as a whole.
+// Checks that concern the world as a whole.
 void check_whole(TomlReader& reader, const Section& top, World& world) {
     if (world.held > world.motion.capacity) {
         reader.wrong(top.find("held")->source(),
@@ -271,7 +271,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     return world;
 }
 
-// What to do where TOML itself is wrong, of the mistakes that are common.
+// Help for common mistakes in TOML itself.
 std::string cure_of(std::string_view mistake) {
     const auto has = [mistake](std::string_view text) { return mistake.find(text) != std::string_view::npos; };
     if (has("could not determine value type")) return "write a text in quotes: lattice = \"square\"";
@@ -287,7 +287,7 @@ Result<World> parse_world(const std::string& text, const std::string& path) {
     if (const Result<void> shallow = check_key_depth(text, path); !shallow) return tl::unexpected<Error>(shallow.error());
     TomlReader reader(text, path);
     toml::table table;
-    // The library's parser reports mistakes by an exception, and only so.
+    // The library's parser reports mistakes only by an exception.
     try {
         table = toml::parse(std::string_view(text), std::string_view(path));
     } catch (const toml::parse_error& error) {

@@ -48,7 +48,7 @@ Result<std::vector<std::string>> compile_object(const std::string& cpp_text, con
                                                 const std::vector<std::pair<std::string, std::string>>& headers,
                                                 const ObjectOptions& options) {
     const std::string source = kMemoryRoot + name + ".cpp";
-    const bool halved = cpp_text.size() >= kLongModule && options.optimisation == 1;  // Elsewhere nothing is a step, or nothing takes time.
+    const bool halved = cpp_text.size() >= kLongModule && options.optimisation == 1;  // Otherwise there are no steps, or there is no gain.
     std::vector<std::string> arguments = front_end_arguments(source, options);
     if (halved) arguments.push_back("-disable-llvm-passes");
     ClangRun run = run_clang(arguments, in_memory_files(source, cpp_text, headers), halved ? ClangOutput::Bitcode : ClangOutput::Object);

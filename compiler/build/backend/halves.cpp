@@ -1,4 +1,5 @@
-// Each half reads the bitcode by itself, as LLVM's modules cannot be shared between threads, and drops what the other makes.
+// Each half reads the bitcode separately, because LLVM's modules cannot be shared between threads, and drops the functions of the other
+// half.
 #include "compiler/build/backend/halves.h"
 
 #include <llvm/Analysis/CGSCCPassManager.h>
@@ -27,10 +28,10 @@ namespace {
 
 constexpr std::size_t kHalves = 2;
 
-// A function of this module alone that stays a function.
+// A private function of this module that is not inlined.
 bool is_step(const llvm::Function& f) { return !f.isDeclaration() && f.hasLocalLinkage() && f.hasFnAttribute(llvm::Attribute::NoInline); }
 
-// The steps of each half, the longest first to the half that has less so far.
+// The steps of each half: the longest first, each to the half that has less so far.
 std::array<std::vector<llvm::Function*>, kHalves> share_out(llvm::Module& module) {
     std::vector<std::pair<unsigned, llvm::Function*>> steps;
     for (llvm::Function& f : module)
@@ -46,14 +47,14 @@ std::array<std::vector<llvm::Function*>, kHalves> share_out(llvm::Module& module
     return shares;
 }
 
-// What only this module knows becomes a name that both halves know, and nobody else.
+// Private names of the module become names that only the two halves know.
 void share(llvm::GlobalValue& value) {
     value.setLinkage(llvm::GlobalValue::ExternalLinkage);
     value.setVisibility(llvm::GlobalValue::HiddenVisibility);
 }
 
-// Leaves in the module what this half makes: its steps, and in the first half what others call by name and the variables.
-// Constants and the functions that go into their callers are in both.
+// Leaves in the module what this half compiles: its steps, and in the first half also exported functions and variables. Constants and
+// inlined functions are in both.
 void keep_half(llvm::Module& module, std::size_t half) {
     const auto shares = share_out(module);
     for (llvm::GlobalVariable& variable : module.globals())
@@ -92,7 +93,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& machine, int optimisati
     builder.registerLoopAnalyses(loops);
     builder.crossRegisterProxies(loops, functions, components, modules);
     llvm::ModulePassManager passes;
-    passes.addPass(llvm::GlobalDCEPass());  // What only the other half uses.
+    passes.addPass(llvm::GlobalDCEPass());  // Removes functions that only the other half uses.
     passes.addPass(builder.buildPerModuleDefaultPipeline(level_of(optimisation)));
     passes.run(module, modules);
 }

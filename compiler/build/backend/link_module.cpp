@@ -18,7 +18,7 @@ namespace meld {
 
 namespace {
 
-// lld tells what the system said in words only.
+// lld reports system errors only in words.
 bool lacks_space(const std::string& messages) {
     return std::ranges::any_of(std::initializer_list<int>{ENOSPC, EDQUOT, EFBIG},
                                [&](int error) { return messages.find(std::generic_category().message(error)) != std::string::npos; });
@@ -29,7 +29,7 @@ bool lacks_space(const std::string& messages) {
 Result<void> link_module(const std::vector<std::string>& object_paths, const std::string& output_path) {
     static std::mutex one_at_a_time;
     const std::scoped_lock lock(one_at_a_time);
-    // Without a mapping of its output, lld meets a full disk as an error and not as a signal.
+    // Without memory-mapping its output, lld meets a full disk as an error and not as a signal.
     std::vector<const char*> arguments = {"ld.lld",
                                           "-shared",
                                           "-Bsymbolic",

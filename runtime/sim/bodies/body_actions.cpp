@@ -11,7 +11,7 @@ namespace meld::sim {
 
 void BodyActions::start(const Subdomain& subdomain, const world::World& world) {
     world_ = &world;
-    // A program may call something else of its own so.
+    // A program may use the name for something else.
     const std::optional<u32> failed = tuple::find_predicate(subdomain.module, "failed", 1);
     if (!failed || subdomain.module.predicates[*failed].kind != PredicateKind::Linear ||
         subdomain.module.predicates[*failed].fields[0].type != ValueType::Int)
@@ -27,7 +27,7 @@ physics::Vec3 BodyActions::vector_of(const Subdomain& subdomain, const eval::Act
     return {tuple::item(list, 0).real, tuple::item(list, 1).real, tuple::item(list, 2).real};
 }
 
-// Actions come in the order of the catoms' numbers, so the last is the one that may be there already.
+// Actions come in the order of the catoms' numbers, so if the catom has an entry already, it is the last one.
 BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
     if (applied_.empty() || applied_.back().body != body) applied_.push_back({.body = body});
     return applied_.back();
@@ -74,7 +74,7 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
     return {};
 }
 
-// Who has a ghost of a body must push and switch it alike, since it moves its ghosts by itself.
+// Processes with a ghost of a body must push and switch it in the same way, because they move their ghosts themselves.
 void BodyActions::notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches) {
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     const auto notify = [&](const auto& record, bool is_switch) {
@@ -142,7 +142,7 @@ Result<void> BodyActions::apply(physics::Scene& scene, double step_s) {
     return each_applied(scene, [&](const AppliedWrench& p) {
         physics::Vec3 torque = p.torque_nm;
         if (p.rolls) {
-            // What brings it to its spin within the step, if the motor is strong enough for that.
+            // The torque that brings it to its angular velocity within the step, if the motor is strong enough.
             const physics::Vec3 missing = p.angular_velocity_rad_s - scene.state(p.body).angular_velocity_rad_s;
             MELD_EXPECT(step_s > 0, "{} s", step_s);
             physics::Vec3 motor = (scene.moment_of_inertia(p.body) / step_s) * missing;

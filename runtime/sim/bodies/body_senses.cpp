@@ -15,7 +15,7 @@ namespace meld::sim {
 
 namespace {
 
-// Whole bricks of the ensemble, whose bits for the target one worker writes.
+// Whole bricks of the ensemble, so that one worker writes all target bits of a brick.
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
 // The predicate that stores it, if the program reads it.
@@ -177,7 +177,7 @@ bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const
     if (last.count == 0) return true;
     if (sensor.sense.change == BodySense::Change::Share) return std::abs(now.at[0] - last.at[0]) > sensor.threshold * std::abs(last.at[0]);
     if (sensor.sense.change == BodySense::Change::Angle) {
-        // Half the angle between two rotations has this cosine.
+        // The cosine of half the angle between two rotations.
         const double cosine = std::abs(now.at[0] * last.at[0] + now.at[1] * last.at[1] + now.at[2] * last.at[2] + now.at[3] * last.at[3]);
         return 2 * std::acos(std::min(1.0, cosine)) > sensor.threshold;
     }
@@ -186,7 +186,7 @@ bool BodySenses::differs(const Sensor& sensor, const tuple::Numbers& last, const
     return sum > sensor.threshold * sensor.threshold;
 }
 
-// Which feature each neighbour touches nearest to: facts of those that are gone or have rolled on are taken back.
+// Which feature each neighbour touches most nearly: takes back facts of neighbours that have gone or rolled on.
 void BodySenses::write_contacts(Subdomain& subdomain, const PhysicsScene& physics, Catom catom, int worker) const {
     std::vector<std::pair<u64, i64>> last, now;
     tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *touches_at_, catom,

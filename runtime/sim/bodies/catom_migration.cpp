@@ -13,8 +13,8 @@ namespace {
 
 using NewOwners = std::map<std::uint64_t, int>;
 
-// One end of a link, as it is sent to the process that gets the catom: who is there, over which port of whom, and all that the
-// process needs to know the other as a ghost.
+// One end of a link, as sent to the process that gets the catom: the neighbour, the ports of both, and everything that the process needs to
+// have the neighbour as a ghost.
 struct Neighbour {
     int port = 0;
     int port_there = 0;
@@ -23,7 +23,7 @@ struct Neighbour {
     Migrant who = {};
 };
 
-// At least, of a neighbour as bytes.
+// The least number of bytes of a neighbour.
 constexpr std::size_t kNeighbourBytes = 3 * sizeof(int) + sizeof(world::Vec3) + Migrant::kLeastBytes;
 
 struct Arrival {
@@ -33,7 +33,7 @@ struct Arrival {
     std::vector<std::uint64_t> waits_for = {};
 };
 
-// All that leave their processes now, wherever.
+// All catoms that migrate now, on any process.
 NewOwners learn_owners(Subdomain& subdomain, const DividedBodies& divided) {
     ByteWriter bytes;
     for (const auto& [body, owner] : divided.departed()) {
@@ -68,7 +68,7 @@ std::vector<Neighbour> neighbours_of(const Subdomain& subdomain, const NewOwners
     return found;
 }
 
-// For whom each catom that leaves waits, in order.
+// The catoms with which each migrating catom waits to be linked, in order.
 using Waits = std::map<std::uint64_t, std::vector<std::uint64_t>>;
 
 Waits waits_of(const DividedBodies& divided, const ContactLinks& links) {
@@ -116,7 +116,7 @@ Arrival unpack(ByteReader& in) {
     return a;
 }
 
-// A catom of ours that has gone stays as a ghost where a catom that stays touches it.
+// A catom of ours that has migrated stays as a ghost if a catom that stays touches it.
 void depart(Subdomain& subdomain, const NewOwners& owners, std::uint64_t id, int owner) {
     const Catom catom = *subdomain.ensemble.find(id);
     MELD_EXPECT(subdomain.owned(catom) && owner != subdomain.comm.process(), "catom @{} goes to process {}", id, owner);

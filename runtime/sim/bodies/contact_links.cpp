@@ -1,5 +1,5 @@
-// Links come about in two steps, alike for any number of processes: each catom promises its lowest free ports to those that it has
-// come to touch, in the order of their numbers; where both have promised one, they are linked.
+// Links are made in two steps, in the same way for any number of processes: each catom promises its lowest free ports to the catoms that it
+// has begun to touch, in the order of their numbers; if both have promised one, they are linked.
 #include "runtime/sim/bodies/contact_links.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace meld::sim {
 
 namespace {
 
-// Room for so many pairs is not worth giving back.
+// Memory for up to this many pairs is not worth freeing.
 constexpr std::size_t kFewPairs = 4096;
 static_assert(kMaxPorts <= 16, "promised ports are bits of 16");
 
@@ -42,13 +42,13 @@ void ContactLinks::note(Subdomain& subdomain, std::span<const physics::TouchEven
     begun.reserve(static_cast<std::size_t>(beginnings));
     for (const physics::TouchEvent& e : found)
         if (!e.touch.other_is_obstacle) (e.began ? begun : ended).push_back({e.touch.body, e.touch.other});
-    // What has ended makes room for what has begun.
+    // Touches that have ended make room for those that have begun.
     end(subdomain, ended);
     begin(std::move(begun));
 }
 
 void ContactLinks::connect(Subdomain& subdomain, const DividedBodies* divided) {
-    // An exchange is for all, also for those who have nothing to say.
+    // All processes take part in an exchange, even without data.
     if (waiting_.empty() && divided == nullptr) return;
     make_offers(subdomain);
     if (divided != nullptr) exchange_offers(subdomain, *divided);
@@ -196,7 +196,7 @@ void ContactLinks::connect_promised(Subdomain& subdomain) {
         subdomain.link(a.catom, a.port, b.catom, b.port);
     }
     waiting_.resize(kept);
-    // After the first step, which has brought all touches at once, their room is given back.
+    // After the first step, which has brought all touches at once, their memory is freed.
     if (waiting_.capacity() > std::max(kFewPairs, 4 * kept)) {
         waiting_.shrink_to_fit();
         give_back(offered_);

@@ -14,14 +14,14 @@ namespace meld::sim {
 
 namespace {
 
-// The curve goes through as many blocks as a lattice has bricks; those beyond share the owners of the last.
+// The curve passes through as many blocks as a lattice has bricks; blocks beyond share the owners of the last.
 constexpr std::int32_t kFarthest = (world::kCellLimit >> 3) - 1;
 
-// Space is divided again when the work of a process exceeds kMaxLoad times the mean, if that helps: blocks are not cut, so a small
-// ensemble cannot be divided evenly, and a division that is still uneven must be so much better to be worth the moving.
+// Space is divided again if the work of a process exceeds kMaxLoad times the mean and that helps. Blocks are not split, so a small ensemble
+// cannot be divided evenly, and a division that is still uneven must be better by this factor to be worth the migration.
 constexpr double kMaxLoad = 1.25, kWorthMoving = 0.9;
 
-// The greatest of these in shares of their mean.
+// The greatest of these as a multiple of their mean.
 double load_of(const std::vector<std::uint64_t>& work) {
     const std::uint64_t sum = std::accumulate(work.begin(), work.end(), std::uint64_t{0});
     const auto greatest = static_cast<double>(*std::max_element(work.begin(), work.end()));
@@ -36,7 +36,7 @@ std::vector<comm::Packet> packets_of(physics::Subdomain::Messages messages) {
     return packets;
 }
 
-// The bits that any process has.
+// The bitwise or over all processes.
 std::uint8_t join_bits(Subdomain& subdomain, std::uint8_t bits) {
     ByteWriter mine;
     mine.write(bits);
@@ -114,7 +114,7 @@ DividedBodies::Weights DividedBodies::weigh_all(Subdomain& subdomain) const {
 
 void DividedBodies::balance(Subdomain& subdomain) {
     const auto processes = static_cast<std::size_t>(subdomain.comm.processes());
-    // What each process will have to do when bodies have gone where they belong.
+    // The work of each process after bodies have migrated.
     std::vector<std::uint64_t> mine(processes), all(processes);
     for (const auto& [block, weight] : subdomain_->weights()) mine[static_cast<std::size_t>(owner(block))] += weight;
     ByteWriter bytes;
@@ -178,7 +178,7 @@ Result<physics::StepReport> DividedBodies::step(Subdomain& subdomain, double ste
         if (stage.must_agree())
             i += static_cast<std::size_t>(stage.left_out(join_bits(subdomain, fine ? subdomain_->bouncing_colours() : std::uint8_t{0})));
         if (!stage.must_exchange()) continue;
-        // A process that has failed sends nothing more; the others learn of it at the end.
+        // A process that has failed sends nothing more; the others are informed at the end.
         const std::vector<comm::Packet> received =
             subdomain.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
         for (const comm::Packet& packet : received)

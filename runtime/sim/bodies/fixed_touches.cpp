@@ -17,7 +17,7 @@ std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::
     const double reach_m = 2 * max_radius_m + touch_m;
     ByteWriter bytes;
     for (const FixedBody& body : mine) bytes.write(body);
-    // By cells as wide as the reach, so that who touches a body is in its cell or next to it.
+    // By cells as wide as the reach, so everything that touches a body is in its cell or a neighbouring one.
     using GridCell = std::array<std::int64_t, 3>;
     std::map<GridCell, std::vector<FixedBody>> cells;
     const auto cell_of = [&](physics::Vec3 p) {

@@ -35,7 +35,7 @@ Result<void> FreeMotion::start(Subdomain& subdomain) {
 
 namespace {
 
-// A region that matches no catom on any process is hardly meant.
+// A region that matches no catom on any process is probably a mistake.
 void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
     ByteWriter mine;
     for (const bool some : met) mine.write(some);
@@ -120,7 +120,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
 
 Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     const auto report = move(subdomain);
-    // The ensemble still has the places of the last tick that went well.
+    // The ensemble still has the positions of the last good tick.
     if (!report) {
         const Error error = about_catoms(report.error());
         return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
@@ -149,7 +149,7 @@ void FreeMotion::note_fixed_touches(const Subdomain& subdomain) {
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
 
-// Their links have ended already, when they were lost.
+// Their links ended when they were lost.
 std::span<const physics::TouchEvent> FreeMotion::events() {
     const auto all = physics_.scene->events();
     if (lost_.empty()) return all;
@@ -180,7 +180,7 @@ Result<void> FreeMotion::lose_catoms(Subdomain& subdomain) {
                     "Put ground under it, or write lost = \"remove\" to go on without it", ExitCode::LimitHit);
     lost_count_ += lost_.size();
     for (const physics::BodyId id : lost_) {
-        // The step that follows drops the body on all processes that hold it.
+        // The next step drops the body on all processes that hold it.
         if (scene.has(id))
             if (auto removed = scene.remove_body(id); !removed) return removed;
         if (const std::optional<Catom> catom = subdomain.ensemble.find(id)) take_out(subdomain, *catom);

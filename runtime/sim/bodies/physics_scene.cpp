@@ -1,4 +1,4 @@
-// A scene of the physics as a world file describes it.
+// Makes the scene that a world file describes.
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/base/assert.h"
 
@@ -34,7 +34,7 @@ physics::Settings settings_of(const World& world, RadiusRange radii, bool senses
     s.max_speed_m_s = p.greatest_speed;
     s.max_overlap_share = p.deepest_overlap;
     s.min_radius_m = radii.min, s.max_radius_m = radii.max;
-    // A run ends with the first step that fails, and what it shows is what the programs sensed before.
+    // A run ends with the first step that fails, and reports what the programs sensed before.
     s.keep_last_good = false;
     s.keep_former_velocities = senses_acceleration;
     return s;
@@ -107,7 +107,7 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
     return {};
 }
 
-// Every `from` followed by a number; `and` continues a list of them.
+// Every `from` that is followed by a number; `and` continues a list of them.
 std::string named(std::string text, std::string_view from, std::string_view to) {
     const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) {

@@ -1,4 +1,4 @@
-// What a CodeModule sees of its program and its catom.
+// A CodeModule's view of its program and its catom.
 #include <fmt/format.h>
 
 #include "runtime/base/assert.h"

@@ -45,7 +45,7 @@ void CodeModules::run(Subdomain& subdomain) {
     }
 }
 
-// An instance without its catom is offered to all processes; the one that owns the catom now takes it.
+// An instance without its catom is offered to all processes; the one that now owns the catom takes it.
 void CodeModules::follow(Subdomain& subdomain, Entry& entry) {
     ByteWriter leaving;
     for (auto it = entry.own.begin(); it != entry.own.end();) {

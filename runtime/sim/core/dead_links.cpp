@@ -11,7 +11,7 @@ void DeadLinks::look_at_text() {
     const ModuleInfo& module = subdomain_.module;
     for (u32 i = 0; i < module.link_count; ++i) {
         const LinkInfo& link = module.links[i];
-        // A catom that is not there is for warn_of_missing_catoms().
+        // warn_of_missing_catoms() reports catoms that do not exist.
         const std::optional<Catom> from = subdomain_.ensemble.find(link.from);
         if (!from || !subdomain_.owned(*from) || !dead(*from, link.to)) continue;
         found({0, i}, *from, link.to, link.predicate, fmt::format("{}:{}", link.file, link.line));
@@ -22,7 +22,7 @@ void DeadLinks::look_at_given(std::size_t fact, Catom from, u32 predicate, u64 t
     if (dead(from, to)) found({1 + fact, subdomain_.ensemble.id(from)}, from, to, predicate, subdomain_.world.facts[fact].place);
 }
 
-// A catom may point to itself: at the root of a tree, say.
+// A catom may point to itself, for example at the root of a tree.
 bool DeadLinks::dead(Catom from, u64 to) const {
     const world::Ensemble& ensemble = subdomain_.ensemble;
     if (ensemble.id(from) == to) return false;

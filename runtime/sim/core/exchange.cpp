@@ -54,7 +54,7 @@ void Exchange::pack() {
     }
 }
 
-// The other side has the column as it was before this tick, so where rows are followed they are sent alone.
+// The receiver has the column as it was before this tick, so if changes are recorded by row, only the changed rows are sent.
 void Exchange::pack_export(ByteWriter& out, const Export& changed) const {
     const tuple::Columns& columns = subdomain_.columns;
     const bool rows = columns.changes().follows(changed.column);
@@ -137,7 +137,7 @@ void Exchange::unpack_rows(u16 column, Catom catom, ByteReader& in) {
     columns.change_rows(column, catom, changes, 0);
 }
 
-// By receiver, as what this process has sent comes; what is equal stays in order.
+// By receiver, in the order in which this process's messages arrive; equal ones keep their order.
 void Exchange::sort_arrivals() {
     const auto by_receiver = [](const Arrival& a, const Arrival& b) { return a.to < b.to; };
     if (std::is_sorted(arrivals_.begin(), arrivals_.end(), by_receiver)) return;

@@ -19,7 +19,7 @@ namespace meld::sim {
 
 namespace {
 
-// A value as an example, as TOML has it.
+// An example value, in TOML.
 std::string some_value(tuple::Type type) {
     switch (type.kind()) {
         case ValueType::Int:
@@ -39,7 +39,7 @@ std::string some_value(tuple::Type type) {
     }
 }
 
-// How the predicate would be written in a world: temp = { where = "all", args = [0.5] }.
+// How a world would give the predicate: temp = { where = "all", args = [0.5] }.
 std::string as_given(const ModuleInfo& module, const PredicateInfo& p) {
     if (p.arity == 0) return fmt::format("{} = \"all\"", p.name);
     std::string values;
@@ -88,7 +88,7 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
         if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
         values.push_back(*value);
     }
-    // Kept once, so that the catoms share them.
+    // Stored once, so that the catoms share them.
     for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
     const std::optional<std::size_t> route = as_route(fact, p, how);
@@ -109,7 +109,7 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
 }
 
 Result<void> GivenFacts::start() {
-    // Who is where and who is there stays as it is.
+    // The catoms and their positions do not change.
     const bool still = subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty();
     std::vector<const world::GivenFact*> facts;
     std::vector<u64> matched;
@@ -117,7 +117,7 @@ Result<void> GivenFacts::start() {
         facts.push_back(&fact);
         if (auto done = change_one(fact, Change::Give, &matched.emplace_back(0)); !done) return done;
     }
-    // A mistake in an event is reported now, however late it happens.
+    // A mistake in an event is reported now, however late the event is.
     for (const world::Event& event : subdomain_.world.events)
         for (const auto* changes : {&event.take, &event.give})
             for (const world::GivenFact& fact : *changes) {
@@ -138,12 +138,12 @@ Result<void> GivenFacts::start() {
 std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const {
     const std::vector<world::GivenFact>& all = subdomain_.world.facts;
     if (how != Change::Give || !p.route || subdomain_.world.motion.kind != "none") return std::nullopt;
-    // Those of events are elsewhere.
+    // The facts of events are stored elsewhere.
     const bool at_start = std::greater_equal<>{}(&fact, all.data()) && std::less<>{}(&fact, all.data() + all.size());
     return at_start ? std::optional(static_cast<std::size_t>(&fact - all.data())) : std::nullopt;
 }
 
-// A region that matches no catom on any process is hardly meant.
+// A region that matches no catom on any process is probably a mistake.
 void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched) {
     if (!subdomain_.alone()) {
         const std::vector<std::byte> all = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
@@ -158,7 +158,7 @@ void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& f
                          facts[i]->predicate);
 }
 
-// Nor is a rule at a catom that is not there and never will be.
+// So is a rule at a catom that does not exist and never will.
 void GivenFacts::warn_of_missing_catoms() {
     if (subdomain_.comm.process() != 0) return;
     const ModuleInfo& module = subdomain_.module;
@@ -176,7 +176,7 @@ void GivenFacts::warn_of_missing_catoms() {
                  count > 1 ? " (and " + std::to_string(count - 1) + " more such rules)" : "");
 }
 
-// What the world does in this tick.
+// The world's changes in this tick.
 void GivenFacts::change() {
     for (const world::Event& event : subdomain_.world.events) {
         if (!event.happens_in(subdomain_.tick())) continue;

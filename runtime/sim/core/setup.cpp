@@ -17,7 +17,7 @@ namespace {
 
 using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
 
-// Every process counts its share of the bricks; all learn all counts.
+// Every process counts its share of the bricks; all processes get all counts.
 Counts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
     const Counts mine = world::count_bricks(world, lattice, comm.process(), comm.processes());
     if (comm.processes() == 1) return mine;
@@ -38,7 +38,7 @@ Counts count_together(const world::World& world, const world::Lattice& lattice, 
     return all;
 }
 
-// @arg1 to @arg9, which the command line numbers by itself.
+// @arg1 to @arg9, which the command line numbers itself.
 bool is_run_argument(std::string_view name) { return name.size() == 4 && name.starts_with("arg") && name[3] >= '1' && name[3] <= '9'; }
 
 tl::unexpected<Error> missing_argument(const ModuleInfo& module, const ParameterInfo& parameter) {
@@ -56,7 +56,7 @@ Result<void> Setup::run() {
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
     const Counts counts = count_together(s.world, s.lattice, s.comm);
     s.members_.partition.emplace(counts, s.comm.processes());
-    // A catom that goes around another looks once around that one.
+    // A catom that goes around another also looks around that one.
     const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
     s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach);
 
@@ -121,14 +121,14 @@ void Setup::populate_cells(const Counts& counts) {
             if (m.partition->owner(counts[i].first) == rank) continue;
             if (m.halo->borders(rank, lattice.brick_at(counts[i].first))) place(i, kCatomGhost);
         }
-    // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
+    // If nothing moves and there is no target, no catom looks beyond the existing bricks.
     const bool looks_around = world.motion.kind != "none" || world.target.has_value();
     for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); looks_around && slot <= end; ++slot)
         if (m.partition->owner(lattice.brick_key(m.ensemble.brick(slot))) == rank) m.ensemble.surround(slot);
 }
 
-// Bodies begin where their cells would be, those that are listed where they are listed, numbered behind the others. Who shall
-// own them is for the motion to say; until then the owners of the cells do, and process 0 those that are listed.
+// Bodies begin where their cells would be; listed bodies begin at their positions and are numbered after the others. The motion decides who
+// owns them; until then they belong to the owners of the cells, and listed bodies to process 0.
 void Setup::populate_freely(const Counts& counts) {
     Membership& m = subdomain_.members_;
     const world::World& world = subdomain_.world;
@@ -137,7 +137,7 @@ void Setup::populate_freely(const Counts& counts) {
     std::size_t mine = rank == 0 ? world.placed.size() : 0;
     for (const auto& [key, count] : counts)
         if (m.partition->owner(key) == rank) mine += count;
-    // On several processes there will be ghosts too, and bodies that come and go.
+    // On several processes there will be ghosts too, and bodies that migrate.
     m.reserve_freely(mine, subdomain_.alone() ? mine : mine + mine / 16);
     std::vector<std::uint32_t> cells;
     for (const auto& [key, count] : counts) {
@@ -197,7 +197,7 @@ Result<void> Setup::set_parameters() {
     }
     for (u32 i = 0; i < module.parameter_count; ++i)
         if (missing.contains(module.parameters[i].name)) return missing_argument(module, module.parameters[i]);
-    // Kept, so that facts made of them share them.
+    // Stored, so that facts made of them share them.
     for (u32 i = 0; i < module.parameter_count; ++i) {
         facts.add_parameter({module.types, module.parameters[i].deep}, values[i]);
         if (auto fits = check_length(facts.columns.lists(), subdomain_.abi_, "the constant " + std::string(module.parameters[i].name));

@@ -16,9 +16,9 @@ namespace meld::sim {
 
 namespace {
 
-// Hashes kept at a time: 64 MiB.
+// The number of hashes stored at a time: 64 MiB.
 constexpr u64 kMaxHashes = u64{1} << 24;
-// What has not changed for so many ticks counts as quiescent, and a catom that has not is not an example any more.
+// A predicate that has not changed for this many ticks counts as quiescent, and such a catom is no longer used as an example.
 constexpr i64 kPatience = 32;
 constexpr std::size_t kShownChanges = 3, kShownFacts = 3, kShownPredicates = 6, kShownRules = 6;
 
@@ -47,7 +47,7 @@ std::vector<std::string> Unsettled::facts_of(const Subdomain& subdomain, u32 pre
     return facts;
 }
 
-// The same for the same facts in any order.
+// A hash of the facts that does not depend on their order.
 u32 Unsettled::hash_of(const Subdomain& subdomain, u32 predicate, u32 catom) const {
     u64 sum = 0;
     tuple::each_fact(module_, subdomain.columns, subdomain.geometry(), predicate, catom,
@@ -74,7 +74,7 @@ void Unsettled::before(Subdomain& subdomain) {
 
 void Unsettled::after(Subdomain& subdomain) {
     subdomain.refresh();
-    // Of each predicate: at how many catoms it has changed, the least of them, and whether the one that is followed has.
+    // For each predicate: at how many catoms it has changed, the least of them, and whether the followed one has.
     struct News {
         u64 count = 0;
         u64 least = kNobody;
@@ -132,7 +132,7 @@ void Unsettled::note_changes(Subdomain& subdomain, Followed& f, bool changed) {
     f.changes.push_back({subdomain.tick(), std::move(text)});
 }
 
-// From all processes: the catom may have moved from one to another.
+// From all processes: the catom may have migrated.
 std::string Unsettled::changes_of(Subdomain& subdomain, const Followed& f) const {
     ByteWriter mine;
     for (const Change& c : f.changes) {
@@ -168,7 +168,7 @@ std::string Unsettled::rules_of(u32 predicate) const {
     return text;
 }
 
-// Facts that are kept for a later tick, `p` in a predicate of the compiler's called p@later.
+// Facts that are stored for a later tick, `p` in a predicate of the compiler called p@later.
 std::string Unsettled::waiting(Subdomain& subdomain) const {
     std::string text;
     for (u32 p = 0; p < module_.predicate_count; ++p) {
@@ -213,7 +213,7 @@ std::string Unsettled::describe(Subdomain& subdomain) const {
     std::vector<const Followed*> changing;
     i64 last = 0;
     for (const Followed& f : followed_) last = std::max(last, f.last);
-    // What has not changed for long is left out.
+    // Predicates that have not changed for long are left out.
     for (const Followed& f : followed_)
         if (f.ticks > 0 && f.last > last - kPatience) changing.push_back(&f);
     std::stable_sort(changing.begin(), changing.end(),

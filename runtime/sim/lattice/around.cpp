@@ -43,9 +43,9 @@ class Surroundings {
   private:
     bool cubes() const { return lattice_.kind() == LatticeKind::Cubic || lattice_.kind() == LatticeKind::Square; }
     bool free(Cell c) const { return c == mover_ || !full_(c); }
-    Cell at(int port) const { return lattice_.neighbour(pivot_, port); }  // Beside the pivot.
+    Cell at(int port) const { return lattice_.neighbour(pivot_, port); }  // The cell beside the pivot.
     Cell beyond(Cell cell, int port, int other) const { return lattice_.neighbour(lattice_.neighbour(cell, port), other); }
-    // The angle between two ports as the distance between what stands there: 1 for 60 degrees, 1.41 for 90.
+    // The angle between two ports as the distance between their cells: 1 for 60 degrees, 1.41 for 90.
     double apart(int a, int b) const {
         double sum = 0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -62,7 +62,7 @@ class Surroundings {
         return false;
     }
 
-    // Along the pivot, in a straight line: a catom must be there to go on to.
+    // Along the pivot, in a straight line: the next catom to slide along must exist.
     std::optional<WayAround> slide(int towards) const {
         if (!square(pivot_port_, towards)) return std::nullopt;
         const Cell to = lattice_.neighbour(mover_, towards), ground = lattice_.neighbour(pivot_, towards);
@@ -105,7 +105,7 @@ class Surroundings {
         return way;
     }
 
-    // The cells that a step from one port of the pivot to another needs empty; none where it cannot be made.
+    // The cells that a step from one port of the pivot to another needs empty; none if it is impossible.
     std::optional<std::vector<Cell>> needs(int a, int b) const {
         switch (lattice_.kind()) {
             case LatticeKind::Square:
@@ -121,7 +121,7 @@ class Surroundings {
     std::optional<std::vector<Cell>> all_free(std::vector<Cell> cells) const {
         return std::all_of(cells.begin(), cells.end(), [&](Cell c) { return free(c); }) ? std::optional(std::move(cells)) : std::nullopt;
     }
-    // Round an edge: with P the step to the pivot and D that of b, the cells P + D, D, 2D, P + 2D, -P and D - P, seen from a.
+    // Around an edge: with P the step to the pivot and D that of b, the cells P + D, D, 2D, P + 2D, -P and D - P, seen from a.
     std::optional<std::vector<Cell>> turn(int a, int b) const {
         if (!square(a, b)) return std::nullopt;
         const Cell here = at(a);
@@ -129,8 +129,8 @@ class Surroundings {
         return all_free(
             {at(b), along, lattice_.neighbour(along, b), lattice_.neighbour(at(b), b), outside, lattice_.neighbour(outside, b)});
     }
-    // Over a face of the pivot, of three or four of its ports. The rest of the face is empty, nothing stands behind the ends as
-    // seen from the pivot, and no two opposite neighbours enclose the end.
+    // Over a face of the pivot, of three or four of its ports. The rest of the face is empty, nothing is behind the ends as seen from the
+    // pivot, and no two opposite neighbours enclose the end.
     std::optional<std::vector<Cell>> roll(int a, int b) const {
         if (!touching(a, b) && !square(a, b)) return std::nullopt;
         auto cells = all_free({at(b), beyond(pivot_, a, a), beyond(pivot_, b, b)});

@@ -1,4 +1,4 @@
-// Lattice motion, second half: what granted proposals change is sent to every process that knows the cells, and applied.
+// Lattice motion, second half: sends the changes of granted proposals to every process that knows the cells, and applies them.
 #include "runtime/sim/lattice/lattice_motion.h"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@ namespace meld::sim {
 LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
 
 Result<void> LatticeMotion::start(Subdomain& subdomain) {
-    // One of the same name that is the program's own is of another kind or type.
+    // A predicate of the program's own with the same name has another kind or type.
     const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
         const std::optional<u32> p = tuple::find_predicate(subdomain.module, name, 1);
         if (!p || subdomain.module.predicates[*p].kind != kind || subdomain.module.predicates[*p].fields[0].type != type)
@@ -47,7 +47,7 @@ void LatticeMotion::account(const Subdomain& subdomain, Catom catom, int sign) {
     if (world_.target && !subdomain.ensemble.target(subdomain.ensemble.cell(catom))) outside_ += sign;
 }
 
-// Tells the catom what it holds.
+// Updates the catom's `holds`.
 void LatticeMotion::hold(Subdomain& subdomain, Catom catom, std::int32_t units) {
     if (!known_.holds || !subdomain.owned(catom)) return;
     Value value{};
@@ -141,8 +141,8 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                 first);
 }
 
-// A catom goes to another cell: its new owner gets all of it, processes that see it get what it exports, its old process and
-// those that saw it forget it. Within one process it keeps its index.
+// A catom moves to another cell: its new owner gets all of it, processes that have a ghost of it get its exports, its old process and those
+// that had a ghost forget it. Within one process it keeps its index.
 void LatticeMotion::relocate(Subdomain& subdomain, const Proposal& p) {
     const int me = subdomain.comm.process(), owner = subdomain.halo->owner(p.to);
     MELD_EXPECT(subdomain.owned(p.mover) && subdomain.halo->owner(p.from) == me, "catom @{} is moved by process {}", p.id, me);

@@ -19,16 +19,16 @@ namespace {
 using Proposal = LatticeMotion::Proposal;
 using Proposals = LatticeMotion::Proposals;
 
-// A claim is on an empty cell, on the body in a cell (it stands still, receives, or goes), or on its right to act.
+// A claim is on an empty cell, on the catom in a cell (it stands still, receives, or is removed), or on the actor's right to act.
 constexpr CellKey kBody = CellKey{1} << 63;
 constexpr CellKey kActor = CellKey{3} << 62;
 
-// The best proposal by claim: open addressing in one array, for this is asked several times a mover and tick.
+// The best proposal by claim: open addressing in one array, because there are several lookups per mover and tick.
 class Claims {
   public:
     explicit Claims(std::size_t claims) { slots_.resize(std::bit_ceil((claims + 16) * 2)); }
     const Proposal*& at(CellKey key) {
-        // The highest brick is never reached by that cell.
+        // That cell is never in the highest brick.
         MELD_EXPECT(key != kEmpty, "a claim on the cell that stands for none");
         for (std::size_t i = mix64(key) & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
             if (slots_[i].key == kEmpty) slots_[i].key = key;
@@ -79,8 +79,8 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         const bool fits = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
                           : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
                                                                                 : propose(subdomain, action, p, out.claims);
-        // The same request twice is granted once: a catom's requests stand together. Whether a far cell is empty is for its owner to
-        // say, so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
+        // The same request twice is granted once: a catom's requests are adjacent. Only the owner of a far cell knows whether it is empty,
+        // so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
         for (auto other = out.list.rbegin(); other != out.list.rend() && other->id == p.id; ++other) {
             if (kind == ActionKind::MoveTo && other->kind == kind && !subdomain.alone())
@@ -145,7 +145,7 @@ bool LatticeMotion::propose(Subdomain& subdomain, const eval::Action& action, Pr
     return false;
 }
 
-// The sliding cube: along a face of its pivots, or round an edge of one.
+// The sliding cube: along a face of its pivots, or around an edge of one.
 bool LatticeMotion::propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const world::LatticeKind lattice = subdomain.lattice.kind();
     if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
@@ -180,7 +180,7 @@ bool LatticeMotion::propose_move(Subdomain& subdomain, const eval::Action& actio
     return !world_.motion.keep_connected || stays_connected(subdomain, here, to);
 }
 
-// Around one neighbour to a place beside another catom.
+// Around one neighbour to a cell beside another catom.
 bool LatticeMotion::propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
     const std::uint64_t around = action.arguments[0].catom, beside = action.arguments[1].catom;
     const std::optional<Catom> last = subdomain.ensemble.find(beside);
@@ -200,8 +200,8 @@ bool LatticeMotion::propose_around(Subdomain& subdomain, const eval::Action& act
     return false;
 }
 
-// Whether the neighbours a mover leaves stay connected among themselves within two cells of it. Where they are joined
-// only further away the move is refused too: a catom cannot know more without asking around.
+// Whether the neighbours that a mover leaves stay connected among themselves within two cells of it. If they are connected only further
+// away, the move is refused too: a catom cannot know more without asking others.
 bool LatticeMotion::stays_connected(const Subdomain& subdomain, Cell without, Cell with) const {
     std::vector<Cell> found;
     std::map<Cell, bool> reached;
@@ -230,8 +230,8 @@ bool LatticeMotion::stays_connected(const Subdomain& subdomain, Cell without, Ce
     return reached[with] && std::all_of(found.begin(), found.end(), [&](Cell c) { return reached[c]; });
 }
 
-// Everything that may compete with a proposal of ours is known here afterwards: competitors stand within six cells of
-// our mover, so in its brick or one next to it. Where any catom teleports, all processes get all proposals.
+// Afterwards every proposal that may compete with one of ours is known here: competitors are within six cells of our mover, so in its brick
+// or a neighbouring one. If any catom teleports, all processes get all proposals.
 Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) const {
     if (subdomain.alone()) return mine;
     Proposals all;
@@ -256,10 +256,9 @@ Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) cons
     return all;
 }
 
-// Only the owner of a far cell knows whether it is empty. Of each catom the first moveTo to an empty cell is kept, as one process
-// alone keeps it.
+// Only the owner of a far cell knows whether it is empty. Of each catom the first moveTo to an empty cell is kept, as on a single process.
 void LatticeMotion::veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const {
-    using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the how-manieth moveTo of it.
+    using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the number of the moveTo among its own.
     ByteWriter mine;
     for (const Proposal& p : all)
         if (p.kind == ActionKind::MoveTo && subdomain.halo->owner(p.to) == subdomain.comm.process() && full(subdomain, p.to)) {
@@ -299,7 +298,7 @@ std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& 
     for (const Proposal& p : mine.list) {
         bool wins = true;
         for (std::uint32_t i = 0; i < p.claim_count && wins; ++i) {
-            // A vetoed teleport is nobody's best.
+            // A vetoed teleport is not the best on any claim.
             const Proposal* first = best.at(mine.claims[p.first_claim + i]);
             wins = first != nullptr && first->order() == p.order();
         }

@@ -26,7 +26,7 @@ std::string_view text_of(Value v) {
     return v.list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count);
 }
 
-// The number of a catom and what it says.
+// The number of a catom and its output.
 using Line = std::pair<std::uint64_t, std::string>;
 
 void unpack(std::span<const std::byte> bytes, std::vector<Line>& lines) {
@@ -45,7 +45,7 @@ Result<void> Printer::start(Subdomain& subdomain) {
 }
 
 Result<void> Printer::after(Subdomain& subdomain) {
-    // Alike on all processes, so that all exchange or none does.
+    // The same on all processes, so that all exchange or none does.
     if (!prints_ || subdomain.totals.actions == 0) return {};
     ByteWriter mine;
     for (const eval::Action& a : subdomain.actions()) {

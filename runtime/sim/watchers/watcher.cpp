@@ -29,7 +29,7 @@ Result<void> Watcher::start(Subdomain& subdomain) {
     return {};
 }
 
-// What catoms of all processes want watched from now on.
+// The watches that catoms of all processes have requested since the last tick.
 Result<void> Watcher::begin(Subdomain& subdomain) {
     const auto repeats = [&](const std::optional<u32>& action) { return action && subdomain.module.predicates[*action].repeats; };
     if (repeats(watch_)) named_.clear();
@@ -80,7 +80,7 @@ Result<void> Watcher::add(Subdomain& subdomain, u64 id, const std::string& name)
                 ExitCode::ProgramWrong);
 }
 
-// Sorted, each as often as it is there.
+// Sorted, with repetitions.
 Watcher::Facts Watcher::facts_of(Subdomain& subdomain, const Watch& watch) const {
     Facts facts;
     const auto catom = subdomain.ensemble.find(watch.first);
@@ -91,8 +91,8 @@ Watcher::Facts Watcher::facts_of(Subdomain& subdomain, const Watch& watch) const
     return facts;
 }
 
-// What has not been sent to process 0 yet of this process's catoms. A catom that has left is left out: its new process sends what it
-// holds, and if there is none it is gone.
+// The facts of this process's catoms that have not been sent to process 0. A catom that has migrated is skipped: its new process sends its
+// facts, and if there is none it has been removed.
 std::vector<std::byte> Watcher::changes(Subdomain& subdomain) {
     ByteWriter out;
     const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
@@ -143,7 +143,7 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
         Facts gone, come;
         std::set_difference(before.begin(), before.end(), facts.begin(), facts.end(), std::back_inserter(gone));
         std::set_difference(facts.begin(), facts.end(), before.begin(), before.end(), std::back_inserter(come));
-        // Where a watch has ended nothing has changed.
+        // If a watch has ended, nothing has changed.
         if (watched_.contains(watch)) {
             for (const std::string& fact : gone) text += fmt::format("tick {}: - {}\n", subdomain.tick(), fact);
             for (const std::string& fact : come) text += fmt::format("tick {}: + {}\n", subdomain.tick(), fact);
@@ -158,7 +158,7 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
 Result<void> Watcher::after(Subdomain& subdomain) {
     if (!watch_ && !watch_all_) return {};
     if (auto done = begin(subdomain); !done) return done;
-    // Alike on all processes, so that all exchange or none does; once more after the last watch has ended.
+    // The same on all processes, so that all exchange or none does; once more after the last watch has ended.
     const bool ended = watched_.empty() && !watching_;
     watching_ = !watched_.empty();
     if (ended) return {};
