@@ -14,6 +14,10 @@ class Census : public meld::sim::SimModule {
         most_ = std::max(most_, subdomain.totals.catoms);
         return {};
     }
+    // So that a run that is stopped and goes on reports the greatest number of all its ticks.
+    meld::Result<void> saveable() const override { return {}; }
+    void save_rest(const meld::sim::Subdomain&, meld::ByteWriter& out) const override { out.write(most_); }
+    void load_rest(meld::sim::Subdomain&, meld::ByteReader& in) override { most_ = std::max(most_, in.read<std::uint64_t>()); }
     std::string outcome() const override { return "at most " + std::to_string(most_) + " catoms"; }
 
   private:

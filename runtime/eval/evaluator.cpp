@@ -407,10 +407,18 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         t->row_changes.clear();
         t->bytes.clear();
     }
-    const u64* id = subdomain.geometry.catom_id;
     order_messages();
-    std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return id[a.catom] < id[b.catom]; });
+    order_actions(subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
+}
+
+void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {
+    MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
+    actions_.push_back({catom, predicate, threads_[0]->keep_values(arguments, module_.predicates[predicate])});
+}
+
+void Evaluator::order_actions(const u64* ids) {
+    std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
 }
 
 // By receiver, then sender, then sequence number: each receiver has few, so the rest is sorted by insertion.

@@ -46,6 +46,7 @@ class Evaluator {
     const Timers& timers() const { return timers_; }
     // Facts and actions that do not come from rules, for the next evaluation.
     Requests& requests() { return requests_; }
+    const Requests& requests() const { return requests_; }
 
     // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
@@ -59,6 +60,12 @@ class Evaluator {
     const std::vector<Action>& actions() const { return actions_; }
     const Statistics& statistics() const { return statistics_; }
     u32 greatest_rank() const { return greatest_rank_; }
+
+    // As if the last evaluation had asked for this, of a run that goes on from a snapshot. Those of one catom come in their order;
+    // when all have come they are put in that of the catoms' ids.
+    void restore_action(u32 catom, u16 predicate, const Value* arguments);
+    void order_actions(const u64* ids);
+    void restore_greatest_rank(u32 rank) { greatest_rank_ = rank; }
 
   private:
     struct Thread;

@@ -58,6 +58,11 @@ class Tombstones {
         }
     }
     void forget(u32 catom) { by_catom_.erase(catom); }
+    // Calls visit(catom, entries), in no order.
+    template <class Visit>
+    void each(const Visit& visit) const {
+        for (const auto& [catom, entries] : by_catom_) visit(catom, entries);
+    }
     const std::vector<Entry>* of(u32 catom) const {
         const auto found = by_catom_.find(catom);
         return found == by_catom_.end() ? nullptr : &found->second;
@@ -93,6 +98,17 @@ class Timers {
     // Timers added before this tick for a catom that is removed or has migrated are not for the next user of its index.
     void forget(i64 now, u32 catom) {
         if (!at_.empty()) forgotten_[catom] = now;
+    }
+
+    // What still waits, in the order in which it will be marked: mark(tick, catom, bits) and wake_group(tick, catom, column, row).
+    template <class Mark, class WakeGroup>
+    void each(const Mark& mark, const WakeGroup& wake_group) const {
+        for (const auto& [tick, due] : at_) {
+            for (const Catom& c : due.catoms)
+                if (holds(c.who)) mark(tick, c.who.catom, c.bits);
+            for (const Group& g : due.groups)
+                if (holds(g.who)) wake_group(tick, g.who.catom, g.column, due.rows.data() + g.offset);
+        }
     }
 
     // mark(catom, bits) and wake_group(catom, column, row).

@@ -36,6 +36,8 @@ class Requests {
     void act(u32 catom, u16 predicate, const Value* arguments);
     void send(u32 to, u16 predicate, u64 from, const Value* arguments);
 
+    // Nothing is asked for yet: so it is between two ticks, for whoever asks acts before the evaluation of a tick.
+    bool empty() const { return next_.messages.empty() && next_.actions.empty(); }
     // From now on the lists below hold the requests since the last call.
     void begin_evaluation();
     const std::vector<Message>& messages() const { return current_.messages; }

@@ -41,6 +41,11 @@ class Undefined {
         held = std::move(entries);
     }
     void forget(u32 catom) { by_catom_.erase(catom); }
+    // Calls visit(catom, entries), in no order.
+    template <class Visit>
+    void each(const Visit& visit) const {
+        for (const auto& [catom, entries] : by_catom_) visit(catom, entries);
+    }
     void restore(u32 catom, Entries entries) {
         MELD_EXPECT(!by_catom_.contains(catom), "catom {} has undefined derivations already", catom);
         if (!entries.empty()) by_catom_[catom] = std::move(entries);

@@ -26,6 +26,13 @@ class NoMotion : public SimModule {
             refused_ += info(subdomain.kind_of(a)).performer == ActionInfo::Performer::Lattice;
         return {};
     }
+    Result<void> saveable() const override { return {}; }
+    void save_rest(const Subdomain&, ByteWriter& out) const override { out.write(refused_); }
+    // The counts of all processes become one.
+    void load_rest(Subdomain& subdomain, ByteReader& in) override {
+        const auto theirs = in.read<std::uint64_t>();
+        if (subdomain.comm.process() == 0) refused_ += theirs;
+    }
     void finish(Subdomain& subdomain) override {
         ByteWriter bytes;
         bytes.write(refused_);

@@ -1,12 +1,17 @@
 #include "runtime/sim/simulation.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <ctime>
 
+#include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/core/dead_links.h"
+#include "runtime/sim/state/loader.h"
 
 namespace meld::sim {
 
@@ -19,6 +24,33 @@ double cpu_seconds() {
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+
+// What a summary counts over a whole run, also if it was stopped in between.
+struct Counted {
+    std::int64_t ticks = 0;
+    std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0;
+
+    Counted() = default;
+    explicit Counted(const Summary& s)
+        : ticks(s.ticks),
+          catoms(s.catoms),
+          evaluations(s.evaluations),
+          derivations(s.derivations),
+          changes(s.changes),
+          messages(s.messages),
+          dropped(s.dropped),
+          sent_bytes(s.sent_bytes) {}
+    void give_back(Summary& s) const {
+        s.ticks = ticks;
+        s.catoms = catoms;
+        s.evaluations = evaluations;
+        s.derivations = derivations;
+        s.changes = changes;
+        s.messages = messages;
+        s.dropped = dropped;
+        s.sent_bytes = sent_bytes;
+    }
+};
 
 }  // namespace
 
@@ -43,28 +75,70 @@ Result<void> Simulation::make(const std::string& interface, const std::string& n
         auto module = (*sim)(subdomain_.world);
         if (!module) return tl::unexpected<Error>(module.error());
         modules_.push_back(std::move(*module));
+        chosen_.push_back(fmt::format("{} \"{}\"", interface, name));
         return {};
     }
     auto component = std::get<Registry::MakeComponent>(*choice)(subdomain_.world);
     if (!component) return tl::unexpected<Error>(component.error());
     codes_.add(**component);
     modules_.push_back(std::move(*component));
+    chosen_.push_back(fmt::format("{} \"{}\"", interface, name));
     return {};
 }
 
-Result<void> Simulation::start(const Registry& registry) {
-    const double before = wall_seconds();
+Result<void> Simulation::make_modules(const Registry& registry) {
     const world::World& world = subdomain_.world;
     if (auto known = check_choices(registry, world); !known) return known;
     if (auto made = make("motion", world.motion.kind, registry); !made) return made;
     for (const auto& [interface, name] : world.components)
         if (auto made = make(interface, name, registry); !made)
             return fail(world.path + ": [components] " + made.error().problem, made.error().suggestion);
-    if (auto found = codes_.look_up(subdomain_.module); !found) return found;
+    return codes_.look_up(subdomain_.module);
+}
+
+Result<void> Simulation::start(const Registry& registry) {
+    const double before = wall_seconds();
+    if (auto made = make_modules(registry); !made) return made;
     if (auto done = subdomain_.populate(); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
     subdomain_.refresh();
     summary_.catoms = subdomain_.next_id();
+    summary_.setup_seconds = wall_seconds() - before;
+    return {};
+}
+
+Modules Simulation::all_modules() const {
+    Modules all;
+    for (const auto* list : {&modules_, &extra_})
+        for (const auto& module : *list) all.push_back(module.get());
+    return all;
+}
+
+Result<void> Simulation::saveable() const {
+    MELD_EXPECT(chosen_.size() == modules_.size(), "{} modules, {} names", modules_.size(), chosen_.size());
+    for (std::size_t i = 0; i < modules_.size(); ++i)
+        if (const auto can = modules_[i]->saveable(); !can)
+            return fail(fmt::format("no checkpoint can be made of {}: {}", chosen_[i], can.error().problem), can.error().suggestion);
+    for (const auto& module : extra_)
+        if (auto can = module->saveable(); !can) return can;
+    return {};
+}
+
+Result<void> Simulation::save(ShareSink& sink) const {
+    MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
+    ByteWriter counters;
+    counters.write(Counted(summary_));
+    return Saver(subdomain_, all_modules(), codes_).run(counters.view(), sink);
+}
+
+Result<void> Simulation::resume(const Registry& registry, const Shares& shares) {
+    const double before = wall_seconds();
+    if (auto made = make_modules(registry); !made) return made;
+    const Result<Block> counters = Loader(subdomain_, shares).run(all_modules(), codes_);
+    if (!counters) return tl::unexpected<Error>(counters.error());
+    ByteReader in(*counters, "the counters of a snapshot", ByteReader::Origin::Outside);
+    in.read<Counted>().give_back(summary_);
+    if (in.failed()) return in.outcome();
     summary_.setup_seconds = wall_seconds() - before;
     return {};
 }
@@ -109,6 +183,14 @@ Result<void> Simulation::check_defined() {
     return t.undefined && t.quiescent() ? failed(tick_.first_undefined()) : Result<void>{};
 }
 
+std::optional<Ending> Simulation::ended_with_this_tick(bool may_be_quiet) const {
+    const Totals& t = subdomain_.totals;
+    if (t.stop) return Ending::Interrupted;
+    if (t.finished) return Ending::Finished;
+    if (!t.awake && !t.waiting && may_be_quiet) return Ending::Quiet;
+    return std::nullopt;
+}
+
 Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each) {
     const double wall = wall_seconds(), cpu = cpu_seconds();
     Result<void> result;
@@ -118,7 +200,9 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     summary_.ending = Ending::Ticks;
     subdomain_.set_strict(limits.strict);
     std::optional<interrupt::Answering> soon(interrupt::Answer::Soon);
-    while (subdomain_.tick() < most) {
+    // A run that goes on from its end is over.
+    std::optional<Ending> ended = subdomain_.tick() > 0 ? ended_with_this_tick(may_end) : std::nullopt;
+    while (!ended && subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {
             result = done;
@@ -131,19 +215,9 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             result = fail("interrupted in tick " + std::to_string(subdomain_.tick()) + ", before it ended", "", ExitCode::Interrupted);
             break;
         }
-        if (subdomain_.totals.stop) {
-            summary_.ending = Ending::Interrupted;
-            break;
-        }
-        if (subdomain_.totals.finished) {
-            summary_.ending = Ending::Finished;
-            break;
-        }
-        if (!subdomain_.totals.awake && !subdomain_.totals.waiting && may_end) {
-            summary_.ending = Ending::Quiet;
-            break;
-        }
+        ended = ended_with_this_tick(may_end);
     }
+    if (ended) summary_.ending = *ended;
     soon.reset();
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run was not quiescent after " + std::to_string(most) + " ticks",

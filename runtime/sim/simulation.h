@@ -14,6 +14,7 @@
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/core/tick.h"
 #include "runtime/sim/core/unsettled.h"
+#include "runtime/sim/state/saver.h"
 
 namespace meld::sim {
 
@@ -56,6 +57,14 @@ class Simulation {
 
     // Makes the modules the world names, places the catoms, starts the modules in order.
     Result<void> start(const Registry& registry);
+    // The same from a snapshot of a run of this program in this world, on any number of processes: the run goes on as if it had never
+    // stopped. Every process calls it. Errors: the snapshot is damaged or of another run.
+    Result<void> resume(const Registry& registry, const Shares& shares);
+    // Whether save() can: errors name the module of the world that cannot be saved. After start() or resume().
+    Result<void> saveable() const;
+    // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable(). Errors:
+    // those of the sink.
+    Result<void> save(ShareSink& sink) const;
     // Adds a module that runs after those of the world (recorder, digests).
     void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
 
@@ -69,8 +78,12 @@ class Simulation {
     std::string status() const;
 
   private:
+    Result<void> make_modules(const Registry& registry);
+    Modules all_modules() const;
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     Result<void> run_tick();
+    // Whether the last tick was the last of the run.
+    std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
     // The error that remains at quiescence, if quiescence is reached and there is one.
     Result<void> check_defined();
     Result<void> failed(const eval::Failure& failure);
@@ -80,6 +93,7 @@ class Simulation {
     Subdomain subdomain_;
     Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
+    std::vector<std::string> chosen_;  // What the world calls each of modules_: the interface and the implementation.
     CodeModules codes_;
     std::optional<Unsettled> unsettled_;  // Examines the last ticks of a run that has to become quiescent.
     Summary summary_;

@@ -1,6 +1,7 @@
 #include "runtime/tuple/change_log.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "runtime/base/assert.h"
 
@@ -62,6 +63,40 @@ void ChangeLog::note(u32 column, u32 catom, RowChanges* changes, int pool) {
 void ChangeLog::forget(u32 catom) {
     for (auto& column : noted_)
         if (!column.empty()) column[catom] = nullptr;
+}
+
+void ChangeLog::save(u32 column, std::span<const u32> catoms, ByteWriter& out) const {
+    ByteWriter noted;
+    u32 count = 0;
+    std::vector<const RowChanges*> chain;
+    for (u32 i = 0; i < catoms.size(); ++i) {
+        chain.clear();
+        for (const RowChanges* c = of(column, catoms[i]); c != nullptr; c = c->next) chain.push_back(c);
+        for (; !chain.empty(); chain.pop_back(), ++count) {
+            const RowChanges& c = *chain.back();
+            for (const u32 number : {i, c.removed, c.added, c.woken}) noted.write(number);
+            noted.write_bytes(&c + 1, module_.columns[column].row_bytes * (std::size_t{c.removed} + c.added + c.woken));
+        }
+    }
+    out.write(count);
+    out.write_bytes(noted.view().data(), noted.size());
+}
+
+void ChangeLog::load(u32 column, std::span<const SavedCatom> catoms, ByteReader& in) {
+    const std::size_t row_bytes = module_.columns[column].row_bytes;
+    for (u32 count = in.read_count(4 * sizeof(u32)); count > 0; --count) {
+        const auto at = in.read<u32>(), removed = in.read<u32>(), added = in.read<u32>(), woken = in.read<u32>();
+        const std::span<const std::byte> rows = in.read_bytes(row_bytes * (std::size_t{removed} + added + woken));
+        if (in.failed() || at >= catoms.size()) return;
+        const SavedCatom& to = catoms[at];
+        const u32 kept = to.owned ? woken : 0;
+        if (!to.here() || removed + added + kept == 0) continue;
+        RowChanges* changes = make(column, removed, added + kept, 0);
+        changes->added = added;
+        changes->woken = kept;
+        std::memcpy(changes + 1, rows.data(), row_bytes * (std::size_t{removed} + added + kept));
+        note(column, to.catom, changes, 0);
+    }
 }
 
 void ChangeLog::end_evaluation() {

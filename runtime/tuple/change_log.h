@@ -5,11 +5,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::tuple {
+
+// Where a catom of a snapshot is here.
+struct SavedCatom {
+    u32 catom = kNone32;  // None: nowhere.
+    bool owned = false;   // Else it is a ghost.
+    bool here() const { return catom != kNone32; }
+};
 
 class ChangeLog {
   public:
@@ -27,6 +36,11 @@ class ChangeLog {
     void note(u32 column, u32 catom, RowChanges* changes, int pool);
     const RowChanges* of(u32 column, u32 catom) const { return noted_[column][catom]; }
     void forget(u32 catom);
+
+    // What was noted of a column for some catoms, oldest first, and back. Ghosts are not told which groups were woken: that is the
+    // owner's alone.
+    void save(u32 column, std::span<const u32> catoms, ByteWriter& out) const;
+    void load(u32 column, std::span<const SavedCatom> catoms, ByteReader& in);
 
     // Called before and after an evaluation: changes made in it are kept, changes noted before it are dropped after it.
     void begin_evaluation() { filling_ = 1 - filling_; }

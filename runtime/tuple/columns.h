@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
@@ -78,6 +79,10 @@ class Columns {
     // The catom's columns as bytes, and back; lists by content.
     void pack(u32 catom, Which which, ByteWriter& out) const;
     void unpack(u32 catom, Which which, ByteReader& in, int pool);
+    // The columns of some catoms for a snapshot, column by column, with the changes of rows that readers have not seen yet.
+    void save(std::span<const u32> catoms, ByteWriter& out) const;
+    // Back, of catoms that hold nothing yet. Of those that are ghosts here only what they export is read.
+    void load(std::span<const SavedCatom> catoms, ByteReader& in);
     // One column only.
     void pack_column(u32 column, u32 catom, ByteWriter& out) const;
     void unpack_column(u32 column, u32 catom, ByteReader& in, int pool);
@@ -89,6 +94,10 @@ class Columns {
     void change_in_place(u32 column, u32 catom, const RowChanges& changes, int pool);
     void merge_changes(u32 column, u32 catom, const RowChanges& changes, int pool);
     void erase_row(u32 column, u32 catom, u32 at);
+    void save_records(u32 column, std::span<const u32> catoms, ByteWriter& out) const;
+    void load_records(u32 column, std::span<const SavedCatom> catoms, ByteReader& in);
+    void save_rows(u32 column, std::span<const u32> catoms, ByteWriter& out) const;
+    void load_rows(u32 column, std::span<const SavedCatom> catoms, ByteReader& in);
     void drop_lists(u32 column, const u8* rows, u32 count, int pool);
     // Calls visit(list, type) for each list of rows or of a record.
     template <class Visit>

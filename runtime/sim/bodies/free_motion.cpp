@@ -244,6 +244,10 @@ SimModule::Stages FreeMotion::stages() const {
     return stages;
 }
 
+Result<void> FreeMotion::saveable() const {
+    return fail("the bodies of a world with [motion] kind = \"bodies\" cannot be saved yet", "Run it without checkpoints");
+}
+
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);

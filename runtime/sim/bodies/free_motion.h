@@ -25,6 +25,7 @@ class FreeMotion : public SimModule {
     Result<void> start(Subdomain& subdomain) override;
     // Carries out the actions of the last tick, moves the bodies for the duration of a tick, and updates what the programs sense.
     Result<void> step(Subdomain& subdomain) override;
+    Result<void> saveable() const override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;

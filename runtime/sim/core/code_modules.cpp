@@ -1,5 +1,7 @@
 #include "runtime/sim/core/code_modules.h"
 
+#include <map>
+
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 
@@ -45,6 +47,32 @@ void CodeModules::run(Subdomain& subdomain) {
     }
 }
 
+void CodeModules::save(ByteWriter& out) const {
+    for (const Entry& entry : modules_) {
+        ByteWriter shared, own;
+        entry.shared->save(shared);
+        out.write_block(shared.view());
+        // In the order of the ids, so that a snapshot is the same each time.
+        std::map<std::uint64_t, const CodeModule*> ordered;
+        for (const auto& [id, instance] : entry.own) ordered[id] = instance.get();
+        for (const auto& [id, instance] : ordered) {
+            ByteWriter state;
+            instance->save(state);
+            own.write(id);
+            own.write_block(state.view());
+        }
+        out.write_block(own.view());
+    }
+}
+
+void CodeModules::load(Subdomain& subdomain, bool shared, ByteReader& in) {
+    for (Entry& entry : modules_) {
+        ByteReader common(in.read_block(), "the state of a hand-written module");
+        if (shared) entry.shared->load(common);
+        for (ByteReader own(in.read_block(), "the states of hand-written modules"); !own.done();) load_own(subdomain, entry, own);
+    }
+}
+
 // An instance without its catom is offered to all processes; the one that now owns the catom takes it.
 void CodeModules::follow(Subdomain& subdomain, Entry& entry) {
     ByteWriter leaving;
@@ -62,17 +90,20 @@ void CodeModules::follow(Subdomain& subdomain, Entry& entry) {
     }
     for (const auto& from : subdomain.comm.allgather_any(leaving.view())) {
         ByteReader in(from, "hand-written modules that follow their catoms");
-        while (!in.done()) {
-            const auto id = in.read<std::uint64_t>();
-            ByteReader state(in.read_block(), "the state of a hand-written module");
-            const std::optional<Catom> catom = subdomain.ensemble.find(id);
-            if (!catom || !subdomain.owned(*catom)) continue;
-            std::unique_ptr<CodeModule> instance = instance_of(entry, subdomain.module);
-            instance->load(state);
-            MELD_CHECK(state.done(), "the module of catom @{} leaves {} bytes of its saved state unread", id, state.left());
-            entry.own[id] = std::move(instance);
-        }
+        while (!in.done()) load_own(subdomain, entry, in);
     }
+}
+
+// The state of one catom's module, if this process owns the catom.
+void CodeModules::load_own(Subdomain& subdomain, Entry& entry, ByteReader& in) const {
+    const auto id = in.read<std::uint64_t>();
+    ByteReader state(in.read_block(), "the state of a hand-written module");
+    const std::optional<Catom> catom = subdomain.ensemble.find(id);
+    if (!catom || !subdomain.owned(*catom)) return;
+    std::unique_ptr<CodeModule> instance = instance_of(entry, subdomain.module);
+    instance->load(state);
+    MELD_CHECK(state.done(), "the module of catom @{} leaves {} bytes of its saved state unread", id, state.left());
+    entry.own[id] = std::move(instance);
 }
 
 }  // namespace meld::sim

@@ -20,6 +20,10 @@ class CodeModules {
     // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every tick, because such
     // code does not know what has changed.
     void run(Subdomain& subdomain);
+    // The state of all modules, for a snapshot, and back: of the objects whose catoms this process owns now, and of those that are
+    // shared as `shared` says, which is so for one of the processes that wrote it.
+    void save(ByteWriter& out) const;
+    void load(Subdomain& subdomain, bool shared, ByteReader& in);
     bool empty() const { return modules_.empty(); }
 
   private:
@@ -33,6 +37,7 @@ class CodeModules {
     std::unique_ptr<CodeModule> instance_of(const Entry& entry, const ModuleInfo& module) const;
     // Instances migrate with their catoms.
     void follow(Subdomain& subdomain, Entry& entry);
+    void load_own(Subdomain& subdomain, Entry& entry, ByteReader& in) const;
 
     std::vector<Entry> modules_;
     const world::World* world_ = nullptr;

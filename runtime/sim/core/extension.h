@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/version.h"
 #include "runtime/sim/core/argument.h"
+#include "runtime/tuple/change_log.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::sim {
@@ -34,6 +36,21 @@ class SimModule {
     virtual Result<void> step(Subdomain&) { return {}; }
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
+    // Whether a snapshot can hold what it keeps between two ticks: yes for a module that keeps nothing, and for one that saves all of it
+    // below. Whoever does not say so makes a checkpoint an error rather than wrong.
+    virtual Result<void> saveable() const {
+        return fail("it does not say how what it keeps is saved",
+                    "Let it override SimModule::saveable(), and save_rest() and load_rest() if it keeps anything between two ticks");
+    }
+    // A run that goes on from a snapshot calls resume() where it would call start(): it finds what it needs in the program and the
+    // world, and changes no facts, which come back by themselves. Then all that save_catoms and save_rest wrote is read, of all
+    // processes that wrote it, on however many there are now. What is kept for catoms is written in their order, and read by their
+    // places in the same order; `catoms` says where each of them is now.
+    virtual Result<void> resume(Subdomain& subdomain) { return start(subdomain); }
+    virtual void save_catoms(const Subdomain&, std::span<const std::uint32_t> /*catoms*/, ByteWriter&) const {}
+    virtual void load_catoms(Subdomain&, std::span<const tuple::SavedCatom> /*catoms*/, ByteReader&) {}
+    virtual void save_rest(const Subdomain&, ByteWriter&) const {}
+    virtual void load_rest(Subdomain&, ByteReader&) {}
     // A few words for the progress line and the summary, e.g. "1,204 outside the target"; process 0 is asked.
     virtual std::string status() const { return ""; }
     // The result of the run, after finish(), as a line for the summary, e.g. "target reached in 400 ticks".
@@ -109,8 +126,9 @@ class CodeModule {
     virtual Result<void> look_up(const Names&) { return {}; }
     // Runs at every catom in every tick, before rules are evaluated. Must depend only on the catom and the tick.
     virtual void run(CatomView& catom) = 0;
-    // The state of a per-catom instance, which migrates with its catom: load() is called on a new object after look_up() and must read all
-    // that save() has written. A shared object does not migrate; these are not called for it.
+    // The state of a per-catom instance, which follows its catom to another process: load() is called on a new object after look_up()
+    // and must read all that save() has written. An object that is shared does not move; a snapshot asks that of process 0, and all
+    // processes load it, so what it writes must be alike on all.
     virtual void save(ByteWriter&) const {}
     virtual void load(ByteReader&) {}
 };

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
@@ -46,6 +49,14 @@ class FactStore {
     // catom is evaluated as a whole when it arrives, and sets them again.
     void pack(u32 catom, ByteWriter& out) const;
     void unpack(u32 catom, ByteReader& in);
+
+    // What these catoms hold and why they are to be evaluated, for a snapshot, and back for those that are here.
+    void save(std::span<const u32> catoms, ByteWriter& out) const;
+    void load(std::span<const tuple::SavedCatom> catoms, ByteReader& in);
+    // What lives only for a while: losses that are remembered, what waits for its time, actions that were asked for in the last tick.
+    // Catoms go by their ids; `id` gives that of one, and `find` the catom here that this process owns, or nothing.
+    void save_passing(const std::function<u64(u32)>& id, ByteWriter& out) const;
+    void load_passing(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
 
     // The program's constants, which live as long as the facts that may share their lists.
     void add_parameter(tuple::Type type, Value value);

@@ -55,10 +55,7 @@ Result<void> Setup::run() {
     Subdomain& s = subdomain_;
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
     const Counts counts = count_together(s.world, s.lattice, s.comm);
-    s.members_.partition.emplace(counts, s.comm.processes());
-    // A catom that goes around another also looks around that one.
-    const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
-    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach);
+    divide(counts);
 
     if (s.world.is_free())
         populate_freely(counts);
@@ -70,10 +67,31 @@ Result<void> Setup::run() {
     s.facts_.resize(s.ensemble.index_count());
     for (Catom c = 0; c < s.ensemble.index_count(); ++c)
         if (s.owned(c)) s.mark(c, kDirtyBirths);
-    set_limits();
-    s.refresh();
-    if (auto done = set_parameters(); !done) return done;
+    if (auto done = set_constants(); !done) return done;
     return GivenFacts(s).start();
+}
+
+void Setup::divide(const Counts& counts) {
+    Subdomain& s = subdomain_;
+    s.members_.partition.emplace(counts, s.comm.processes());
+    // A catom that goes around another looks once around that one.
+    const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
+    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach);
+}
+
+void Setup::surround() {
+    Membership& m = subdomain_.members_;
+    // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
+    const bool looks_around = subdomain_.world.motion.kind != "none" || subdomain_.world.target.has_value();
+    for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); looks_around && slot <= end; ++slot)
+        if (m.partition->owner(subdomain_.lattice.brick_key(m.ensemble.brick(slot))) == subdomain_.comm.process())
+            m.ensemble.surround(slot);
+}
+
+Result<void> Setup::set_constants() {
+    set_limits();
+    subdomain_.refresh();
+    return set_parameters();
 }
 
 void Setup::set_limits() {
@@ -121,10 +139,7 @@ void Setup::populate_cells(const Counts& counts) {
             if (m.partition->owner(counts[i].first) == rank) continue;
             if (m.halo->borders(rank, lattice.brick_at(counts[i].first))) place(i, kCatomGhost);
         }
-    // If nothing moves and there is no target, no catom looks beyond the existing bricks.
-    const bool looks_around = world.motion.kind != "none" || world.target.has_value();
-    for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); looks_around && slot <= end; ++slot)
-        if (m.partition->owner(lattice.brick_key(m.ensemble.brick(slot))) == rank) m.ensemble.surround(slot);
+    surround();
 }
 
 // Bodies begin where their cells would be; listed bodies begin at their positions and are numbered after the others. The motion decides who

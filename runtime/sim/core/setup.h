@@ -16,9 +16,17 @@ class Setup {
     explicit Setup(Subdomain& subdomain) : subdomain_(subdomain) {}
     Result<void> run();
 
-  private:
+    // ---- what a run that goes on from a snapshot needs too
     // Catoms by brick, sorted; the same on every process.
     using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
+    // Says who owns which bricks, and who sees which cells.
+    void divide(const Counts& counts);
+    // Makes the bricks present that catoms here can reach or see.
+    void surround();
+    // The limits of the world and the constants of the program. Errors: a constant is missing, unknown or of another type.
+    Result<void> set_constants();
+
+  private:
     void populate_cells(const Counts& counts);
     void populate_freely(const Counts& counts);
     void set_limits();

@@ -49,6 +49,12 @@ class Status {
     // The run is to end at this tick boundary; set from a signal handler or a module.
     bool stop_requested = false;
 
+    // As after this tick, of a run that goes on from a snapshot.
+    void resume(std::int64_t tick, const Totals& of_the_tick) {
+        last_tick_ = tick;
+        totals = of_the_tick;
+    }
+
   private:
     std::int64_t last_tick_ = 0;
     bool half_way_ = false;

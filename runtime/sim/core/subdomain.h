@@ -156,6 +156,8 @@ class Subdomain {
     friend class GivenFacts;
     friend class Exchange;
     friend class Tick;
+    friend class Saver;
+    friend class Loader;
 
     SubdomainView abi_;                         // As the compiled module sees it.
     std::function<double(Catom)> diameter_of_;  // Empty if all have the world's.

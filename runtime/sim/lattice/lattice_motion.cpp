@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
@@ -14,7 +17,7 @@ namespace meld::sim {
 
 LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
 
-Result<void> LatticeMotion::start(Subdomain& subdomain) {
+Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     // A predicate of the program's own with the same name has another kind or type.
     const auto given = [&](const char* name, PredicateKind kind, ValueType type) -> std::optional<u32> {
         const std::optional<u32> p = tuple::find_predicate(subdomain.module, name, 1);
@@ -27,6 +30,12 @@ Result<void> LatticeMotion::start(Subdomain& subdomain) {
     };
     known_ = {given("holds", PredicateKind::Sensed, ValueType::Int), given("failed", PredicateKind::Linear, ValueType::Int),
               given("created", PredicateKind::Linear, ValueType::Node)};
+    packets_.resize(static_cast<std::size_t>(subdomain.comm.processes()));
+    return {};
+}
+
+Result<void> LatticeMotion::start(Subdomain& subdomain) {
+    if (auto found = resume(subdomain); !found) return found;
     if (world_.held > world_.motion.capacity)
         return fail(fmt::format("each catom starts with {} units, and the motion's capacity is {}", world_.held, world_.motion.capacity),
                     "Raise [motion] capacity or lower held");
@@ -39,6 +48,24 @@ Result<void> LatticeMotion::start(Subdomain& subdomain) {
     packets_.resize(static_cast<std::size_t>(subdomain.comm.processes()));
     return {};
 }
+
+void LatticeMotion::save_catoms(const Subdomain&, std::span<const Catom> catoms, ByteWriter& out) const {
+    for (const Catom catom : catoms) out.write(held_[catom]);
+}
+
+void LatticeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
+    held_.resize(subdomain.ensemble.index_count());
+    for (const tuple::SavedCatom& each : catoms) {
+        const auto units = in.read<std::int32_t>();
+        if (!each.here()) continue;
+        held_[each.catom] = units;
+        account(subdomain, each.catom, 1);
+    }
+}
+
+void LatticeMotion::save_rest(const Subdomain&, ByteWriter& out) const { out.write(last_change_); }
+
+void LatticeMotion::load_rest(Subdomain&, ByteReader& in) { last_change_ = std::max(last_change_, in.read<std::int64_t>()); }
 
 void LatticeMotion::account(const Subdomain& subdomain, Catom catom, int sign) {
     MELD_EXPECT(catom < held_.size() && (sign == 1 || sign == -1), "catom {} of {}", catom, held_.size());
@@ -242,27 +269,54 @@ void LatticeMotion::apply_add(Subdomain& subdomain, const Change& c) {
     if (c.newborn) hold(subdomain, catom, 0);
 }
 
-void LatticeMotion::finish(Subdomain& subdomain) {
-    std::int64_t counts[4] = {outside_, units_, 0, last_change_};
-    for (world::Slot slot = 1; slot <= subdomain.ensemble.brick_count(); ++slot) {
-        const Cell brick = subdomain.ensemble.brick(slot);
-        if (!world_.target || subdomain.halo->owner(subdomain.lattice.brick_origin(brick)) != subdomain.comm.process()) continue;
-        for (std::uint32_t n = 0; n < kBrickCells; ++n) {
-            const Cell cell = subdomain.lattice.cell_in_brick(brick, n);
-            counts[2] += subdomain.ensemble.target(cell) && !full(subdomain, cell);
+// The cells of the target in the bricks where own catoms stand and in those around them, by brick.
+std::map<world::BrickKey, std::uint32_t> LatticeMotion::target_nearby(const Subdomain& subdomain) const {
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    std::map<world::BrickKey, std::uint32_t> cells;
+    std::set<world::BrickKey> seen;
+    std::optional<Cell> last;  // Mostly the next catom stands in the same brick.
+    for (Catom c = 0; c < ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        const Cell centre = subdomain.lattice.brick_of(ensemble.cell(c));
+        if (last == centre) continue;
+        last = centre;
+        if (!seen.insert(subdomain.lattice.brick_key(centre)).second) continue;
+        for (std::uint32_t n = 0; n < kBrickNeighbours; ++n) {
+            const Cell brick = centre + world::Lattice::brick_offset(n);
+            if (!subdomain.lattice.brick_in_range(brick)) continue;
+            const auto [at, added] = cells.try_emplace(subdomain.lattice.brick_key(brick));
+            for (std::uint32_t cell = 0; added && cell < kBrickCells; ++cell)
+                at->second += ensemble.target(subdomain.lattice.cell_in_brick(brick, cell));
         }
     }
-    ByteWriter bytes;
-    bytes.write(counts);
-    const std::vector<std::byte> all = subdomain.comm.allgather(bytes.view());
-    ByteReader in(all, "counts of the target");
-    last_change_ = 0;
-    for (int p = 0; p < subdomain.comm.processes(); ++p) {
-        all_outside_ += in.read<std::int64_t>();
-        all_units_ += in.read<std::int64_t>();
-        all_missing_ += in.read<std::int64_t>();
-        last_change_ = std::max(last_change_, in.read<std::int64_t>());
+    return cells;
+}
+
+void LatticeMotion::finish(Subdomain& subdomain) {
+    ByteWriter mine;
+    mine.write(std::array{static_cast<std::int64_t>(subdomain.ensemble.owned_count()), outside_, units_, last_change_});
+    if (world_.target)
+        for (const auto& [brick, cells] : target_nearby(subdomain)) {
+            mine.write(brick);
+            mine.write(cells);
+        }
+    std::int64_t catoms = 0, target = 0;
+    std::map<world::BrickKey, std::uint32_t> nearby;
+    for (const auto& theirs : subdomain.comm.allgather_any(mine.view())) {
+        ByteReader in(theirs, "counts of the target");
+        const auto counts = in.read<std::array<std::int64_t, 4>>();
+        catoms += counts[0];
+        all_outside_ += counts[1];
+        all_units_ += counts[2];
+        last_change_ = std::max(last_change_, counts[3]);
+        while (!in.done()) {
+            const auto brick = in.read<world::BrickKey>();
+            nearby[brick] = in.read<std::uint32_t>();
+        }
     }
+    for (const auto& [brick, cells] : nearby) target += cells;
+    // Who stands in the target stands in one of these bricks.
+    all_missing_ = world_.target ? target - (catoms - all_outside_) : 0;
 }
 
 std::string LatticeMotion::status() const {

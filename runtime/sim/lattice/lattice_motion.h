@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -20,6 +22,13 @@ class LatticeMotion : public SimModule {
     explicit LatticeMotion(const world::World& world);
     Result<void> start(Subdomain& subdomain) override;
     Result<void> step(Subdomain& subdomain) override;
+    Result<void> resume(Subdomain& subdomain) override;
+    Result<void> saveable() const override { return {}; }
+    // The units that catoms hold; in which tick anything moved last.
+    void save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const override;
+    void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;
+    void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
+    void load_rest(Subdomain& subdomain, ByteReader& in) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
@@ -81,6 +90,7 @@ class LatticeMotion : public SimModule {
     void apply(Subdomain& subdomain, std::vector<Change> changes);
     void apply_add(Subdomain& subdomain, const Change& change);
     void hold(Subdomain& subdomain, Catom catom, std::int32_t units);
+    std::map<world::BrickKey, std::uint32_t> target_nearby(const Subdomain& subdomain) const;
     // Adds a catom of ours to the counts below, or subtracts it.
     void account(const Subdomain& subdomain, Catom catom, int sign);
 

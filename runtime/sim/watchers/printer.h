@@ -13,6 +13,7 @@ class Printer : public SimModule {
     // Process 0 writes the lines; the others send it the output of their catoms.
     explicit Printer(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& subdomain) override;
+    Result<void> saveable() const override { return {}; }
     // After each tick, ordered by the numbers of the catoms and then by text.
     Result<void> after(Subdomain& subdomain) override;
 

@@ -46,6 +46,8 @@ class Weather : public Component {
   public:
     explicit Weather(std::uint64_t seed) : seed_(seed) {}
     Result<void> step(Subdomain& subdomain) override;
+    // Today's weather is decided anew before anybody feels it.
+    Result<void> saveable() const override { return {}; }
     Result<void> look_up(const Names& names) override {
         return names.sensed("temperature", 1).map([this](Predicate found) { temperature_ = found; });
     }

@@ -91,21 +91,22 @@ Watcher::Facts Watcher::facts_of(Subdomain& subdomain, const Watch& watch) const
     return facts;
 }
 
+void Watcher::write_facts(const Watch& watch, const Facts& facts, bool here, ByteWriter& out) {
+    out.write(watch.first);
+    out.write(watch.second);
+    out.write(here);
+    out.write_count(facts.size());
+    for (const std::string& fact : facts) out.write_string(fact);
+}
+
 // The facts of this process's catoms that have not been sent to process 0. A catom that has migrated is skipped: its new process sends its
 // facts, and if there is none it has been removed.
 std::vector<std::byte> Watcher::changes(Subdomain& subdomain) {
     ByteWriter out;
-    const auto put_facts = [&](const Watch& watch, const Facts& facts, bool here) {
-        out.write(watch.first);
-        out.write(watch.second);
-        out.write(here);
-        out.write_count(facts.size());
-        for (const std::string& fact : facts) out.write_string(fact);
-    };
     std::erase_if(reported_, [&](const auto& reported) {
         const auto catom = subdomain.ensemble.find(reported.first.first);
         const bool stays = watched_.contains(reported.first) && catom && subdomain.owned(*catom);
-        if (!stays) put_facts(reported.first, {}, false);
+        if (!stays) write_facts(reported.first, {}, false, out);
         return !stays;
     });
     for (const Watch& watch : watched_) {
@@ -114,13 +115,13 @@ std::vector<std::byte> Watcher::changes(Subdomain& subdomain) {
         Facts facts = facts_of(subdomain, watch);
         const auto reported = reported_.find(watch);
         if (reported != reported_.end() && reported->second == facts) continue;
-        put_facts(watch, facts, true);
+        write_facts(watch, facts, true, out);
         reported_[watch] = std::move(facts);
     }
     return out.take();
 }
 
-void Watcher::receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const {
+void Watcher::receive(std::span<const std::byte> bytes, std::map<Watch, Facts>& now) const {
     ByteReader in(bytes, "facts that are watched");
     while (!in.done()) {
         Watch watch;
@@ -153,6 +154,38 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
     if (text.empty()) return {};
     clear_progress();
     return meld::print(to_, text);
+}
+
+void Watcher::save_rest(const Subdomain& subdomain, ByteWriter& out) const {
+    if (subdomain.comm.process() != 0) return;
+    out.write_count(named_.size());
+    for (const Watch& watch : named_) {
+        out.write(watch.first);
+        out.write(watch.second);
+    }
+    out.write_count(everything_.size());
+    for (const u64 id : everything_) out.write(id);
+    out.write(watching_);
+    ByteWriter known;
+    for (const auto& [watch, facts] : known_) write_facts(watch, facts, true, known);
+    out.write_block(known.view());
+}
+
+void Watcher::load_rest(Subdomain& subdomain, ByteReader& in) {
+    if (in.done()) return;
+    for (auto left = in.read_count(sizeof(u64) + sizeof(u32)); left > 0; --left) {
+        const u64 id = in.read<u64>();
+        named_.emplace(id, in.read<u32>());
+    }
+    for (auto left = in.read_count(sizeof(u64)); left > 0; --left) everything_.insert(in.read<u64>());
+    watching_ = in.read<bool>();
+    std::map<Watch, Facts> known;
+    receive(in.read_block(), known);
+    for (const auto& [watch, facts] : known) {
+        const auto catom = subdomain.ensemble.find(watch.first);
+        if (catom && subdomain.owned(*catom)) reported_[watch] = facts;
+    }
+    if (subdomain.comm.process() == 0) known_ = std::move(known);
 }
 
 Result<void> Watcher::after(Subdomain& subdomain) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,11 @@ class Watcher : public SimModule {
     // names no predicate. Cost: reads the watched facts in every tick.
     Result<void> after(Subdomain& subdomain) override;
 
+    Result<void> saveable() const override { return {}; }
+    // What is watched and what was reported of it, which process 0 knows of all.
+    void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
+    void load_rest(Subdomain& subdomain, ByteReader& in) override;
+
   private:
     // The number of a catom and a predicate of the program.
     using Watch = std::pair<u64, u32>;
@@ -30,8 +36,10 @@ class Watcher : public SimModule {
     Result<void> begin(Subdomain& subdomain);
     Result<void> add(Subdomain& subdomain, u64 id, const std::string& name);
     Facts facts_of(Subdomain& subdomain, const Watch& watch) const;
+    // As receive() reads it; not here: the catom has left this process.
+    static void write_facts(const Watch& watch, const Facts& facts, bool here, ByteWriter& out);
     std::vector<std::byte> changes(Subdomain& subdomain);
-    void receive(const std::vector<std::byte>& bytes, std::map<Watch, Facts>& now) const;
+    void receive(std::span<const std::byte> bytes, std::map<Watch, Facts>& now) const;
     Result<void> print(Subdomain& subdomain, const std::map<Watch, Facts>& now);
 
     std::FILE* to_;

@@ -1,0 +1,188 @@
+#include "runtime/sim/state/loader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <unordered_map>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
+#include "runtime/sim/core/setup.h"
+
+namespace meld::sim {
+
+namespace {
+
+tl::unexpected<Error> damaged(std::string what) {
+    return fail("the snapshot " + std::move(what), "It is damaged, or was made by another version", ExitCode::RecordingRefused);
+}
+
+// A reader of a block that came from a file.
+ByteReader reader(const Block& block, const char* what) { return {block, what, ByteReader::Origin::Outside}; }
+
+// All was read, and no more than there was.
+Result<void> read_to_its_end(const ByteReader& in, const char* what) {
+    if (in.failed()) return tl::unexpected<Error>(in.outcome().error());
+    if (!in.done()) return damaged(fmt::format("has {} bytes too many in {}", in.left(), what));
+    return {};
+}
+
+}  // namespace
+
+Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
+    MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
+    if (auto done = divide(); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = add_catoms(); !done) return tl::unexpected<Error>(done.error());
+    subdomain_.facts_.resize(subdomain_.ensemble.index_count());
+    if (auto done = Setup(subdomain_).set_constants(); !done) return tl::unexpected<Error>(done.error());
+    for (SimModule* module : modules)
+        if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = load_catoms(modules); !done) return tl::unexpected<Error>(done.error());
+    Result<Block> counters = load_rest(modules, codes);
+    subdomain_.refresh();
+    return counters;
+}
+
+template <class Visit>
+Result<void> Loader::each_chunk(const Visit& visit) const {
+    for (std::size_t share = 0; share < shares_.count(); ++share)
+        for (std::size_t chunk = 0; chunk < shares_.chunks(share); ++chunk)
+            if (Result<void> done = visit(share, chunk); !done) return done;
+    return {};
+}
+
+Result<Loader::Places> Loader::places(std::size_t share, std::size_t chunk) const {
+    const Result<Block> block = shares_.places(share, chunk);
+    if (!block) return tl::unexpected<Error>(block.error());
+    ByteReader in = reader(*block, "the places of a snapshot");
+    const std::uint32_t count = in.read_count(sizeof(std::uint64_t) + sizeof(Cell));
+    Places out{std::vector<std::uint64_t>(count), std::vector<Cell>(count)};
+    for (std::uint64_t& id : out.ids) id = in.read<std::uint64_t>();
+    for (Cell& cell : out.cells) cell = in.read<Cell>();
+    if (auto whole = read_to_its_end(in, "its places"); !whole) return tl::unexpected<Error>(whole.error());
+    return out;
+}
+
+// Counts the catoms by brick. Most catoms stand in the brick of the one before.
+Result<void> Loader::divide() {
+    const world::Lattice& lattice = subdomain_.lattice;
+    std::unordered_map<world::BrickKey, std::uint32_t> count_of;
+    const Result<void> counted = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Result<Places> all = places(share, chunk);
+        if (!all) return tl::unexpected<Error>(all.error());
+        std::optional<Cell> last;
+        std::uint32_t* count = nullptr;
+        for (const Cell cell : all->cells) {
+            const Cell brick = lattice.brick_of(cell);
+            if (last != brick) count = &count_of[lattice.brick_key(brick)];
+            last = brick;
+            ++*count;
+        }
+        return {};
+    });
+    if (!counted) return counted;
+    Setup::Counts counts(count_of.begin(), count_of.end());
+    std::sort(counts.begin(), counts.end());
+    Setup(subdomain_).divide(counts);
+    std::size_t mine = 0, bricks = 0;
+    for (const auto& [key, count] : counts) {
+        if (subdomain_.members_.partition->owner(key) != subdomain_.comm.process()) continue;
+        mine += count;
+        ++bricks;
+    }
+    subdomain_.members_.ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
+    return {};
+}
+
+Result<void> Loader::add_catoms() {
+    found_.resize(shares_.count());
+    const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Result<Places> all = places(share, chunk);
+        if (!all) return tl::unexpected<Error>(all.error());
+        Result<Found> here = add(*all);
+        if (!here) return tl::unexpected<Error>(here.error());
+        found_[share].push_back(std::move(*here));
+        return {};
+    });
+    if (added) Setup(subdomain_).surround();
+    return added;
+}
+
+Result<Loader::Found> Loader::add(const Places& all) {
+    Membership& m = subdomain_.members_;
+    const int rank = subdomain_.comm.process();
+    Found found(all.ids.size());
+    bool any = false;
+    std::optional<Cell> last;
+    bool ours = false, beside = false;
+    for (std::size_t i = 0; i < all.ids.size(); ++i) {
+        const Cell cell = all.cells[i];
+        if (const Cell brick = subdomain_.lattice.brick_of(cell); last != brick) {
+            last = brick;
+            ours = m.partition->owner(subdomain_.lattice.brick_key(brick)) == rank;
+            beside = !ours && !subdomain_.alone() && m.halo->borders(rank, brick);
+        }
+        if (!ours && !(beside && m.halo->subscribes(rank, cell))) continue;
+        if (m.ensemble.at(cell)) return damaged(fmt::format("has two catoms in cell ({}, {}, {})", cell.x, cell.y, cell.z));
+        found[i] = {m.ensemble.add(all.ids[i], cell, ours ? kCatomOwned : kCatomGhost), ours};
+        any = true;
+    }
+    if (!any) found.clear();
+    return found;
+}
+
+Result<void> Loader::load_catoms(const Modules& modules) {
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Found& found = found_[share][chunk];
+        if (found.empty()) return {};
+        const Result<Block> block = shares_.state(share, chunk);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the facts of a snapshot");
+        subdomain_.facts_.load(found, in);
+        for (SimModule* module : modules) {
+            ByteReader own(in.read_block(), "what a module keeps for catoms", ByteReader::Origin::Outside);
+            module->load_catoms(subdomain_, found, own);
+            if (auto whole = read_to_its_end(own, "what a module keeps for catoms"); !whole) return whole;
+        }
+        return read_to_its_end(in, "its facts");
+    });
+}
+
+Result<Block> Loader::load_rest(const Modules& modules, CodeModules& codes) {
+    Block counters;
+    for (std::size_t share = 0; share < shares_.count(); ++share) {
+        const Result<Block> block = shares_.rest(share);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the end of a snapshot");
+        const auto tick = in.read<std::int64_t>();
+        subdomain_.abi_.now = tick;
+        subdomain_.abi_.world_catoms = in.read<std::int64_t>();
+        subdomain_.members_.next_id = in.read<std::uint64_t>();
+        // Whoever stopped it there now wants it to go on.
+        auto totals = in.read<Totals>();
+        totals.stop = false;
+        subdomain_.status_.resume(tick, totals);
+        subdomain_.facts_.evaluator.restore_greatest_rank(subdomain_.totals.greatest_rank);
+        const auto counted = in.read_block();
+        counters.assign(counted.begin(), counted.end());
+        const auto owned = [&](u64 id) -> std::optional<u32> {
+            const std::optional<Catom> catom = subdomain_.ensemble.find(id);
+            return catom && subdomain_.owned(*catom) ? catom : std::nullopt;
+        };
+        subdomain_.facts_.load_passing(tick, owned, in);
+        codes.load(subdomain_, share == 0, in);
+        const std::uint32_t count = in.read_count(sizeof(std::uint32_t));
+        if (count != modules.size()) return damaged(fmt::format("is of a run with {} modules, and this one has {}", count, modules.size()));
+        for (SimModule* module : modules) {
+            ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);
+            module->load_rest(subdomain_, own);
+            if (auto whole = read_to_its_end(own, "what a module keeps"); !whole) return tl::unexpected<Error>(whole.error());
+        }
+        if (auto whole = read_to_its_end(in, "its end"); !whole) return tl::unexpected<Error>(whole.error());
+    }
+    subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry().catom_id);
+    return counters;
+}
+
+}  // namespace meld::sim

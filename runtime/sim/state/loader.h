@@ -1,0 +1,44 @@
+// Sets a subdomain up from a snapshot instead of from the world. Every process reads what all have written and takes the catoms that
+// are its own now, and ghosts of those next to them.
+#pragma once
+
+#include <vector>
+
+#include "runtime/sim/state/saver.h"
+
+namespace meld::sim {
+
+class Loader {
+  public:
+    // The subdomain is new.
+    Loader(Subdomain& subdomain, const Shares& shares) : subdomain_(subdomain), shares_(shares) {}
+
+    // Catoms, what they hold, the tick, and what modules keep, which are resumed when the catoms are there. Returns what the run had
+    // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
+    // catoms are read twice on each process, and the chunks that have something for it once.
+    Result<Block> run(const Modules& modules, CodeModules& codes);
+
+  private:
+    struct Places {
+        std::vector<std::uint64_t> ids;
+        std::vector<Cell> cells;
+    };
+    // Where the catoms of one chunk are here; empty if none is.
+    using Found = std::vector<tuple::SavedCatom>;
+
+    Result<Places> places(std::size_t share, std::size_t chunk) const;
+    // Calls visit(share, chunk) for each, until one fails.
+    template <class Visit>
+    Result<void> each_chunk(const Visit& visit) const;
+    Result<void> divide();
+    Result<void> add_catoms();
+    Result<Found> add(const Places& all);
+    Result<void> load_catoms(const Modules& modules);
+    Result<Block> load_rest(const Modules& modules, CodeModules& codes);
+
+    Subdomain& subdomain_;
+    const Shares& shares_;
+    std::vector<std::vector<Found>> found_;  // By share and chunk.
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,37 @@
+// Writes the share that this process has of a snapshot. Nothing of the run changes.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "runtime/sim/core/code_modules.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/state/share.h"
+
+namespace meld::sim {
+
+// What moves, records and watches a run, in the order in which it acts.
+using Modules = std::vector<SimModule*>;
+
+class Saver {
+  public:
+    // Catoms a chunk: few enough that a chunk is small beside the columns, many enough that a column of it is a long run of bytes.
+    static constexpr std::size_t kChunk_catoms = 1 << 16;
+
+    Saver(const Subdomain& subdomain, const Modules& modules, const CodeModules& codes)
+        : subdomain_(subdomain), modules_(modules), codes_(codes) {}
+
+    // Between two ticks. `counters` is what the run has counted, which Loader gives back. Cost: a copy of what the catoms hold, a
+    // chunk at a time. Errors: those of the sink.
+    Result<void> run(std::span<const std::byte> counters, ShareSink& sink) const;
+
+  private:
+    Chunk chunk(std::span<const Catom> catoms) const;
+    Block rest(std::span<const std::byte> counters) const;
+
+    const Subdomain& subdomain_;
+    const Modules& modules_;
+    const CodeModules& codes_;
+};
+
+}  // namespace meld::sim

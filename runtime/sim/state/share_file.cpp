@@ -1,0 +1,109 @@
+#include "runtime/sim/state/share_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "runtime/base/hash.h"
+
+namespace meld::sim {
+
+namespace {
+
+constexpr char kMagic[16] = "meld snapshot 1";
+
+struct BlockHead {
+    std::uint64_t size = 0;
+    std::uint64_t hash = 0;
+};
+
+tl::unexpected<Error> damaged(const std::string& path, const std::string& what) {
+    return fail(path + " " + what, "It is damaged, or was not written to its end", ExitCode::RecordingRefused);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ShareWriter>> ShareWriter::create(const std::string& path) {
+    Result<OutputFile> file = OutputFile::open(path, Appears::Whole, Durability::Machine);
+    if (!file) return tl::unexpected<Error>(file.error());
+    std::unique_ptr<ShareWriter> writer(new ShareWriter(std::move(*file)));
+    writer->file_.write({kMagic, sizeof kMagic});
+    writer->bytes_ = sizeof kMagic;
+    return writer;
+}
+
+void ShareWriter::write(const Block& block) {
+    const BlockHead head{block.size(), hash_bytes(block)};
+    file_.write({reinterpret_cast<const char*>(&head), sizeof head});
+    file_.write({reinterpret_cast<const char*>(block.data()), block.size()});
+    bytes_ += sizeof head + block.size();
+}
+
+Result<void> ShareWriter::chunk(Chunk chunk) {
+    write(chunk.places);
+    write(chunk.state);
+    return file_.flush();
+}
+
+Result<void> ShareWriter::rest(Block rest) {
+    write(rest);
+    return {};
+}
+
+Result<void> ShareWriter::close() { return file_.commit(); }
+
+Result<ShareFiles> ShareFiles::open(const std::vector<std::string>& paths) {
+    ShareFiles out;
+    for (const std::string& path : paths) {
+        Result<File> file = index(path);
+        if (!file) return tl::unexpected<Error>(file.error());
+        out.files_.push_back(std::move(*file));
+    }
+    return out;
+}
+
+// Only the heads of the blocks are read.
+Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    if (!in) return fail(fmt::format("cannot read {}: {}", path, std::strerror(errno)), "", ExitCode::RecordingRefused);
+    const auto size = static_cast<std::uint64_t>(in.tellg());
+    in.seekg(0);
+    char magic[sizeof kMagic] = {};
+    if (!in.read(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
+        return damaged(path, "is no snapshot of this version");
+    File out{path, {}};
+    for (std::uint64_t at = sizeof kMagic; at < size;) {
+        BlockHead head;
+        in.seekg(static_cast<std::streamoff>(at));
+        if (size - at < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.size > size - at - sizeof head)
+            return damaged(path, fmt::format("ends in the midst of a block at byte {}", at));
+        out.blocks.push_back({at + sizeof head, head.size, head.hash});
+        at += sizeof head + head.size;
+    }
+    if (out.blocks.size() % 2 == 0) return damaged(path, fmt::format("has {} blocks, and one is missing", out.blocks.size()));
+    return out;
+}
+
+Result<void> ShareFiles::check() const {
+    for (std::size_t share = 0; share < files_.size(); ++share)
+        for (std::size_t block = 0; block < files_[share].blocks.size(); ++block)
+            if (const Result<Block> whole = read(share, block); !whole) return tl::unexpected<Error>(whole.error());
+    return {};
+}
+
+Result<Block> ShareFiles::read(std::size_t share, std::size_t block) const {
+    const File& file = files_[share];
+    const Place& place = file.blocks[block];
+    Block out(place.size);
+    std::ifstream in(file.path, std::ios::binary);
+    in.seekg(static_cast<std::streamoff>(place.offset));
+    if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(place.size)))
+        return damaged(file.path, fmt::format("cannot be read at byte {}", place.offset));
+    if (hash_bytes(out) != place.hash)
+        return damaged(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));
+    return out;
+}
+
+}  // namespace meld::sim

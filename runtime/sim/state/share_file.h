@@ -1,0 +1,60 @@
+// A share of a snapshot in a file: blocks one after the other, each with its length and a hash of its bytes, so that a file that ends
+// too early or has other bytes than were written is refused.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/base/output_file.h"
+#include "runtime/sim/state/share.h"
+
+namespace meld::sim {
+
+// Writes chunk by chunk; the file is there, and safe from a failure of the machine, when close() has returned well.
+class ShareWriter : public ShareSink {
+  public:
+    // Errors: the file cannot be made.
+    static Result<std::unique_ptr<ShareWriter>> create(const std::string& path);
+    Result<void> chunk(Chunk chunk) override;
+    Result<void> rest(Block rest) override;
+    Result<void> close();
+    std::uint64_t bytes() const { return bytes_; }
+
+  private:
+    explicit ShareWriter(OutputFile file) : file_(std::move(file)) {}
+    void write(const Block& block);
+
+    OutputFile file_;
+    std::uint64_t bytes_ = 0;
+};
+
+// The files of all processes that made a snapshot, by their ranks. Blocks are read and checked when they are asked for.
+class ShareFiles : public Shares {
+  public:
+    // Errors: a file is missing or none of ours, or has no whole number of blocks.
+    static Result<ShareFiles> open(const std::vector<std::string>& paths);
+
+    // Reads everything once; the first block that is damaged is the error.
+    Result<void> check() const;
+    std::size_t count() const override { return files_.size(); }
+    std::size_t chunks(std::size_t share) const override { return files_[share].blocks.size() / 2; }
+    Result<Block> places(std::size_t share, std::size_t chunk) const override { return read(share, 2 * chunk); }
+    Result<Block> state(std::size_t share, std::size_t chunk) const override { return read(share, 2 * chunk + 1); }
+    Result<Block> rest(std::size_t share) const override { return read(share, files_[share].blocks.size() - 1); }
+
+  private:
+    struct Place {
+        std::uint64_t offset = 0, size = 0, hash = 0;
+    };
+    struct File {
+        std::string path;
+        std::vector<Place> blocks;  // Two of each chunk, and the rest.
+    };
+    static Result<File> index(const std::string& path);
+    Result<Block> read(std::size_t share, std::size_t block) const;
+
+    std::vector<File> files_;
+};
+
+}  // namespace meld::sim
