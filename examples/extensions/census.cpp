@@ -17,7 +17,10 @@ class Census : public meld::sim::SimModule {
     // So that a run that is stopped and goes on reports the greatest number of all its ticks.
     meld::Result<void> saveable() const override { return {}; }
     void save_rest(const meld::sim::Subdomain&, meld::ByteWriter& out) const override { out.write(most_); }
-    void load_rest(meld::sim::Subdomain&, meld::ByteReader& in) override { most_ = std::max(most_, in.read<std::uint64_t>()); }
+    meld::Result<void> load_rest(meld::sim::Subdomain&, meld::ByteReader& in) override {
+        most_ = std::max(most_, in.read<std::uint64_t>());
+        return {};
+    }
     std::string outcome() const override { return "at most " + std::to_string(most_) + " catoms"; }
 
   private:

@@ -13,7 +13,10 @@ class Tide : public meld::sim::Component {
     // The number of steps goes into checkpoints; all processes write the same.
     meld::Result<void> saveable() const override { return {}; }
     void save_rest(const meld::sim::Subdomain&, meld::ByteWriter& out) const override { out.write(ticks_); }
-    void load_rest(meld::sim::Subdomain&, meld::ByteReader& in) override { ticks_ = in.read<int>(); }
+    meld::Result<void> load_rest(meld::sim::Subdomain&, meld::ByteReader& in) override {
+        ticks_ = in.read<int>();
+        return {};
+    }
     meld::Result<void> look_up(const meld::sim::Names& names) override {
         return names.sensed("depth", 1).map([this](meld::sim::Predicate found) { depth_ = found; });
     }

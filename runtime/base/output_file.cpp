@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -170,6 +171,31 @@ Result<OutputFile> OutputFile::open_regular(const std::string& shown, const std:
     return file;
 }
 
+Result<OutputFile> OutputFile::reopen(const std::string& path, const std::string& place, std::uint64_t size, Durability durability) {
+    const std::optional<std::string> target = resolve(path);
+    if (!target) return tl::unexpected(cannot_write(path, errno));
+    OutputFile file(path, durability);
+    file.target_ = *target;
+    file.appears_ = Appears::AtOnce;
+    auto lock = OutputLock::take(*target, path);
+    if (!lock) return tl::unexpected(lock.error());
+    file.lock_ = std::move(*lock);
+    std::error_code none;
+    file.at_target_ = place == *target || !std::filesystem::exists(place, none);
+    file.beside_ = place;
+    file.descriptor_ = ::open(file.at_target_ ? target->c_str() : place.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC);
+    struct stat status{};
+    if (file.descriptor_ < 0 || fstat(file.descriptor_, &status) != 0 || !S_ISREG(status.st_mode) ||
+        static_cast<std::uint64_t>(status.st_size) < size)
+        return fail(fmt::format("cannot go on with {}: {}", path, file.descriptor_ < 0 ? "it is gone" : "it is shorter than it was"),
+                    "Put it back as the run left it");
+    // From here on it is ours to keep.
+    file.written_ = true;
+    file.offset_ = size;
+    if (ftruncate(file.descriptor_, static_cast<off_t>(size)) != 0) return tl::unexpected(cannot_write(path, errno));
+    return file;
+}
+
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : shown_(std::move(other.shown_)),
       target_(std::move(other.target_)),
@@ -257,6 +283,16 @@ Result<void> OutputFile::flush() {
     if (error_ == 0 && descriptor_ >= 0 && !stream_ && durability_ == Durability::Machine && fsync(descriptor_) != 0) set_error(errno);
     if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
     return {};
+}
+
+Result<std::string> OutputFile::read_end(std::size_t most) {
+    MELD_EXPECT(!stream_);
+    give_to_system();
+    std::string end(std::min<std::uint64_t>(most, offset_), '\0');
+    if (end.empty()) return end;
+    const ssize_t read = error_ == 0 ? pread(descriptor_, end.data(), end.size(), static_cast<off_t>(offset_ - end.size())) : -1;
+    if (read != static_cast<ssize_t>(end.size())) return fail(fmt::format("cannot read {}", shown_));
+    return end;
 }
 
 Result<std::string> OutputFile::place() {

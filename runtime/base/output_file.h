@@ -42,6 +42,10 @@ class OutputFile {
     // Reserves the path for this process; "-" is standard output. Errors: it cannot be written, or another process writes it.
     static Result<OutputFile> open(const std::string& path, Appears appears, Durability durability = Durability::Process);
 
+    // Goes on with a regular file that an earlier process opened and has perhaps not committed: it is at `place`, where place() said, or
+    // at the path itself by now. What follows its first `size` bytes is cut off. Errors: it is gone, or shorter; those of open().
+    static Result<OutputFile> reopen(const std::string& path, const std::string& place, std::uint64_t size, Durability durability);
+
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&& other) = delete;
     ~OutputFile();
@@ -59,6 +63,10 @@ class OutputFile {
 
     // Whether the path is that of a device, a FIFO, a socket or standard output: written to, never replaced.
     static bool names_stream(const std::string& path);
+    // How many bytes have been written, of a regular file that is only appended to.
+    std::uint64_t size() const { return offset_ + waiting_.size(); }
+    // The last bytes of all that has been written, at most so many.
+    Result<std::string> read_end(std::size_t most);
     // Where the bytes are for now; the file is created if necessary, so that a library can open it. Only for regular files.
     Result<std::string> place();
     // Where a regular file will be, links followed.

@@ -2,26 +2,45 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "runtime/base/bytes.h"
 
 namespace meld::comm {
 
-Result<void> outcome_of_first(Communicator& comm, const Result<void>& mine) {
-    if (comm.processes() == 1) return mine;
+namespace {
+
+std::vector<std::byte> packed(const Result<void>& outcome) {
     ByteWriter out;
-    out.write(mine.has_value());
-    if (!mine) {
-        out.write(mine.error().code);
-        out.write_string(mine.error().problem);
-        out.write_string(mine.error().suggestion);
+    out.write(outcome.has_value());
+    if (!outcome) {
+        out.write(outcome.error().code);
+        out.write_string(outcome.error().problem);
+        out.write_string(outcome.error().suggestion);
     }
-    const auto all = comm.allgather_any(out.view());
-    ByteReader in(all[0], "how it went on process 0");
+    return out.take();
+}
+
+Result<void> unpacked(const std::vector<std::byte>& bytes) {
+    ByteReader in(bytes, "how it went on a process");
     if (in.read<bool>()) return {};
     const auto code = in.read<ExitCode>();
     std::string problem = in.read_string();
     return fail(std::move(problem), in.read_string(), code);
+}
+
+}  // namespace
+
+Result<void> outcome_of_first(Communicator& comm, const Result<void>& mine) {
+    if (comm.processes() == 1) return mine;
+    return unpacked(comm.allgather_any(packed(mine))[0]);
+}
+
+Result<void> outcome_of_all(Communicator& comm, const Result<void>& mine) {
+    if (comm.processes() == 1) return mine;
+    for (const auto& theirs : comm.allgather_any(packed(mine)))
+        if (Result<void> outcome = unpacked(theirs); !outcome) return outcome;
+    return {};
 }
 
 }  // namespace meld::comm

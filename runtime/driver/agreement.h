@@ -17,6 +17,7 @@ struct Claim {
     std::string shown;  // This process's value, for people.
     std::uint64_t hash = 0;
     ExitCode code = ExitCode::UsageOrWorld;  // The exit code of a run whose processes differ in it.
+    bool what_it_is = true;                  // It says what the run is; else only how far it goes, or where its results go.
 };
 
 // Compares the properties of all processes, or reports to all that some could not determine theirs. Collective; every process gets the same

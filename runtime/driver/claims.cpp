@@ -29,6 +29,12 @@ Claim claim(std::string name, std::string value) {
     return {.name = std::move(name), .shown = std::move(value), .hash = hash};
 }
 
+Claim option(std::string name, std::string value) {
+    Claim out = claim(std::move(name), std::move(value));
+    out.what_it_is = false;
+    return out;
+}
+
 Claim files(std::string name, const std::vector<std::string>& paths) {
     Claim all{.name = std::move(name), .shown = fmt::format("{}", fmt::join(paths, ", "))};
     for (const std::string& path : paths) all.hash = hash_combine(all.hash, hash_of_file(path));
@@ -47,11 +53,13 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
             {.name = "the world", .shown = world.path, .hash = world.source_hash},
             claim("the parameters", fmt::format("{}", fmt::join(parameters, ", "))),
             claim("the seed", std::to_string(world.seed)),
-            claim("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
-            claim("--facts-out", options.facts_out),
-            claim("--record", options.record),
-            claim("--digest", options.digest),
-            files("--extension", options.extensions)};
+            files("--extension", options.extensions),
+            option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
+            option("--facts-out", options.facts_out),
+            option("--record", options.record),
+            option("--digest", options.digest),
+            option("--checkpoint", options.checkpoint),
+            option("--checkpoint-every", options.checkpoint_every)};
 }
 
 }  // namespace meld::driver

@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
@@ -12,19 +15,19 @@
 
 namespace {
 
-int run_program(int argc, char** argv) {
-    using namespace meld::driver;
-    namespace cli = meld::cli;
-    RunOptions run;
-    run.arguments.assign(argv, argv + argc);
-    std::string world_path;
+using namespace meld::driver;
+namespace cli = meld::cli;
 
-    CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
-    app.require_subcommand(1);
-    app.footer(
-        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, 5 an unusable module, 70 a bug of "
-        "meldsim, 130 interrupted, 143 terminated.");
+// What a command line of meldsim says.
+struct CommandLine {
+    enum class Command { Run, Resume, World } command = Command::Run;
+    RunOptions run = {};
+    ResumeOptions resume = {};
+    std::string world = {};
+    std::vector<std::string> world_extensions = {};
+};
 
+CLI::App* add_run(CLI::App& app, RunOptions& run) {
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
                                      "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
@@ -70,24 +73,91 @@ int run_program(int argc, char** argv) {
     r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
     r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
     r->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
+    r->add_option("--checkpoint", run.checkpoint,
+                  "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
+        ->type_name("DIR");
+    r->add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
+        ->type_name("INTERVAL")
+        ->capture_default_str();
     r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
     r->add_flag("--json", run.json, "Print the summary as JSON");
     r->add_flag("--quiet", run.quiet, "Print no progress line and no summary");
     r->add_option("--module", run.module)->group("");
+    return r;
+}
 
+CLI::App* add_resume(CLI::App& app, ResumeOptions& resume) {
+    CLI::App* s =
+        app.add_subcommand("resume",
+                           "Go on with a run from its newest checkpoint, in the folder where it was started, with the options and "
+                           "the files that it had.\nExample: meldsim resume checkpoints -n 4");
+    s->add_option("DIR", resume.folder, "The folder that meldsim run --checkpoint has written to")->required();
+    s->add_option("-n,--processes", resume.processes, "Another number of processes")->check(cli::whole_number(1, 100000))->type_name("INT");
+    s->add_option("--threads", resume.threads, "Another number of worker threads")->check(cli::whole_number(1, 1024))->type_name("INT");
+    s->add_option("--ticks", resume.ticks, "Stop after this many ticks, counted from the start of the run")
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
+    s->add_flag("--json", resume.json, "Print the summary as JSON");
+    s->add_flag("--quiet", resume.quiet, "Print no progress line and no summary");
+    s->add_option("--module", resume.module)->group("");
+    return s;
+}
+
+CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
-    w->add_option("FILE", world_path, "The world, a .toml file")->required();
-    std::vector<std::string> world_extensions;
-    w->add_option("--extension", world_extensions, "As for meldsim run; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
+    w->add_option("FILE", path, "The world, a .toml file")->required();
+    w->add_option("--extension", extensions, "As for meldsim run; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+    return w;
+}
 
+// Returns the exit code if the program is to end here.
+std::optional<int> read_command_line(int argc, const char* const* argv, CommandLine& line) {
+    line.run.arguments.assign(argv, argv + argc);
+    line.run.command = line.run.arguments;
+
+    CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
+    app.require_subcommand(1);
+    app.footer(
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, 5 an unusable module, 6 an unusable "
+        "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated.");
+    add_run(app, line.run);
+    const CLI::App* resume = add_resume(app, line.resume);
+    const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
-    if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return *code;
-    return *r ? run_command(std::move(run)) : world_command(world_path, world_extensions);
+    if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
+    if (*resume) line.command = CommandLine::Command::Resume;
+    if (*world) line.command = CommandLine::Command::World;
+    // The processes are told where the module is; nobody has typed that.
+    std::vector<std::string>& typed = line.run.command;
+    if (!line.run.module.empty() && typed.size() > 2 && typed[typed.size() - 2] == "--module") typed.resize(typed.size() - 2);
+    return std::nullopt;
+}
+
+// The options of a run by its command, as a checkpoint has it.
+std::optional<RunOptions> run_options(const std::vector<std::string>& command) {
+    std::vector<const char*> words;
+    for (const std::string& word : command) words.push_back(word.c_str());
+    CommandLine line;
+    // Words that ask for something else, such as help, were never those of a run.
+    if (words.size() < 3 || command[1] != "run") return std::nullopt;
+    if (read_command_line(static_cast<int>(words.size()), words.data(), line)) return std::nullopt;
+    return line.run;
+}
+
+int run_program(int argc, char** argv) {
+    CommandLine line;
+    if (const std::optional<int> code = read_command_line(argc, argv, line)) return *code;
+    switch (line.command) {
+        case CommandLine::Command::Run:
+            return run_command(std::move(line.run));
+        case CommandLine::Command::Resume:
+            return resume_command(line.resume, run_options);
+        case CommandLine::Command::World:
+            return world_command(line.world, line.world_extensions);
+    }
+    return 0;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The options of `meldsim run`.
+// The options of `meldsim run` and `meldsim resume`.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,27 @@ struct RunOptions {
     std::vector<std::string> extensions = {};  // Shared objects that add implementations of components.
     std::string facts_out = {};
     std::string record = {};
-    std::string digest = {};  // A file, or "-" for standard output.
-    bool sync = false;        // Files survive a stop of the machine.
-    std::string module = {};  // Passed to the processes by the command that started them.
+    std::string digest = {};                 // A file, or "-" for standard output.
+    std::string checkpoint = {};             // A folder.
+    std::string checkpoint_every = "10min";  // Or "1000ticks".
+    std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
+    bool sync = false;                       // Files survive that the machine stops.
+    std::string module = {};                 // Given to the processes by the command that started them.
     bool strict = false;
     bool json = false;
     bool quiet = false;
-    std::vector<std::string> arguments = {};  // As typed, for the recording and for the processes.
+    std::vector<std::string> command = {};    // As typed where the run began, for the recording and for checkpoints.
+    std::vector<std::string> arguments = {};  // Of the processes: of this command, which may go on with that run.
+};
+
+// Of `meldsim resume`: what the run is to do otherwise than its command says.
+struct ResumeOptions {
+    std::string folder = {};
+    std::optional<int> processes = {}, threads = {};
+    std::optional<std::int64_t> ticks = {};
+    std::string module = {};
+    bool json = false;
+    bool quiet = false;
 };
 
 }  // namespace meld::driver

@@ -12,6 +12,8 @@
 
 namespace meld::driver {
 
+Durability durability(const RunOptions& options) { return options.sync ? Durability::Machine : Durability::Process; }
+
 namespace {
 
 bool lies_in(const std::string& path, const std::string& folder) {
@@ -21,8 +23,6 @@ bool lies_in(const std::string& path, const std::string& folder) {
     };
     return !path.empty() && folder_of(path) == folder_of(folder + "file");
 }
-
-Durability durability(const RunOptions& options) { return options.sync ? Durability::Machine : Durability::Process; }
 
 }  // namespace
 
@@ -53,7 +53,8 @@ Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, O
         if (!facts) return tl::unexpected(facts.error());
         outputs.facts = std::move(*facts);
     }
-    if (options.digest.empty()) return {};
+    // A run that goes on appends to the digests it had.
+    if (options.digest.empty() || !options.resume.empty()) return {};
     auto digest = OutputFile::open(options.digest, Appears::AtOnce, durability(options));
     if (!digest) return tl::unexpected(digest.error());
     outputs.digest.emplace(std::move(*digest));

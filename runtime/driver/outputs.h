@@ -15,6 +15,9 @@ namespace meld::driver {
 // a format in which it is not written.
 Result<void> check_outputs(const RunOptions& options, const std::string& world);
 
+// How safe the files are that the run writes.
+Durability durability(const RunOptions& options);
+
 struct Outputs {
     std::unique_ptr<record::FactsFile> facts;
     std::optional<OutputFile> digest;

@@ -18,6 +18,7 @@
 #include "runtime/comm/launch.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/agreement.h"
+#include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
@@ -118,11 +119,24 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     return inputs;
 }
 
+// None without --checkpoint. On every process.
+Result<std::optional<Checkpoints>> open_checkpoints(const RunOptions& options, sim::Simulation& simulation,
+                                                    const std::vector<Claim>& claims) {
+    if (options.checkpoint.empty()) return std::optional<Checkpoints>();
+    const Result<Interval> every = parse_interval(options.checkpoint_every);
+    if (!every) return tl::unexpected<Error>(every.error());
+    using Run = sim::CheckpointFolder::Run;
+    Result<sim::CheckpointFolder> folder =
+        sim::CheckpointFolder::open(options.checkpoint, options.resume.empty() ? Run::Begins : Run::GoesOn, simulation.subdomain().comm);
+    if (!folder) return tl::unexpected<Error>(folder.error());
+    return std::optional<Checkpoints>(std::in_place, simulation, std::move(*folder), identity(options, claims), *every);
+}
+
 // Everything after the processes have started. Errors that all processes share are reported only by process 0.
 Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
     const Result<Inputs> inputs = read_inputs(options, comm, module_path);
-    if (const auto alike = agree(comm, inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); })); !alike)
-        return tl::unexpected<Error>(alike.error());
+    const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); });
+    if (const auto alike = agree(comm, mine); !alike) return tl::unexpected<Error>(alike.error());
     const ModuleInfo& info = inputs->info();
     const world::World& world = inputs->world;
     Outputs outputs;
@@ -136,7 +150,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
         const record::RecordingInfo about{.program = info.program_text,
                                           .world = world.text,
                                           .seed = world.seed,
-                                          .arguments = options.arguments,
+                                          .arguments = options.command,
                                           .lattice = std::string(world::Lattice(world.lattice).name()),
                                           .radius = world.radius,
                                           .durability = options.sync ? Durability::Machine : Durability::Process};
@@ -146,8 +160,17 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
     simulation.add(std::make_unique<sim::Printer>(talk));
     simulation.add(std::make_unique<sim::Watcher>(talk));
-    if (!options.digest.empty()) simulation.add(std::make_unique<record::DigestFile>(std::move(outputs.digest)));
-    if (auto done = simulation.start(inputs->registry); !done) return tl::unexpected<Error>(done.error());
+    if (!options.digest.empty())
+        simulation.add(std::make_unique<record::DigestFile>(options.digest, durability(options), std::move(outputs.digest)));
+    Result<std::optional<Checkpoints>> opened_checkpoints = open_checkpoints(options, simulation, *mine);
+    if (!opened_checkpoints) return tl::unexpected<Error>(opened_checkpoints.error());
+    std::optional<Checkpoints>& checkpoints = *opened_checkpoints;
+    const bool goes_on = !options.resume.empty();
+    if (auto done = goes_on ? checkpoints->resume(inputs->registry) : simulation.start(inputs->registry); !done)
+        return tl::unexpected<Error>(done.error());
+    if (checkpoints)
+        if (const auto can = simulation.saveable(); !can) return tl::unexpected<Error>(can.error());
+    if (goes_on && speaks && !options.quiet) log::info("goes on after tick {}", simulation.subdomain().tick());
 
     // From here on there are results to lose.
     patiently.emplace(interrupt::Answer::Patiently);
@@ -156,13 +179,19 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const auto begin = std::chrono::steady_clock::now();
     const auto each = [&] {
         if (interrupt::received() != 0) simulation.subdomain().request_stop();
+        if (checkpoints) checkpoints->after_tick();
         if (!progress) return;
         progress->update([&] {
-            return progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-                                 options.ticks);
+            std::string line =
+                progress_line(simulation, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), options.ticks);
+            const std::string last = checkpoints ? checkpoints->status() : "";
+            return last.empty() ? line : line + ", " + last;
         });
     };
-    const Result<void> ran = simulation.run({options.ticks, options.strict}, each);
+    const auto at_end = [&] {
+        if (checkpoints) checkpoints->at_end();
+    };
+    const Result<void> ran = simulation.run({options.ticks, options.strict}, each, at_end);
     progress.reset();
     if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, ran.error()));
     if (!options.facts_out.empty()) {
@@ -232,6 +261,7 @@ int after_interrupt(const comm::LaunchOutcome& outcome) {
 
 int run_command(RunOptions options) {
     if (const auto distinct = check_outputs(options, world_path(options)); !distinct) return tell(distinct.error());
+    if (const auto every = parse_interval(options.checkpoint_every); !every) return tell(every.error());
     if (comm::under_mpi()) {
         // Outlives the communicator, whose end waits for mpirun.
         std::optional<interrupt::Answering> soon;
@@ -264,6 +294,37 @@ int run_command(RunOptions options) {
     if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
         return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
     return outcome.exit_code;
+}
+
+int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+    std::error_code error;
+    const std::string folder = std::filesystem::absolute(resume.folder, error).lexically_normal().string();
+    const Result<sim::Manifest> manifest = sim::newest_manifest(folder);
+    if (!manifest) return tell(manifest.error());
+    std::optional<RunOptions> options = parse(manifest->run.command);
+    if (!options)
+        return tell({fmt::format("the command of the run in {} is not one of this version of meldsim", resume.folder),
+                     "Go on with it by the version that started it", ExitCode::RecordingRefused});
+    // Paths in the command are as of then.
+    std::filesystem::current_path(manifest->run.folder, error);
+    if (error)
+        return tell({fmt::format("the run in {} was started in the folder {}, which cannot be entered: {}", resume.folder,
+                                 manifest->run.folder, error.message()),
+                     "", ExitCode::RecordingRefused});
+    options->checkpoint = options->resume = folder;
+    options->command = manifest->run.command;
+    if (resume.processes) options->processes = *resume.processes;
+    if (resume.threads) options->threads = *resume.threads;
+    if (resume.ticks) options->ticks = *resume.ticks;
+    options->json = resume.json;
+    options->quiet = resume.quiet;
+    options->module = resume.module;
+    options->arguments = {
+        "meldsim", "resume", folder, "--processes", std::to_string(options->processes), "--threads", std::to_string(options->threads)};
+    if (resume.ticks) options->arguments.insert(options->arguments.end(), {"--ticks", std::to_string(*resume.ticks)});
+    if (resume.json) options->arguments.emplace_back("--json");
+    if (resume.quiet) options->arguments.emplace_back("--quiet");
+    return run_command(std::move(*options));
 }
 
 }  // namespace meld::driver

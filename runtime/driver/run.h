@@ -1,6 +1,8 @@
 // `meldsim run`: compile if needed, start the processes, run, report.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,10 @@ namespace meld::driver {
 
 // Returns the exit code of the command. Prints its own messages, from process 0 only.
 int run_command(RunOptions options);
+
+// `meldsim resume`: goes on with the run whose checkpoints are in a folder, in the folder where it was started. `parse` reads a command
+// line of `meldsim run`; nothing if it is none.
+int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
 // Errors carry meldc's exit code; its messages have been printed by then.

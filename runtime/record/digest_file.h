@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "runtime/base/output_file.h"
 #include "runtime/sim/core/extension.h"
@@ -11,14 +12,23 @@ namespace meld::record {
 
 class DigestFile : public sim::SimModule {
   public:
-    // Process 0 has the file.
-    explicit DigestFile(std::optional<OutputFile> file) : file_(std::move(file)) {}
+    // Process 0 has the file, except in a run that goes on from a checkpoint, where load_rest() opens it to append to it.
+    DigestFile(std::string path, Durability durability, std::optional<OutputFile> file)
+        : path_(std::move(path)), durability_(durability), file_(std::move(file)) {}
     Result<void> after(sim::Subdomain& part) override;
+    Result<void> saveable() const override { return {}; }
+    // Where the file is, and how long, with its last bytes.
+    void save_rest(const sim::Subdomain& part, ByteWriter& out) const override;
+    Result<void> load_rest(sim::Subdomain& part, ByteReader& in) override;
     void finish(sim::Subdomain& part) override;
     Result<void> ending() const override { return ending_; }
 
   private:
+    std::string path_;
+    Durability durability_;
     std::optional<OutputFile> file_;
+    std::string place_;  // Of the bytes, from the first line on; empty for a stream.
+    std::string last_line_;
     Result<void> ending_;
 };
 

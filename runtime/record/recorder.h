@@ -20,6 +20,9 @@ class Recorder : public sim::SimModule {
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
     Result<void> start(sim::Subdomain& part) override;
     Result<void> after(sim::Subdomain& part) override;
+    Result<void> saveable() const override {
+        return fail("a run that records cannot have checkpoints yet", "Leave out --record or --checkpoint");
+    }
     void finish(sim::Subdomain& part) override;
     std::string outcome() const override { return outcome_; }
     Result<void> ending() const override { return ending_; }

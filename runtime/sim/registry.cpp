@@ -29,9 +29,10 @@ class NoMotion : public SimModule {
     Result<void> saveable() const override { return {}; }
     void save_rest(const Subdomain&, ByteWriter& out) const override { out.write(refused_); }
     // The counts of all processes become one.
-    void load_rest(Subdomain& subdomain, ByteReader& in) override {
+    Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override {
         const auto theirs = in.read<std::uint64_t>();
         if (subdomain.comm.process() == 0) refused_ += theirs;
+        return {};
     }
     void finish(Subdomain& subdomain) override {
         ByteWriter bytes;

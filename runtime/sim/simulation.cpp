@@ -191,7 +191,7 @@ std::optional<Ending> Simulation::ended_with_this_tick(bool may_be_quiet) const 
     return std::nullopt;
 }
 
-Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each) {
+Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end) {
     const double wall = wall_seconds(), cpu = cpu_seconds();
     Result<void> result;
     const std::int64_t most = limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(subdomain_.world.limits.max_ticks);
@@ -219,6 +219,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     }
     if (ended) summary_.ending = *ended;
     soon.reset();
+    if (result && at_end) at_end();
     if (summary_.ending == Ending::Ticks && limits.ticks < 0 && result)
         result = fail("the run was not quiescent after " + std::to_string(most) + " ticks",
                       "Give --ticks N, or raise [limits] max_ticks in the world, if it should go on.\n" + unsettled_->describe(subdomain_),

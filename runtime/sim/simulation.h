@@ -62,15 +62,15 @@ class Simulation {
     Result<void> resume(const Registry& registry, const Shares& shares);
     // Whether save() can: errors name the module of the world that cannot be saved. After start() or resume().
     Result<void> saveable() const;
-    // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable(). Errors:
-    // those of the sink.
+    // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable().
+    // Errors: those of the sink.
     Result<void> save(ShareSink& sink) const;
     // Adds a module that runs after those of the world (recorder, digests).
     void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
 
-    // Runs ticks until the end; calls `each` after every tick, on every process. A failure of the program is an error whose message names
-    // rule, catom and tick.
-    Result<void> run(const RunLimits& limits, const std::function<void()>& each);
+    // Ticks until the end; `each` is called after every tick, on every process, and `at_end` after the last if it ended well, while all
+    // that is written is still open. A failure of the program is an error whose message names rule, catom and tick.
+    Result<void> run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end = {});
 
     Subdomain& subdomain() { return subdomain_; }
     Summary& summary() { return summary_; }

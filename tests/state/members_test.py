@@ -91,7 +91,7 @@ def main():
         if not found:
             problems.append(f"{path.relative_to(root)}: {name} has no members that could be read")
         for member in sorted(found - set(entries)):
-            problems.append(f"{path.relative_to(root)}: {name}::{member} is not in tests/state/members.toml: does a snapshot save it, or why not?")
+            problems.append(f"{path.relative_to(root)}: {name}::{member} is not in tests/state/members.toml: is it saved, or why not?")
         for member in sorted(set(entries) - found):
             problems.append(f"tests/state/members.toml: {name} has no member {member}")
         for member, why in entries.items():

@@ -50,7 +50,8 @@ class SimModule {
     virtual void save_catoms(const Subdomain&, std::span<const std::uint32_t> /*catoms*/, ByteWriter&) const {}
     virtual void load_catoms(Subdomain&, std::span<const tuple::SavedCatom> /*catoms*/, ByteReader&) {}
     virtual void save_rest(const Subdomain&, ByteWriter&) const {}
-    virtual void load_rest(Subdomain&, ByteReader&) {}
+    // Errors: what it wrote to is not as it was.
+    virtual Result<void> load_rest(Subdomain&, ByteReader&) { return {}; }
     // A few words for the progress line and the summary, e.g. "1,204 outside the target"; process 0 is asked.
     virtual std::string status() const { return ""; }
     // The result of the run, after finish(), as a line for the summary, e.g. "target reached in 400 ticks".

@@ -24,6 +24,7 @@ void Totals::add(const Totals& other) {
     timers = timers || other.timers;
     undefined = undefined || other.undefined;
     stop = stop || other.stop;
+    save = save || other.save;
     finished = finished || other.finished;
     greatest_rank = std::max(greatest_rank, other.greatest_rank);
     const bool earlier = other.failure.trap != Trap::None && (failure.trap == Trap::None || other.failure.catom < failure.catom);

@@ -20,8 +20,9 @@ struct Totals {
     bool waiting = false;                   // Something happens later: a timer or an event of the world.
     bool timers = false;                    // A timer is set.
     bool undefined = false;                 // Some view has an undefined derivation.
-    bool stop = false;                      // A request from outside to end the run.
-    bool finished = false;                  // A catom has ended the run with `stop-program`.
+    bool stop = false;                      // Somebody outside asked for the end.
+    bool save = false;                      // Somebody outside asked for a checkpoint after this tick.
+    bool finished = false;                  // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
     // Nothing is left to do until the world changes: the views are the model of the facts that are given and sensed now.
@@ -48,6 +49,9 @@ class Status {
     bool moving = false;
     // The run is to end at this tick boundary; set from a signal handler or a module.
     bool stop_requested = false;
+
+    // A checkpoint is to be made at a tick boundary that all processes agree on; whoever makes it takes the request back.
+    bool save_requested = false;
 
     // As after this tick, of a run that goes on from a snapshot.
     void resume(std::int64_t tick, const Totals& of_the_tick) {

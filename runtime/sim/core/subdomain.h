@@ -145,6 +145,7 @@ class Subdomain {
     // Something moves by itself, so the run continues although no program has anything to do.
     void set_moving(bool moving) { status_.moving = moving; }
     void request_stop() { status_.stop_requested = true; }
+    void request_save(bool wanted) { status_.save_requested = wanted; }
     // Derivations of views that have no value are errors at once.
     void set_strict(bool strict) { abi_.strict = strict; }
     void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }

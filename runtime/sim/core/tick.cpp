@@ -89,6 +89,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
                    std::any_of(s.world.events.begin(), s.world.events.end(), [&](const world::Event& e) { return e.last() > s.tick(); });
     mine.undefined = !s.facts_.evaluator.undefined().empty();
     mine.stop = s.status_.stop_requested;
+    mine.save = s.status_.save_requested;
     mine.greatest_rank = s.facts_.evaluator.greatest_rank();
     mine.failure = failure;
     return mine;

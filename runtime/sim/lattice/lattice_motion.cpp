@@ -65,7 +65,10 @@ void LatticeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::Sav
 
 void LatticeMotion::save_rest(const Subdomain&, ByteWriter& out) const { out.write(last_change_); }
 
-void LatticeMotion::load_rest(Subdomain&, ByteReader& in) { last_change_ = std::max(last_change_, in.read<std::int64_t>()); }
+Result<void> LatticeMotion::load_rest(Subdomain&, ByteReader& in) {
+    last_change_ = std::max(last_change_, in.read<std::int64_t>());
+    return {};
+}
 
 void LatticeMotion::account(const Subdomain& subdomain, Catom catom, int sign) {
     MELD_EXPECT(catom < held_.size() && (sign == 1 || sign == -1), "catom {} of {}", catom, held_.size());

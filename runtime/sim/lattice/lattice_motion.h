@@ -28,7 +28,7 @@ class LatticeMotion : public SimModule {
     void save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const override;
     void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;
     void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
-    void load_rest(Subdomain& subdomain, ByteReader& in) override;
+    Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;

@@ -1,6 +1,8 @@
 #include "runtime/sim/state/checkpoint_folder.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -22,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr off_t kMostOfAManifest_bytes = 1 << 24;
 constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
@@ -45,30 +48,20 @@ std::vector<std::string> names_in(const std::string& folder) {
 }
 
 json to_json(const Manifest& m) {
-    return {{"claymeld", m.run.version},
-            {"tick", m.tick},
-            {"digest", m.digest},
-            {"program", fmt::format("{:016x}", m.run.program)},
-            {"schema", fmt::format("{:016x}", m.run.schema)},
-            {"world", fmt::format("{:016x}", m.run.world)},
-            {"seed", m.run.seed},
-            {"folder", m.run.folder},
-            {"command", m.run.command},
-            {"shares", m.shares}};
+    json traits = json::array();
+    for (const Trait& t : m.run.traits) traits.push_back({{"name", t.name}, {"shown", t.shown}, {"hash", fmt::format("{:016x}", t.hash)}});
+    return {{"tick", m.tick},         {"digest", m.digest},       {"run", traits},
+            {"folder", m.run.folder}, {"command", m.run.command}, {"shares", m.shares}};
 }
-
-std::uint64_t hexadecimal(const json& text) { return std::stoull(text.get<std::string>(), nullptr, 16); }
 
 // Errors of the library are thrown; whoever reads catches them.
 Manifest from_json(const json& j) {
     Manifest m;
-    m.run.version = j.at("claymeld").get<std::string>();
     m.tick = j.at("tick").get<std::int64_t>();
     m.digest = j.at("digest").get<std::string>();
-    m.run.program = hexadecimal(j.at("program"));
-    m.run.schema = hexadecimal(j.at("schema"));
-    m.run.world = hexadecimal(j.at("world"));
-    m.run.seed = j.at("seed").get<std::uint64_t>();
+    for (const json& t : j.at("run"))
+        m.run.traits.push_back(
+            {t.at("name").get<std::string>(), t.at("shown").get<std::string>(), std::stoull(t.at("hash").get<std::string>(), nullptr, 16)});
     m.run.folder = j.at("folder").get<std::string>();
     m.run.command = j.at("command").get<std::vector<std::string>>();
     m.shares = j.at("shares").get<std::vector<std::string>>();
@@ -79,8 +72,19 @@ tl::unexpected<Error> damaged(const std::string& path, const std::string& why) {
     return fail(path + ": " + why, "It is damaged, or was not written to its end", ExitCode::RecordingRefused);
 }
 
+// A manifest names a command, which is run again: that of another user is not.
+Result<void> check_ours(const std::string& path) {
+    struct stat status{};
+    if (lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_size > kMostOfAManifest_bytes)
+        return damaged(path, "the manifest is no file of ours");
+    if (status.st_uid == geteuid()) return {};
+    return fail(fmt::format("{}: the manifest belongs to another user", path), "Copy the folder if you trust the command in it",
+                ExitCode::RecordingRefused);
+}
+
 // The last line is the hash of all before it.
 Result<Manifest> read_manifest(const std::string& path) {
+    if (auto ours = check_ours(path); !ours) return tl::unexpected<Error>(ours.error());
     std::ifstream in(path, std::ios::binary);
     std::ostringstream all;
     if (!(all << in.rdbuf())) return damaged(path, "the manifest cannot be read");
@@ -96,6 +100,7 @@ Result<Manifest> read_manifest(const std::string& path) {
     }
 }
 
+// The manifest of a tick and the paths of its shares, which are not looked at.
 Result<Checkpoint> read_checkpoint(const std::string& folder, std::int64_t tick) {
     Checkpoint out;
     const std::string path = (fs::path(folder) / manifest_name(tick)).string();
@@ -109,66 +114,105 @@ Result<Checkpoint> read_checkpoint(const std::string& folder, std::int64_t tick)
             return damaged(path, fmt::format("{} is none of its files", share));
         out.files.push_back((fs::path(folder) / share).string());
     }
-    const Result<ShareFiles> files = ShareFiles::open(out.files);
-    if (!files) return tl::unexpected<Error>(files.error());
-    if (const Result<void> whole = files->check(); !whole) return tl::unexpected<Error>(whole.error());
     return out;
+}
+
+Result<void> check_shares(const Checkpoint& checkpoint) {
+    const Result<ShareFiles> files = ShareFiles::open(checkpoint.files);
+    if (!files) return tl::unexpected<Error>(files.error());
+    return files->check();
+}
+
+// The newest of a folder for which check() has no objection.
+template <class Check>
+Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
+    std::vector<std::int64_t> ticks;
+    for (const std::string& name : names_in(folder))
+        if (name.ends_with(kManifest))
+            if (const auto tick = tick_of(name)) ticks.push_back(*tick);
+    std::sort(ticks.rbegin(), ticks.rend());
+    std::string passed_over;
+    for (const std::int64_t tick : ticks) {
+        Result<Checkpoint> checkpoint = read_checkpoint(folder, tick);
+        Result<void> whole;
+        if (checkpoint) whole = check(*checkpoint);
+        if (checkpoint && whole) {
+            checkpoint->passed_over = std::move(passed_over);
+            return checkpoint;
+        }
+        passed_over += (passed_over.empty() ? "" : "; ") + (checkpoint ? whole.error() : checkpoint.error()).problem;
+    }
+    if (ticks.empty())
+        return fail(fmt::format("there is no checkpoint in {}", folder), "Give a folder that `meldsim run --checkpoint` has written to",
+                    ExitCode::RecordingRefused);
+    return fail(fmt::format("no checkpoint in {} is whole: {}", folder, passed_over),
+                "Start the run again, with another folder for its checkpoints", ExitCode::RecordingRefused);
 }
 
 }  // namespace
 
 std::string difference(const RunIdentity& of_checkpoint, const RunIdentity& now) {
-    if (of_checkpoint.version != now.version)
-        return fmt::format("it was made by Claymeld {}, and this is {}", of_checkpoint.version, now.version);
-    if (of_checkpoint.program != now.program || of_checkpoint.schema != now.schema) return "the program has changed since";
-    if (of_checkpoint.world != now.world) return "the world has changed since";
-    if (of_checkpoint.seed != now.seed) return fmt::format("its seed was {}, and this one is {}", of_checkpoint.seed, now.seed);
-    return "";
+    for (const Trait& was : of_checkpoint.traits)
+        for (const Trait& is : now.traits) {
+            if (was.name != is.name || was.hash == is.hash) continue;
+            return was.shown != is.shown ? fmt::format("{} was '{}', and is '{}'", was.name, was.shown, is.shown)
+                                         : fmt::format("{}, {}, has changed since", was.name, was.shown);
+        }
+    return of_checkpoint.traits.size() == now.traits.size() ? "" : "it was made by another version of Claymeld";
 }
 
-Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, comm::Communicator& comm) {
+Result<Manifest> newest_manifest(const std::string& folder) {
+    return find_newest(folder, [](const Checkpoint&) { return Result<void>(); }).map([](Checkpoint c) { return std::move(c.manifest); });
+}
+
+Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run, comm::Communicator& comm) {
     std::optional<OutputLock> lock;
     const auto take = [&]() -> Result<void> {
         std::error_code error;
-        fs::create_directories(path, error);
-        if (error) return fail(fmt::format("the folder for checkpoints {} cannot be made: {}", path, error.message()));
+        if (run == Run::Begins) fs::create_directories(path, error);
+        if (error)
+            return fail(fmt::format("the folder {} for checkpoints cannot be made: {}", path, error.message()),
+                        "Choose another one with --checkpoint");
         Result<OutputLock> taken = OutputLock::take((fs::path(path) / "run").string(), path);
         if (!taken) return tl::unexpected<Error>(taken.error());
         lock = std::move(*taken);
+        const std::vector<std::string> names = names_in(path);
+        if (run == Run::Begins && std::any_of(names.begin(), names.end(), [](const std::string& n) { return n.ends_with(kManifest); }))
+            return fail(fmt::format("{} has checkpoints of an earlier run", path),
+                        fmt::format("Go on with that run by `meldsim resume {}`, or choose another folder", path));
         return {};
     };
     if (const auto all = comm::outcome_of_first(comm, comm.process() == 0 ? take() : Result<void>{}); !all)
         return tl::unexpected<Error>(all.error());
-    CheckpointFolder folder(path, std::move(lock));
-    for (const std::string& name : names_in(path))
-        if (name.ends_with(kManifest))
-            if (const auto tick = tick_of(name)) folder.last_ = std::max(folder.last_.value_or(*tick), *tick);
-    return folder;
+    return CheckpointFolder(path, std::move(lock));
+}
+
+Result<Checkpoint> CheckpointFolder::newest(comm::Communicator& comm) {
+    Result<Checkpoint> mine = comm.process() == 0 ? find_newest(path_, check_shares) : Result<Checkpoint>();
+    const Result<void> found = mine ? Result<void>() : tl::unexpected<Error>(mine.error());
+    if (const auto first = comm::outcome_of_first(comm, found); !first) return tl::unexpected<Error>(first.error());
+    ByteWriter out;
+    out.write(mine->manifest.tick);
+    const auto all = comm.allgather_any(out.view());
+    ByteReader in(all[0], "the tick of the newest checkpoint");
+    last_ = in.read<std::int64_t>();
+    if (comm.process() != 0) mine = read_checkpoint(path_, *last_);
+    if (const auto read = comm::outcome_of_all(comm, mine ? Result<void>() : tl::unexpected<Error>(mine.error())); !read)
+        return tl::unexpected<Error>(read.error());
+    return mine;
 }
 
 Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, comm::Communicator& comm) {
-    const auto name_of = [&](int rank) { return fmt::format("{}.{}-of-{}{}", manifest.tick, rank, comm.processes(), kShare); };
-    std::uint64_t bytes = 0;
+    const auto name_of = [&](int process) { return fmt::format("{}.{}-of-{}{}", manifest.tick, process, comm.processes(), kShare); };
     const auto write_share = [&]() -> Result<void> {
         Result<std::unique_ptr<ShareWriter>> file = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
         if (!file) return tl::unexpected<Error>(file.error());
         if (const Result<void> saved = save(**file); !saved) return saved;
-        bytes = (*file)->bytes();
         return (*file)->close();
     };
-    const Result<void> mine = write_share();
-    ByteWriter told;
-    told.write(bytes);
-    told.write_string(mine ? "" : mine.error().message());
-    Result<void> all;
-    bytes_ = 0;
-    for (const auto& theirs : comm.allgather_any(told.view())) {
-        ByteReader in(theirs, "how a checkpoint was written");
-        bytes_ += in.read<std::uint64_t>();
-        if (const std::string problem = in.read_string(); all && !problem.empty()) all = fail(problem, "", ExitCode::LimitHit);
-    }
+    Result<void> all = comm::outcome_of_all(comm, write_share());
     if (!all) return all;
-    for (int rank = 0; rank < comm.processes(); ++rank) manifest.shares.push_back(name_of(rank));
+    for (int process = 0; process < comm.processes(); ++process) manifest.shares.push_back(name_of(process));
     const auto write_manifest = [&]() -> Result<void> {
         Result<OutputFile> file =
             OutputFile::open((fs::path(path_) / manifest_name(manifest.tick)).string(), Appears::Whole, Durability::Machine);
@@ -192,27 +236,6 @@ void CheckpointFolder::forget_all_but(std::int64_t newest, std::int64_t before) 
         std::error_code ignored;
         if (tick && *tick != newest && *tick != before) fs::remove(fs::path(path_) / name, ignored);
     }
-}
-
-Result<Checkpoint> newest_checkpoint(const std::string& folder) {
-    std::vector<std::int64_t> ticks;
-    for (const std::string& name : names_in(folder))
-        if (name.ends_with(kManifest))
-            if (const auto tick = tick_of(name)) ticks.push_back(*tick);
-    std::sort(ticks.rbegin(), ticks.rend());
-    std::string passed_over;
-    for (const std::int64_t tick : ticks) {
-        Result<Checkpoint> checkpoint = read_checkpoint(folder, tick);
-        if (checkpoint) {
-            checkpoint->passed_over = std::move(passed_over);
-            return checkpoint;
-        }
-        passed_over += (passed_over.empty() ? "" : "\n") + checkpoint.error().problem;
-    }
-    if (ticks.empty())
-        return fail(fmt::format("there is no checkpoint in {}", folder), "Give a folder that `meldsim run --checkpoint` wrote to",
-                    ExitCode::RecordingRefused);
-    return fail(fmt::format("no checkpoint in {} is whole:\n{}", folder, passed_over), "", ExitCode::RecordingRefused);
 }
 
 }  // namespace meld::sim

@@ -16,13 +16,16 @@
 
 namespace meld::sim {
 
-// The run that a checkpoint is of. A run goes on from it only where all of this is the same, the command apart.
+// Something that must be the same for a run to go on from a checkpoint: "the world", as people know it, and a hash of what is in it.
+struct Trait {
+    std::string name;
+    std::string shown;
+    std::uint64_t hash = 0;
+};
+
+// The run that a checkpoint is of.
 struct RunIdentity {
-    std::string version;        // Of Claymeld.
-    std::uint64_t schema = 0;   // Of the compiled program: its columns and predicates.
-    std::uint64_t program = 0;  // The hash of its text.
-    std::uint64_t world = 0;    // Of the world's text and all that it reads.
-    std::uint64_t seed = 0;
+    std::vector<Trait> traits;
     std::string folder;                // In which it was started.
     std::vector<std::string> command;  // As typed.
 };
@@ -34,20 +37,36 @@ struct Manifest {
     std::int64_t tick = 0;
     std::string digest;  // Of the state, as `--digest` writes it.
     RunIdentity run;
-    std::vector<std::string> shares;  // Names of files, by rank.
+    std::vector<std::string> shares;  // Names of files, by process.
 };
+
+struct Checkpoint {
+    Manifest manifest;
+    std::vector<std::string> files;  // Paths of the shares, by process.
+    // Why newer checkpoints were passed over; mostly empty.
+    std::string passed_over;
+};
+
+// The newest manifest that is whole; its shares are not looked at. Errors: there is none, and why.
+Result<Manifest> newest_manifest(const std::string& folder);
 
 class CheckpointFolder {
   public:
-    // Takes the folder for this run, and makes it if need be; process 0 holds the lock. Every process calls it. Errors: another run
-    // writes to it, or it cannot be written.
-    static Result<CheckpointFolder> open(const std::string& path, comm::Communicator& comm);
+    // Takes the folder for this run, and makes it if need be; process 0 holds the lock. Collective, as all that follows. Errors:
+    // another run writes to it, or it cannot be written; for a run that begins, it has checkpoints already.
+    enum class Run { Begins, GoesOn };
+    static Result<CheckpointFolder> open(const std::string& path, Run run, comm::Communicator& comm);
 
-    // Writes a checkpoint: `save` gives this process's share. Every process calls it, and all return the same. Errors: a file cannot
-    // be written; the checkpoints that were there before are still there.
+    // The newest checkpoint that is whole, of which the next one is the successor. Errors: there is none, and why. Cost: process 0
+    // reads all of it once to check it.
+    Result<Checkpoint> newest(comm::Communicator& comm);
+
+    // Writes a checkpoint: `save` gives this process's share. All processes return the same. Errors: a file cannot be written; the
+    // checkpoints that were there before are still there.
     Result<void> write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, comm::Communicator& comm);
-    // By all processes, of the last checkpoint.
-    std::uint64_t bytes() const { return bytes_; }
+    // The tick of the last one that is whole.
+    std::optional<std::int64_t> last() const { return last_; }
+    const std::string& path() const { return path_; }
 
   private:
     CheckpointFolder(std::string path, std::optional<OutputLock> lock) : path_(std::move(path)), lock_(std::move(lock)) {}
@@ -55,18 +74,7 @@ class CheckpointFolder {
 
     std::string path_;
     std::optional<OutputLock> lock_;
-    std::optional<std::int64_t> last_;  // The tick of the newest checkpoint here.
-    std::uint64_t bytes_ = 0;
+    std::optional<std::int64_t> last_;
 };
-
-struct Checkpoint {
-    Manifest manifest;
-    std::vector<std::string> files;  // Paths of the shares, by rank.
-    // Why newer checkpoints were passed over; mostly empty.
-    std::string passed_over;
-};
-
-// The newest checkpoint of a folder that is whole. Errors: there is none, and why. Cost: all of it is read once to be checked.
-Result<Checkpoint> newest_checkpoint(const std::string& folder);
 
 }  // namespace meld::sim

@@ -8,6 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/sim/core/setup.h"
 
 namespace meld::sim {
@@ -32,14 +33,18 @@ Result<void> read_to_its_end(const ByteReader& in, const char* what) {
 
 Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
-    if (auto done = divide(); !done) return tl::unexpected<Error>(done.error());
-    if (auto done = add_catoms(); !done) return tl::unexpected<Error>(done.error());
+    // Modules may exchange while they are resumed, so all processes come that far or none does; and so at the end.
+    Result<void> placed = divide();
+    if (placed) placed = add_catoms();
+    if (auto all = comm::outcome_of_all(subdomain_.comm, placed); !all) return tl::unexpected<Error>(all.error());
     subdomain_.facts_.resize(subdomain_.ensemble.index_count());
     if (auto done = Setup(subdomain_).set_constants(); !done) return tl::unexpected<Error>(done.error());
     for (SimModule* module : modules)
         if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
-    if (auto done = load_catoms(modules); !done) return tl::unexpected<Error>(done.error());
-    Result<Block> counters = load_rest(modules, codes);
+    Block counters;
+    Result<void> loaded = load_catoms(modules);
+    if (loaded) loaded = load_rest(modules, codes, counters);
+    if (auto all = comm::outcome_of_all(subdomain_.comm, loaded); !all) return tl::unexpected<Error>(all.error());
     subdomain_.refresh();
     return counters;
 }
@@ -149,8 +154,7 @@ Result<void> Loader::load_catoms(const Modules& modules) {
     });
 }
 
-Result<Block> Loader::load_rest(const Modules& modules, CodeModules& codes) {
-    Block counters;
+Result<void> Loader::load_rest(const Modules& modules, CodeModules& codes, Block& counters) {
     for (std::size_t share = 0; share < shares_.count(); ++share) {
         const Result<Block> block = shares_.rest(share);
         if (!block) return tl::unexpected<Error>(block.error());
@@ -161,7 +165,7 @@ Result<Block> Loader::load_rest(const Modules& modules, CodeModules& codes) {
         subdomain_.members_.next_id = in.read<std::uint64_t>();
         // Whoever stopped it there now wants it to go on.
         auto totals = in.read<Totals>();
-        totals.stop = false;
+        totals.stop = totals.save = false;
         subdomain_.status_.resume(tick, totals);
         subdomain_.facts_.evaluator.restore_greatest_rank(subdomain_.totals.greatest_rank);
         const auto counted = in.read_block();
@@ -176,13 +180,13 @@ Result<Block> Loader::load_rest(const Modules& modules, CodeModules& codes) {
         if (count != modules.size()) return damaged(fmt::format("is of a run with {} modules, and this one has {}", count, modules.size()));
         for (SimModule* module : modules) {
             ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);
-            module->load_rest(subdomain_, own);
-            if (auto whole = read_to_its_end(own, "what a module keeps"); !whole) return tl::unexpected<Error>(whole.error());
+            if (auto done = module->load_rest(subdomain_, own); !done) return done;
+            if (auto whole = read_to_its_end(own, "what a module keeps"); !whole) return whole;
         }
-        if (auto whole = read_to_its_end(in, "its end"); !whole) return tl::unexpected<Error>(whole.error());
+        if (auto whole = read_to_its_end(in, "its end"); !whole) return whole;
     }
     subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry().catom_id);
-    return counters;
+    return {};
 }
 
 }  // namespace meld::sim

@@ -34,7 +34,7 @@ class Loader {
     Result<void> add_catoms();
     Result<Found> add(const Places& all);
     Result<void> load_catoms(const Modules& modules);
-    Result<Block> load_rest(const Modules& modules, CodeModules& codes);
+    Result<void> load_rest(const Modules& modules, CodeModules& codes, Block& counters);
 
     Subdomain& subdomain_;
     const Shares& shares_;

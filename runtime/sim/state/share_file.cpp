@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "runtime/base/hash.h"
@@ -30,7 +31,6 @@ Result<std::unique_ptr<ShareWriter>> ShareWriter::create(const std::string& path
     if (!file) return tl::unexpected<Error>(file.error());
     std::unique_ptr<ShareWriter> writer(new ShareWriter(std::move(*file)));
     writer->file_.write({kMagic, sizeof kMagic});
-    writer->bytes_ = sizeof kMagic;
     return writer;
 }
 
@@ -38,13 +38,12 @@ void ShareWriter::write(const Block& block) {
     const BlockHead head{block.size(), hash_bytes(block)};
     file_.write({reinterpret_cast<const char*>(&head), sizeof head});
     file_.write({reinterpret_cast<const char*>(block.data()), block.size()});
-    bytes_ += sizeof head + block.size();
 }
 
 Result<void> ShareWriter::chunk(Chunk chunk) {
     write(chunk.places);
     write(chunk.state);
-    return file_.flush();
+    return {};
 }
 
 Result<void> ShareWriter::rest(Block rest) {
@@ -66,6 +65,9 @@ Result<ShareFiles> ShareFiles::open(const std::vector<std::string>& paths) {
 
 // Only the heads of the blocks are read.
 Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
+    // Neither a device nor a pipe, which might never end.
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return damaged(path, "is missing, or no file of ours");
     std::ifstream in(path, std::ios::binary | std::ios::ate);
     if (!in) return fail(fmt::format("cannot read {}: {}", path, std::strerror(errno)), "", ExitCode::RecordingRefused);
     const auto size = static_cast<std::uint64_t>(in.tellg());

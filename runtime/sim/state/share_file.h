@@ -19,17 +19,15 @@ class ShareWriter : public ShareSink {
     Result<void> chunk(Chunk chunk) override;
     Result<void> rest(Block rest) override;
     Result<void> close();
-    std::uint64_t bytes() const { return bytes_; }
 
   private:
     explicit ShareWriter(OutputFile file) : file_(std::move(file)) {}
     void write(const Block& block);
 
     OutputFile file_;
-    std::uint64_t bytes_ = 0;
 };
 
-// The files of all processes that made a snapshot, by their ranks. Blocks are read and checked when they are asked for.
+// The files of all processes that made a snapshot, by their numbers. Blocks are read and checked when they are asked for.
 class ShareFiles : public Shares {
   public:
     // Errors: a file is missing or none of ours, or has no whole number of blocks.

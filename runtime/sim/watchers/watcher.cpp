@@ -171,8 +171,8 @@ void Watcher::save_rest(const Subdomain& subdomain, ByteWriter& out) const {
     out.write_block(known.view());
 }
 
-void Watcher::load_rest(Subdomain& subdomain, ByteReader& in) {
-    if (in.done()) return;
+Result<void> Watcher::load_rest(Subdomain& subdomain, ByteReader& in) {
+    if (in.done()) return {};
     for (auto left = in.read_count(sizeof(u64) + sizeof(u32)); left > 0; --left) {
         const u64 id = in.read<u64>();
         named_.emplace(id, in.read<u32>());
@@ -186,6 +186,7 @@ void Watcher::load_rest(Subdomain& subdomain, ByteReader& in) {
         if (catom && subdomain.owned(*catom)) reported_[watch] = facts;
     }
     if (subdomain.comm.process() == 0) known_ = std::move(known);
+    return {};
 }
 
 Result<void> Watcher::after(Subdomain& subdomain) {

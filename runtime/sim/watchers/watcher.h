@@ -27,7 +27,7 @@ class Watcher : public SimModule {
     Result<void> saveable() const override { return {}; }
     // What is watched and what was reported of it, which process 0 knows of all.
     void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
-    void load_rest(Subdomain& subdomain, ByteReader& in) override;
+    Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override;
 
   private:
     // The number of a catom and a predicate of the program.

@@ -1,0 +1,291 @@
+"""Runs that are stopped in any way and go on from their checkpoints: resume_test.py --meldc PATH --meldsim PATH [unittest options]
+
+Whatever stopped a run, its digests and facts are in the end those of a run that was never stopped, byte for byte.
+"""
+
+import argparse
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+
+import outputs_test  # noqa: E402
+
+PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
+# The program of these tests: it does something in each of 300 ticks, and never ends by itself.
+RUN = ("run", "waiting.meld", "--ticks", "300", "--quiet", "--digest", "d", "--facts-out", "f")
+KEEP = ("--checkpoint", "kept", "--checkpoint-every", "20ticks")
+
+def until(ticks):
+    return [str(ticks) if word == "300" else word for word in RUN]
+
+
+DAMAGED = 6  # The exit code of a checkpoint that is refused.
+
+
+class Case(outputs_test.Case):
+    def setUp(self):
+        super().setUp()
+        for file in PROGRAMS.iterdir():
+            shutil.copy(file, self.folder)
+
+    def undisturbed(self, *options):
+        """The digests and facts of a run without checkpoints."""
+        self.fine("meldsim", *RUN, *options)
+        result = self.read("d"), self.read("f")
+        for name in "df":
+            (self.folder / name).unlink()
+        return result
+
+    def outcome(self):
+        return self.read("d"), self.read("f")
+
+    def resume(self, *options, **more):
+        return self.fine("meldsim", "resume", "kept", "--quiet", *options, **more)
+
+    def shares(self):
+        return sorted((self.folder / "kept").glob("*.share"), key=lambda p: int(p.name.split(".")[0]))
+
+    def manifests(self):
+        return sorted((self.folder / "kept").glob("*.json"), key=lambda p: int(p.name.split(".")[0]))
+
+
+class Ways(Case):
+    """Ways to stop and to go on."""
+
+    def test_a_run_with_checkpoints_is_the_same_run(self):
+        wanted = self.undisturbed()
+        self.fine("meldsim", *RUN, *KEEP)
+        self.assertEqual(self.outcome(), wanted)
+        # Two generations, and nothing else.
+        self.assertEqual([p.name for p in self.manifests()], ["280.checkpoint.json", "300.checkpoint.json"])
+        self.assertEqual(len(self.shares()), 2)
+
+    def test_it_goes_on_with_more_ticks(self):
+        wanted = self.undisturbed()
+        self.fine("meldsim", *until(110), *KEEP)
+        for processes, ticks in ((3, 111), (2, 200), (4, 300)):
+            self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
+        self.assertEqual(self.outcome(), wanted)
+
+    def test_resume_of_a_run_that_is_over_does_nothing(self):
+        self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "--digest", "d", "--facts-out", "f", *KEEP)
+        before = self.outcome()
+        self.resume("-n", 2)
+        self.assertEqual(self.outcome(), before)
+
+    def test_interrupt(self):
+        wanted = self.undisturbed()
+        for sent, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            for processes in (1, 2):
+                with self.subTest(signal=sent, processes=processes):
+                    shutil.rmtree(self.folder / "kept", ignore_errors=True)
+                    for name in "df":
+                        (self.folder / name).unlink(missing_ok=True)
+                    run = subprocess.Popen([outputs_test.TOOLS.meldsim, *until(100000), *KEEP[:2],
+                                            "-n", str(processes)], cwd=self.folder)
+                    self.wait_for_lines(5)
+                    run.send_signal(sent)
+                    self.assertEqual(run.wait(20), code)
+                    ticks = self.read("d").count(b"\n")
+                    # Of the very tick in which it ended, or it was cut in the middle of one.
+                    self.assertEqual([p.name for p in self.manifests()], [f"{ticks}.checkpoint.json"])
+                    if ticks < 300:
+                        self.resume("--ticks", 300, "-n", 3 - processes)
+                        self.assertEqual(self.outcome(), wanted)
+
+    def wait_for_lines(self, count):
+        end = time.monotonic() + 30
+        while not (self.folder / "d").exists() or self.read("d").count(b"\n") < count:
+            self.assertLess(time.monotonic(), end, "no digests come")
+            time.sleep(0.01)
+
+    def test_it_goes_on_in_the_folder_where_it_was_started(self):
+        wanted = self.undisturbed()
+        self.fine("meldsim", *until(50), *KEEP)
+        done = subprocess.run([outputs_test.TOOLS.meldsim, "resume", self.folder / "kept", "--ticks", "300"], cwd="/", capture_output=True)
+        self.assertEqual(done.returncode, 0, done)
+        self.assertEqual(self.outcome(), wanted)
+
+    def test_checkpoints_by_time(self):
+        self.fine("meldsim", *RUN, "--checkpoint", "kept", "--checkpoint-every", "1ms", "-n", 2)
+        self.assertEqual(len(self.manifests()), 2)
+
+    def test_the_digest_of_an_earlier_run_is_replaced_at_the_end(self):
+        wanted = self.undisturbed()
+        self.write("d", "of an earlier run\n")
+        self.fine("meldsim", *until(60), *KEEP)
+        self.resume("--ticks", 300)
+        self.assertEqual(self.outcome(), wanted)
+
+
+class Kills(Case):
+    """SIGKILL at any moment, also while a checkpoint is written."""
+
+    def kill_and_resume(self, rng, loops):
+        for program, ticks in (("waiting", 6000), ("storm", 400)):
+            run = [program + ".meld" if word == "waiting.meld" else word for word in until(ticks)]
+            self.fine("meldsim", *run)
+            self.kills_of(rng, loops, run, self.outcome())
+
+    def kills_of(self, rng, loops, run_words, wanted):
+        every = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
+        kills = 0
+        for _ in range(loops):
+            shutil.rmtree(self.folder / "kept", ignore_errors=True)
+            for name in self.files():
+                if name in "df" or ".part-" in name:
+                    (self.folder / name).unlink()
+            command = [*run_words, *every, "-n", str(rng.choice((1, 1, 2)))]
+            for _ in range(50):
+                run = subprocess.Popen([outputs_test.TOOLS.meldsim, *command], cwd=self.folder, stderr=subprocess.PIPE)
+                try:
+                    words = run.communicate(timeout=rng.uniform(0.02, 0.6 if command[-1] == "1" else 2))[1]
+                except subprocess.TimeoutExpired:
+                    # One of several processes, or the only one.
+                    children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True).stdout.split()
+                    ranks = [p for c in children for p in subprocess.run(["pgrep", "-P", c], capture_output=True, text=True).stdout.split()]
+                    victim = int(rng.choice(ranks)) if ranks else run.pid
+                    try:
+                        os.kill(victim, signal.SIGKILL)
+                    except ProcessLookupError:
+                        pass
+                    kills += 1
+                    run.communicate(timeout=60)
+                else:
+                    if run.returncode == 0:
+                        break
+                    self.fail((command, run.returncode, words))
+                begun = bool(self.manifests())
+                if begun:
+                    command = ["resume", "kept", "--quiet", "-n", str(rng.choice((1, 1, 2)))]
+                else:
+                    shutil.rmtree(self.folder / "kept", ignore_errors=True)
+                    (self.folder / "d").unlink(missing_ok=True)
+            else:
+                self.fine("meldsim", *command)
+            self.assertEqual(self.outcome(), wanted, f"after {kills} kills")
+        print(f"{kills} kills", file=sys.stderr)
+
+    def test_kills(self):
+        self.kill_and_resume(random.Random(1), outputs_test.TOOLS.loops)
+
+
+class Damage(Case):
+    """Checkpoints that are not whole are refused, and the one before is used."""
+
+    def setUp(self):
+        super().setUp()
+        self.wanted = self.undisturbed()
+        self.fine("meldsim", *until(100), *KEEP)
+        shutil.copytree(self.folder / "kept", self.folder / "whole")
+        self.half = self.outcome()
+
+    def again(self):
+        shutil.rmtree(self.folder / "kept")
+        shutil.copytree(self.folder / "whole", self.folder / "kept")
+        for name, text in zip("df", self.half):
+            (self.folder / name).write_bytes(text)
+
+    def damages(self, data, rng):
+        """Data that ends too early, or has other bytes."""
+        for at in sorted({0, 1, 15, 16, 17, len(data) // 2, len(data) - 1} | {rng.randrange(len(data)) for _ in range(3)}):
+            yield data[:at]
+            yield data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1:]
+        yield data + b"\0"
+
+    def test_the_one_before_is_used(self):
+        rng = random.Random(2)
+        for place in (self.shares()[-1], self.manifests()[-1]):
+            self.again()
+            whole = place.read_bytes()
+            for data in self.damages(whole, rng):
+                with self.subTest(file=place.name, bytes=len(data)):
+                    self.again()
+                    place.write_bytes(data)
+                    done = self.resume("--ticks", 300)
+                    self.assertIn(b"warning: a newer checkpoint is not whole, and the run goes on from that of tick 80", done.stderr)
+                    self.assertEqual(self.outcome(), self.wanted)
+
+    def test_none_is_whole(self):
+        for place in self.shares():
+            place.write_bytes(place.read_bytes()[:-1])
+        self.refused("meldsim", "resume", "kept", code=DAMAGED, says=["no checkpoint in", "is whole", "100.0-of-1.share"])
+        self.assertEqual(self.outcome(), self.half)
+
+    def test_a_share_is_missing(self):
+        self.shares()[-1].unlink()
+        self.assertIn(b"goes on from that of tick 80", self.resume("--ticks", 300).stderr)
+        self.assertEqual(self.outcome(), self.wanted)
+
+    def test_what_the_run_wrote_is_not_as_it_was(self):
+        self.write("d", "")
+        self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "shorter"])
+        self.write("d", "x" * len(self.half[0]))
+        self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "tick 100"])
+        (self.folder / "d").unlink()
+        self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "gone"])
+
+    def test_another_program_or_world(self):
+        for name, what in (("waiting.meld", "the program"), ("waiting.toml", "the world")):
+            with self.subTest(name):
+                before = self.read(name)
+                self.write(name, before.decode() + ("# more\n" if name.endswith("toml") else "lit(@7) :- given(@7).\n"))
+                self.refused("meldsim", "resume", "kept", code=DAMAGED, says=["cannot go on", what, "has changed"])
+                (self.folder / name).write_bytes(before)
+
+    def test_a_program_that_includes_another_file(self):
+        self.write("part.meld", "type q(node, int).\nq(A, 1).\n")
+        self.write("ever.meld", 'include "part.meld".\ntype p(node, int).\np(A, N) :- tick(A, N).\n')
+        self.fine("meldsim", "run", "ever.meld", "--world", "w.toml", "--ticks", 5, "--quiet", "--checkpoint", "other")
+        self.write("part.meld", "type q(node, int).\nq(A, 2).\n")
+        self.refused("meldsim", "resume", "other", code=DAMAGED, says=["cannot go on", "the module"])
+
+
+class Refusals(Case):
+    def test_no_checkpoint(self):
+        says = ["there is no checkpoint in", "nowhere", "meldsim run --checkpoint"]
+        self.refused("meldsim", "resume", "nowhere", code=DAMAGED, says=says)
+
+    def test_a_folder_with_checkpoints(self):
+        self.fine("meldsim", *RUN, *KEEP)
+        self.refused("meldsim", *RUN, *KEEP, code=2, says=["kept has checkpoints of an earlier run", "meldsim resume kept"])
+
+    def test_intervals(self):
+        for wrong in ("0ticks", "-1ticks", "1.5ticks", "ticks", "soon", "0s", "-1s"):
+            with self.subTest(wrong):
+                self.refused("meldsim", *RUN, "--checkpoint", "kept", f"--checkpoint-every={wrong}", code=2, says=["interval", "10min"])
+
+    def test_bodies(self):
+        self.write("b.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(2, 2, 2)"\n[motion]\nkind = "bodies"\n')
+        self.refused("meldsim", "run", "p.meld", "--world", "b.toml", "--ticks", 2, "--quiet", "--checkpoint", "kept", code=2,
+                     says=["no checkpoint can be made", "bodies"])
+
+    def test_one_run_at_a_time(self):
+        run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "100000000",
+                                "--checkpoint", "kept", "--checkpoint-every", "1ms"], cwd=self.folder)
+        self.addCleanup(run.wait)
+        self.addCleanup(run.kill)
+        end = time.monotonic() + 30
+        while not self.manifests():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+        self.refused("meldsim", "resume", "kept", code=2, says=["kept", "is writing it", str(run.pid)])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldc", required=True)
+    parser.add_argument("--meldsim", required=True)
+    parser.add_argument("--loops", default=3, type=int, help="runs that are killed until they end")
+    options, rest = parser.parse_known_args()
+    outputs_test.TOOLS.meldc, outputs_test.TOOLS.meldsim = (os.path.abspath(p) for p in (options.meldc, options.meldsim))
+    outputs_test.TOOLS.loops = options.loops
+    unittest.main(argv=[sys.argv[0], *rest])
