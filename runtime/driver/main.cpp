@@ -79,6 +79,10 @@ CLI::App* add_run(CLI::App& app, RunOptions& run) {
     r->add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
         ->type_name("INTERVAL")
         ->capture_default_str();
+    r->add_option("--retries", run.retries, "With --checkpoint and several processes: how often to go on when one is killed or crashes")
+        ->check(cli::whole_number(0, 1000000))
+        ->type_name("INT")
+        ->capture_default_str();
     r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
     r->add_flag("--json", run.json, "Print the summary as JSON");
     r->add_flag("--quiet", run.quiet, "Print no progress line and no summary");

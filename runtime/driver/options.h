@@ -26,6 +26,7 @@ struct RunOptions {
     std::string digest = {};                 // A file, or "-" for standard output.
     std::string checkpoint = {};             // A folder.
     std::string checkpoint_every = "10min";  // Or "1000ticks".
+    int retries = 3;                         // After a process was killed or has crashed.
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
     bool sync = false;                       // Files survive that the machine stops.
     std::string module = {};                 // Given to the processes by the command that started them.

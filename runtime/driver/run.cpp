@@ -257,6 +257,60 @@ int after_interrupt(const comm::LaunchOutcome& outcome) {
     return outcome.interrupted_by == SIGTERM ? terminated : interrupted;
 }
 
+// The command line of a process that goes on with the run in this folder.
+std::vector<std::string> resume_arguments(const std::string& folder, const RunOptions& options) {
+    std::vector<std::string> out = {
+        "meldsim", "resume", folder, "--processes", std::to_string(options.processes), "--threads", std::to_string(options.threads)};
+    if (options.ticks >= 0) out.insert(out.end(), {"--ticks", std::to_string(options.ticks)});
+    if (options.json) out.emplace_back("--json");
+    if (options.quiet) out.emplace_back("--quiet");
+    return out;
+}
+
+// Tells how the processes ended, and returns the code of the command.
+int after_launch(const comm::LaunchOutcome& outcome) {
+    // However the run ended, its results have not reached their reader.
+    if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
+    if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
+    if (outcome.launcher_signal != 0)
+        return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
+                     "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
+    if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
+        return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
+    return outcome.exit_code;
+}
+
+// A process was killed, crashed, or mpirun did, and nobody asked for it.
+bool ended_by_accident(const comm::LaunchOutcome& outcome) {
+    if (outcome.output_error != 0 || outcome.interrupted_by != 0) return false;
+    if (outcome.launcher_signal != 0) return true;
+    const int signal = outcome.exit_code - 128;
+    return signal == SIGKILL || signal == SIGSEGV || signal == SIGBUS || signal == SIGABRT || signal == SIGILL || signal == SIGFPE;
+}
+
+// Starts the processes, and with --checkpoint again, from the last checkpoint, after an accident.
+int launch(RunOptions& options, const std::string& module) {
+    // Where a crash came after: the same crash after the same checkpoint will come again.
+    std::optional<std::int64_t> crashed_after;
+    for (int restarts = 0;; ++restarts) {
+        std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
+        command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
+        command.insert(command.end(), {"--module", module});
+        const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
+        if (options.checkpoint.empty() || restarts >= options.retries || !ended_by_accident(outcome)) return after_launch(outcome);
+        const Result<sim::Manifest> newest = sim::newest_manifest(options.checkpoint);
+        const std::int64_t from = newest ? newest->tick : 0;
+        const bool crashed = outcome.launcher_signal == 0 && outcome.exit_code != 128 + SIGKILL;
+        if (crashed && crashed_after == from) return after_launch(outcome);
+        crashed_after = crashed ? std::optional(from) : std::nullopt;
+        const std::string why = outcome.launcher_signal != 0 ? fmt::format("mpirun was ended by signal {}", outcome.launcher_signal)
+                                                             : comm::describe_launch_failure(outcome.exit_code);
+        log::warning("{}; restart {} of {}, from {}", why, restarts + 1, options.retries,
+                     newest ? fmt::format("the checkpoint of tick {}", from) : "the start");
+        if (newest) options.arguments = resume_arguments(std::filesystem::absolute(options.checkpoint).string(), options);
+    }
+}
+
 }  // namespace
 
 int run_command(RunOptions options) {
@@ -281,19 +335,7 @@ int run_command(RunOptions options) {
     const Result<std::string> module = compile_program(options);
     if (!module) return tell(module.error());
     if (const auto world = choose_world(options); !world) return tell(world.error());
-    std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
-    command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
-    command.insert(command.end(), {"--module", *module});
-    const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
-    // However the run ended, its results have not reached their reader.
-    if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
-    if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
-    if (outcome.launcher_signal != 0)
-        return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
-                     "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
-    if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
-        return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
-    return outcome.exit_code;
+    return launch(options, *module);
 }
 
 int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
@@ -319,11 +361,7 @@ int resume_command(const ResumeOptions& resume, const std::function<std::optiona
     options->json = resume.json;
     options->quiet = resume.quiet;
     options->module = resume.module;
-    options->arguments = {
-        "meldsim", "resume", folder, "--processes", std::to_string(options->processes), "--threads", std::to_string(options->threads)};
-    if (resume.ticks) options->arguments.insert(options->arguments.end(), {"--ticks", std::to_string(*resume.ticks)});
-    if (resume.json) options->arguments.emplace_back("--json");
-    if (resume.quiet) options->arguments.emplace_back("--quiet");
+    options->arguments = resume_arguments(folder, *options);
     return run_command(std::move(*options));
 }
 

@@ -30,6 +30,10 @@ def until(ticks):
 DAMAGED = 6  # The exit code of a checkpoint that is refused.
 
 
+def children(pid):
+    return [int(p) for p in subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True).stdout.split()]
+
+
 class Case(outputs_test.Case):
     def setUp(self):
         super().setUp()
@@ -136,7 +140,7 @@ class Kills(Case):
             self.kills_of(rng, loops, run, self.outcome())
 
     def kills_of(self, rng, loops, run_words, wanted):
-        every = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
+        every = ("--checkpoint", "kept", "--checkpoint-every", "7ticks", "--retries", "0")
         kills = 0
         for _ in range(loops):
             shutil.rmtree(self.folder / "kept", ignore_errors=True)
@@ -150,9 +154,8 @@ class Kills(Case):
                     words = run.communicate(timeout=rng.uniform(0.02, 0.6 if command[-1] == "1" else 2))[1]
                 except subprocess.TimeoutExpired:
                     # One of several processes, or the only one.
-                    children = subprocess.run(["pgrep", "-P", str(run.pid)], capture_output=True, text=True).stdout.split()
-                    ranks = [p for c in children for p in subprocess.run(["pgrep", "-P", c], capture_output=True, text=True).stdout.split()]
-                    victim = int(rng.choice(ranks)) if ranks else run.pid
+                    ranks = [p for launcher in children(run.pid) for p in children(launcher)]
+                    victim = rng.choice(ranks) if ranks else run.pid
                     try:
                         os.kill(victim, signal.SIGKILL)
                     except ProcessLookupError:
@@ -176,6 +179,34 @@ class Kills(Case):
 
     def test_kills(self):
         self.kill_and_resume(random.Random(1), outputs_test.TOOLS.loops)
+
+
+class Supervision(Case):
+    def test_a_process_is_killed(self):
+        self.fine("meldsim", *until(4000))
+        wanted = self.outcome()
+        for name in "df":
+            (self.folder / name).unlink()
+        run = subprocess.Popen([outputs_test.TOOLS.meldsim, *until(4000), *KEEP, "-n", "2", "--retries", "2"], cwd=self.folder,
+                               stderr=subprocess.PIPE)
+        self.addCleanup(run.stderr.close)
+        for kill in range(2):
+            end = time.monotonic() + 60
+            before = {p.name for p in self.manifests()}
+            while {p.name for p in self.manifests()} == before:
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.02)
+            for launcher in children(run.pid):
+                ranks = children(launcher)
+                if ranks:
+                    os.kill(ranks[kill % len(ranks)], signal.SIGKILL)
+                    break
+            time.sleep(0.5)
+        words = run.stderr.read().decode()
+        self.assertEqual(run.wait(60), 0, words)
+        self.assertIn("a process was killed (signal 9)", words)
+        self.assertIn("restart 1 of 2, from the checkpoint of tick", words)
+        self.assertEqual(self.outcome(), wanted)
 
 
 class Damage(Case):
@@ -284,7 +315,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--meldc", required=True)
     parser.add_argument("--meldsim", required=True)
-    parser.add_argument("--loops", default=3, type=int, help="runs that are killed until they end")
+    parser.add_argument("--loops", default=2, type=int, help="runs that are killed until they end")
     options, rest = parser.parse_known_args()
     outputs_test.TOOLS.meldc, outputs_test.TOOLS.meldsim = (os.path.abspath(p) for p in (options.meldc, options.meldsim))
     outputs_test.TOOLS.loops = options.loops
