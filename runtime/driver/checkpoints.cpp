@@ -9,7 +9,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/log.h"
 #include "runtime/base/units.h"
-#include "runtime/record/facts_file.h"
+#include "runtime/record/state_digest.h"
 #include "runtime/sim/state/share_file.h"
 
 namespace meld::driver {

@@ -14,7 +14,7 @@
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/run.h"
 #include "runtime/module/module.h"
-#include "runtime/record/facts_file.h"
+#include "runtime/record/state_digest.h"
 #include "runtime/sim/simulation.h"
 
 namespace meld {
