@@ -86,7 +86,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(self.complete("meldc", "compile", "--emit", "to"), ["tokens"])
         self.assertEqual(self.complete("meldc", "compile", "--emit", "=", "to"), ["tokens"])
         self.assertEqual(self.complete("meldc", "explain", "E0501"), ["E0501"])
-        self.assertEqual(self.complete("meldsim", "help", "r"), ["run"])
+        self.assertEqual(self.complete("meldsim", "help", "ru"), ["run"])
         self.assertEqual(self.complete("meldsim", "run", "p.me"), [])
 
     def test_every_shell_has_its_script(self):
