@@ -12,7 +12,7 @@ namespace {
 
 // Of a cell its key, of a place anywhere all its bits.
 u64 place_of(const sim::Subdomain& part, sim::Catom catom) {
-    if (!part.ensemble.is_free()) return part.lattice.key(part.ensemble.cell(catom));
+    if (!part.ensemble.is_free()) return part.ensemble.key(part.ensemble.cell(catom));
     u64 hash = 0;
     for (const double x : part.ensemble.position(catom)) hash = hash_combine(hash, std::bit_cast<u64>(x + 0.0));
     return hash;

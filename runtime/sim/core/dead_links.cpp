@@ -48,7 +48,7 @@ void DeadLinks::found(Order order, Catom from, u64 to, u32 predicate, const std:
 void DeadLinks::look_at_all() {
     for (u32 i = 0; i < subdomain_.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain_.module.predicates[i];
-        if (!p.route || p.auxiliary || p.kind == PredicateKind::Linear) continue;
+        if (!p.route || p.auxiliary || p.column == kNone16 || p.kind == PredicateKind::Linear) continue;
         for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
             if (!subdomain_.owned(c)) continue;
             tuple::each_fact(subdomain_.module, subdomain_.columns, subdomain_.geometry(), i, c, [&](const Value* values) {
