@@ -7,13 +7,16 @@
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <system_error>
 #include <vector>
@@ -26,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kTemporaryPrefix = "tmp-";
-// A compilation takes a fraction of a second; an hour allows for a stopped process.
+// For what a process on another machine has left. A compilation takes a fraction of a second; an hour allows for a stopped process.
 constexpr std::chrono::hours kTemporaryLifetime{1};
 
 std::string environment(const char* name) {
@@ -65,6 +68,28 @@ std::uint64_t unpredictable() {
     return bits;
 }
 
+// Where process numbers mean what they mean here: this machine since it started, and this container. The folder may be on several.
+std::string place_of_processes() {
+    std::string boot;
+    std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
+    std::error_code none;
+    const std::string both = boot + fs::read_symlink("/proc/self/ns/pid", none).string();
+    return fmt::format("{:016x}", XXH3_64bits(both.data(), both.size()));
+}
+
+// The names of temporary files that were made here begin so. The number of the process follows, by which others can tell whether it is
+// still there.
+const std::string& prefix_here() {
+    static const std::string prefix = fmt::format("{}{}-", kTemporaryPrefix, place_of_processes());
+    return prefix;
+}
+
+bool owner_is_dead(const std::string& name) {
+    if (!name.starts_with(prefix_here())) return false;
+    const long process = std::strtol(name.c_str() + prefix_here().size(), nullptr, 10);
+    return process > 0 && ::kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
+}
+
 struct CachedFile {
     fs::path path;
     fs::file_time_type used;
@@ -82,7 +107,7 @@ std::vector<CachedFile> list_modules(const std::string& folder) {
         if (gone) continue;
         const std::string name = entry->path().filename().string();
         if (name.starts_with(kTemporaryPrefix)) {
-            if (fs::file_time_type::clock::now() - used > kTemporaryLifetime) fs::remove(entry->path(), gone);
+            if (owner_is_dead(name) || fs::file_time_type::clock::now() - used > kTemporaryLifetime) fs::remove(entry->path(), gone);
         } else if (entry->path().extension() == ".so") {
             modules.push_back({entry->path(), used, size_bytes});
         }
@@ -148,7 +173,8 @@ void evict(const std::string& folder, const std::string& keep, const CacheLimits
 void touch(const std::string& path) { ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0); }
 
 TemporaryFile::TemporaryFile(const std::string& folder, const std::string& suffix) {
-    path_ = fmt::format("{}/{}{:016x}{}", folder, kTemporaryPrefix, unpredictable(), suffix);
+    path_ = fmt::format("{}/{}{}-{:016x}{}", folder, prefix_here(), ::getpid(), unpredictable(), suffix);
+    leftover_ = Leftover(path_);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -192,6 +218,7 @@ Result<void> TemporaryFile::publish(const std::string& final_path) {
         return fail(fmt::format("cannot rename {} to {} ({})", path_, final_path, std::strerror(errno)),
                     "Set CLAYMELD_CACHE to a folder that can be written");
     published_ = true;
+    leftover_ = {};
     return {};
 }
 

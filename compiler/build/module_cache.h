@@ -6,6 +6,7 @@
 #include <string>
 
 #include "runtime/base/error.h"
+#include "runtime/base/leftovers.h"
 
 namespace meld {
 
@@ -49,6 +50,7 @@ class TemporaryFile {
     tl::unexpected<Error> failed(int error_number) const;
 
     std::string path_;
+    Leftover leftover_;
     bool published_ = false;
 };
 

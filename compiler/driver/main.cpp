@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include "compiler/driver/format_command.h"
 #include "runtime/abi/module_note.h"
 #include "runtime/base/deep_stack.h"
+#include "runtime/base/interrupt.h"
 #include "runtime/base/nearest.h"
 #include "runtime/base/output_file.h"
 #include "runtime/base/output_paths.h"
@@ -229,5 +231,8 @@ int run_program(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     meld::prepare_standard_streams();
+    // They end it as ever, and temporary files go.
+    meld::interrupt::handle({SIGINT, SIGTERM, SIGHUP});
+    meld::interrupt::end_by_signal();
     return meld::end_standard_output("meldc", meld::with_deep_stack("meldc", [&] { return run_program(argc, argv); }));
 }

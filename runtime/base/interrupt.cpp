@@ -27,6 +27,7 @@ std::atomic<std::int64_t> first_ns{0};
 std::atomic<Answer> answer{Answer::AtOnce};
 std::atomic<const char*> last_words{nullptr};
 std::atomic<int> repeated_signal{0};
+std::atomic<bool> by_signal{false};
 timer_t patience;
 std::atomic<bool> handling{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free &&
@@ -45,6 +46,14 @@ int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_c
     const char* words = last_words.load();
     // If standard error cannot be written, there is nowhere to report it.
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
+    if (by_signal.load()) {
+        std::signal(signal, SIG_DFL);
+        sigset_t only;
+        sigemptyset(&only);
+        sigaddset(&only, signal);
+        pthread_sigmask(SIG_UNBLOCK, &only, nullptr);
+        ::raise(signal);
+    }
     ::_exit(code_after(signal));
 }
 
@@ -93,6 +102,8 @@ void handle(std::initializer_list<int> signals, int repeated) {
         if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
     }
 }
+
+void end_by_signal() { by_signal.store(true); }
 
 void set_last_words(const char* words) { last_words.store(words); }
 

@@ -26,6 +26,9 @@ inline constexpr double kStep_s = 0.7;
 // there are others.
 void handle(std::initializer_list<int> signals, int repeated = 0);
 
+// From now on an end at once is by the signal itself, not by an exit code: a shell then ends the loop in which the command stands.
+void end_by_signal();
+
 // Written to standard error when the process is ended; a string that is never freed, or nullptr (the default) for silence.
 void set_last_words(const char* words);
 

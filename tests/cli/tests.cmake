@@ -27,7 +27,7 @@ foreach(class Cache Inputs Terminal Agreement)
   set_tests_properties(trust_${name} PROPERTIES TIMEOUT 120)
 endforeach()
 # Runs that are told to end; the campaign tells hundreds of them.
-foreach(class Interrupts Launcher Random Stopped)
+foreach(class Interrupts Launcher UsersOwn Random Stopped)
   string(TOLOWER ${class} name)
   add_test(NAME signals_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})

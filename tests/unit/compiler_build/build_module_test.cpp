@@ -320,6 +320,21 @@ TEST(BuildModule, ReplacesWhatIsNoFile) {
     }
 }
 
+TEST(Evict, RemovesTemporaryFilesOfDeadProcesses) {
+    const ScratchFolder cache;
+    const TemporaryFile mine(cache.path(), ".o");
+    ASSERT_TRUE(mine.write("x"));
+    const auto die = [&] {
+        const TemporaryFile left(cache.path(), ".o");
+        ::_exit(left.write("x") ? 0 : 1);
+    };
+    EXPECT_EXIT(die(), testing::ExitedWithCode(0), "");
+    EXPECT_EQ(files_in(cache.path()), 2);
+    evict(cache.path(), "", {});
+    EXPECT_EQ(files_in(cache.path()), 1);
+    EXPECT_TRUE(fs::exists(mine.path()));
+}
+
 TEST(TemporaryFile, WritesToNoFileThatIsThere) {
     const ScratchFolder cache;
     const TemporaryFile first(cache.path(), ".o");

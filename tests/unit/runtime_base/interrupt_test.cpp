@@ -50,6 +50,17 @@ TEST_F(InterruptTest, LeavesNothingThatIsNoResult) {
     EXPECT_TRUE(empty());
 }
 
+TEST_F(InterruptTest, CanEndByTheSignalItself) {
+    const auto run = [&] {
+        handle();
+        interrupt::end_by_signal();
+        auto facts = OutputFile::open(path("facts"), Appears::Whole);
+        raise(SIGTERM);
+    };
+    EXPECT_EXIT(run(), testing::KilledBySignal(SIGTERM), "");
+    EXPECT_TRUE(empty());
+}
+
 TEST_F(InterruptTest, LeavesResults) {
     const auto run = [&] {
         handle();
