@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "compiler/diagnostics/explain.h"
 #include "compiler/diagnostics/most_severe.h"
@@ -34,6 +35,7 @@ struct Options {
     std::string output;
     std::string emit;
     std::string code;
+    double timeout_seconds = 0;  // 0: none.
     bool json = false;
     bool all = false;
     bool quiet = false;
@@ -180,6 +182,9 @@ int run_program(int argc, char** argv) {
             ->type_name("DIR")
             ->take_all()
             ->allow_extra_args(false);
+        sub->add_option("--timeout", options.timeout_seconds, "End after so many seconds, with exit code 4")
+            ->check(CLI::Range(0.001, 1e9).description(""))
+            ->type_name("SECONDS");
     }
     compile
         ->add_option("-o,--output", options.output,
@@ -220,6 +225,8 @@ int run_program(int argc, char** argv) {
 
     cli::add_common(app);
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;
+    std::optional<interrupt::TimeLimit> limit;
+    if (options.timeout_seconds > 0) limit.emplace("meldc", options.timeout_seconds);
     if (*check) return run_check(options);
     if (*compile) return run_compile(options);
     if (*lsp) return run_language_server();
@@ -234,5 +241,7 @@ int main(int argc, char** argv) {
     // They end it as ever, and temporary files go.
     meld::interrupt::handle({SIGINT, SIGTERM, SIGHUP});
     meld::interrupt::end_by_signal();
+    // There is something to say only of a time limit.
+    meld::interrupt::set_last_words("");
     return meld::end_standard_output("meldc", meld::with_deep_stack("meldc", [&] { return run_program(argc, argv); }));
 }

@@ -97,7 +97,29 @@ void evaluate_plainly(const plan::Plan& plan, const StratumPlan& stratum, Writer
     w.line("if (evaluate_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
-void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
+// Where a recursion within the catom does not end: the first of its rules that still derives something new. Each is run by itself
+// once more, for the message.
+void emit_guilty(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
+    w.raw("");
+    w.open(fmt::format("[[gnu::noinline, gnu::cold]] static u32 guilty_{}(Self& s) {{", number));
+    const bool by_round = !stratum.semi_naive.empty();
+    // What the last round has derived is taken in first, so that only what follows from it counts.
+    for (const PredicateId p : stratum.predicates) w.line("{}(*s.e, {});", by_round ? "gather_round" : "gather", view(plan, p));
+    const auto try_rule = [&](RuleId rule, const std::string& function) {
+        w.line("{}(s);", function);
+        for (const PredicateId p : stratum.predicates) w.line("if (gather(*s.e, {})) return {};", view(plan, p), rule.index());
+    };
+    for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) {
+        const RuleId rule = stratum.semi_naive[i].rule;
+        try_rule(rule, fmt::format("{}_semi_naive{}", rule_function(plan.program, rule), i));
+    }
+    for (const RulePlan& r : stratum.rules)
+        if (!by_round) try_rule(r.rule, rule_function(plan.program, r.rule));
+    w.line("return {};", culprit(plan, stratum).index());
+    w.close();
+}
+
+void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
     for (const PredicateId p : stratum.predicates)
         MELD_EXPECT(!plan.of(p).ranked, "{} is derived from scratch and has ranks", plan.program.predicates[p].name);
     for (const PredicateId p : stratum.predicates) {
@@ -124,10 +146,12 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, Wri
         for (const PredicateId p : stratum.predicates) w.line("carried += {}.count;", view(plan, p));
         made += " + carried / 16";
     }
-    w.line(
-        "if ({} > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
-        "static_cast<i64>(s.e->subdomain->max_derivations));",
-        made, culprit(plan, stratum).index());
+    w.open(fmt::format("if ({} > s.e->subdomain->max_derivations && s.e->trap == Trap::None) {{", made));
+    w.line("const u32 guilty = guilty_{}(s);", number);
+    // Its rounds may have met another limit.
+    w.raw("s.e->trap = Trap::None;");
+    w.raw("trap(*s.e, Trap::TooManyDerivations, guilty, static_cast<i64>(s.e->subdomain->max_derivations));");
+    w.close();
     w.close();
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -224,6 +248,7 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
     const bool rows = stratum.deltas.inputs != 0;
     for (const PredicateId p : stratum.predicates) emit_reduction(plan, stratum, p, w);
     if (rows) emit_row_evaluation(plan, stratum, number, w);
+    if (stratum.recursion == Recursion::LocalSets) emit_guilty(plan, stratum, number, w);
     w.raw("");
     w.line("// Stratum {}:{}. Returns the dirty bits of what changed.", number, names);
     w.open(fmt::format("MELD_STEP static u64 evaluate_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
@@ -241,7 +266,7 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
             evaluate_plainly(plan, stratum, w);
             break;
         case Recursion::LocalSets:
-            evaluate_local_sets(plan, stratum, w);
+            evaluate_local_sets(plan, stratum, number, w);
             break;
         case Recursion::Ranked:
             MELD_EXPECT(stratum.predicates.size() == 1, "{} predicates support themselves alone", stratum.predicates.size());
@@ -381,6 +406,7 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.raw("e->undefined = 0;");
         w.raw("if (e->subdomain->undefined) [[unlikely]] e->host->undefined(e);");
     }
+    if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
     w.raw("evaluate_catom(s, dirty[i]);");
     w.close();
     w.close();

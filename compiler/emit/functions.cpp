@@ -190,7 +190,7 @@ void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     for (std::size_t i = 0; i < f.parameter_count; ++i) scope.values.insert(VariableId(i));
     w.raw("");
     w.open(signature(plan, id) + " {");
-    w.line("{} call(*s.e, rule, &s);", f.result.compound() ? "OpenCall" : "WordCall");
+    w.line("{} call(*s.e, rule, &s, s.calls);", f.result.compound() ? "OpenCall" : "WordCall");
     w.raw("if (call.refused) return {};");
     Body body(id, f, w);
     if (body.calls_itself(f.body))

@@ -212,6 +212,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("i32 neighbour[kMaxPorts];");
     w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
     w.raw("u64 lowered;                // and of what they consumed.");
+    if (!plan.program.functions.empty()) w.raw("u64 calls;                  // Of functions, in this tick.");
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;
         const std::string name = predicate_name(plan.program, id);

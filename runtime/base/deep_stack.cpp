@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "runtime/base/error.h"
+#include "runtime/base/leftovers.h"
 
 namespace meld {
 
@@ -28,15 +29,8 @@ std::size_t stack_bytes() {
     return std::clamp(static_cast<std::size_t>(limit.rlim_cur) / kShareOfAddressSpace, kMinStack_bytes, kMaxStack_bytes);
 }
 
-// Made in advance, because there may be no memory left when it is written.
-char last_words[256];
-
-// No memory may be needed here, and other threads may be anywhere: nothing is cleaned up.
-[[noreturn]] void end_here() {
-    const ssize_t unused = ::write(STDERR_FILENO, last_words, std::strlen(last_words));
-    static_cast<void>(unused);
-    _exit(static_cast<int>(ExitCode::LimitHit));
-}
+// Written when there may be no memory left: made before.
+char last_words[256] = "out of memory\n";
 
 struct Call {
     const std::function<int()>* program;
@@ -45,25 +39,37 @@ struct Call {
 
 void* run(void* argument) {
     Call& call = *static_cast<Call*>(argument);
-    try {
-        call.result = (*call.program)();
-    } catch (const std::bad_alloc&) {
-        end_here();
-    } catch (const std::length_error&) {
-        end_here();
-    } catch (const std::system_error&) {
-        end_here();
-    }
+    call.result = ending_when_memory_runs_out(*call.program);
     return nullptr;
 }
 
 }  // namespace
 
+// No memory may be needed here, and other threads may be anywhere: nothing is cleaned up.
+void memory_has_run_out() {
+    Leftover::remove_all();
+    const ssize_t unused = ::write(STDERR_FILENO, last_words, std::strlen(last_words));
+    static_cast<void>(unused);
+    _exit(static_cast<int>(ExitCode::LimitHit));
+}
+
 void end_when_memory_runs_out(const std::string& name) {
     const std::string text =
         name + ": out of memory, or of threads: more is needed than this process may have. Raise the limit (ulimit -v)\n";
     std::strncpy(last_words, text.c_str(), sizeof last_words - 1);
-    std::set_new_handler(end_here);
+    std::set_new_handler(memory_has_run_out);
+}
+
+int ending_when_memory_runs_out(const std::function<int()>& program) {
+    try {
+        return program();
+    } catch (const std::bad_alloc&) {
+        memory_has_run_out();
+    } catch (const std::length_error&) {
+        memory_has_run_out();
+    } catch (const std::system_error&) {
+        memory_has_run_out();
+    }
 }
 
 int with_deep_stack(const std::string& name, const std::function<int()>& program) {
@@ -79,7 +85,7 @@ int with_deep_stack(const std::string& name, const std::function<int()>& program
         pthread_attr_destroy(&attributes);
         return call.result;
     }
-    end_here();
+    memory_has_run_out();
 }
 
 }  // namespace meld

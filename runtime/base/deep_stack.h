@@ -12,7 +12,11 @@ namespace meld {
 // begins with `name` and ends the process with ExitCode::LimitHit.
 int with_deep_stack(const std::string& name, const std::function<int()>& program);
 
-// Installs the same response to a failed allocation, without the stack. `name` must live as long as the process.
+// The same without the stack, for programs that MPI starts threads in: first what an allocation that fails does, then a call in which
+// limits of containers and of threads end the process likewise.
 void end_when_memory_runs_out(const std::string& name);
+int ending_when_memory_runs_out(const std::function<int()>& program);
+// For allocations that do not throw, on any thread.
+[[noreturn]] void memory_has_run_out();
 
 }  // namespace meld

@@ -1,9 +1,12 @@
 // Everything that the handlers use is atomic without locks, and they call only functions that POSIX lists as safe in handlers.
 #include "runtime/base/interrupt.h"
 
+#include <fmt/format.h>
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -18,8 +21,9 @@ namespace meld::interrupt {
 
 namespace {
 
-// Fires when the patience ends. A timer of this process, with a signal that nothing else uses here.
-constexpr int kPatienceEnds = SIGALRM;
+// The signal of the timers, which nobody else uses here; as a cause it means that the time is up.
+constexpr int kTimer = SIGALRM;
+enum Timer : int { kPatienceEnds, kTimeIsUp };
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 
 std::atomic<int> first{0};
@@ -29,6 +33,8 @@ std::atomic<const char*> last_words{nullptr};
 std::atomic<int> repeated_signal{0};
 std::atomic<bool> by_signal{false};
 timer_t patience;
+timer_t time_limit;
+std::array<char, 200> words_when_time_is_up{};
 std::atomic<bool> handling{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free &&
               std::atomic<Answer>::is_always_lock_free && std::atomic<const char*>::is_always_lock_free);
@@ -39,14 +45,18 @@ std::int64_t now_ns() {
     return now.tv_sec * kNanoseconds + now.tv_nsec;
 }
 
-int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_cast<int>(ExitCode::Interrupted); }
+int code_after(int signal) {
+    if (signal == kTimer) return static_cast<int>(ExitCode::LimitHit);
+    return signal == SIGTERM ? 128 + SIGTERM : static_cast<int>(ExitCode::Interrupted);
+}
 
 [[noreturn]] void leave(int signal) {
     Leftover::remove_all();
     const char* words = last_words.load();
-    // If standard error cannot be written, there is nowhere to report it.
+    if (words != nullptr && signal == kTimer) words = words_when_time_is_up.data();
+    // Where standard error takes nothing, nobody can be told.
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
-    if (by_signal.load()) {
+    if (by_signal.load() && signal != kTimer) {
         std::signal(signal, SIG_DFL);
         sigset_t only;
         sigemptyset(&only);
@@ -57,12 +67,15 @@ int code_after(int signal) { return signal == SIGTERM ? 128 + SIGTERM : static_c
     ::_exit(code_after(signal));
 }
 
-void arm() {
-    constexpr auto ns = static_cast<std::int64_t>(kPatience_s * static_cast<double>(kNanoseconds));
+// 0 seconds: never.
+void set(timer_t timer, double seconds) {
+    const auto ns = static_cast<std::int64_t>(seconds * static_cast<double>(kNanoseconds));
     itimerspec after{};
     after.it_value = {.tv_sec = ns / kNanoseconds, .tv_nsec = ns % kNanoseconds};
-    timer_settime(patience, 0, &after, nullptr);
+    timer_settime(timer, 0, &after, nullptr);
 }
+
+void arm() { set(patience, kPatience_s); }
 
 void on_interrupt(int signal) {
     const int before_errno = errno;
@@ -77,8 +90,21 @@ void on_interrupt(int signal) {
     errno = before_errno;
 }
 
-void on_end_of_patience(int) {
-    if (answer.load() == Answer::Soon) leave(first.load());
+void on_timer(int, siginfo_t* information, void*) {
+    if (information->si_value.sival_int == kTimeIsUp) {
+        // Whoever has been told to end is at it.
+        if (first.load() == 0) on_interrupt(kTimer);
+    } else if (answer.load() == Answer::Soon) {
+        leave(first.load());
+    }
+}
+
+void make(Timer which, timer_t& timer) {
+    sigevent event{};
+    event.sigev_notify = SIGEV_SIGNAL;
+    event.sigev_signo = kTimer;
+    event.sigev_value.sival_int = which;
+    MELD_CHECK(timer_create(CLOCK_MONOTONIC, &event, &timer) == 0, "no timer: {}", std::strerror(errno));
 }
 
 }  // namespace
@@ -86,15 +112,14 @@ void on_end_of_patience(int) {
 void handle(std::initializer_list<int> signals, int repeated) {
     MELD_CHECK(!handling.exchange(true), "interrupts are handled already");
     repeated_signal.store(repeated);
-    sigevent event{};
-    event.sigev_notify = SIGEV_SIGNAL;
-    event.sigev_signo = kPatienceEnds;
-    MELD_CHECK(timer_create(CLOCK_MONOTONIC, &event, &patience) == 0, "no timer: {}", std::strerror(errno));
+    make(kPatienceEnds, patience);
+    make(kTimeIsUp, time_limit);
     struct sigaction action{};
-    // Interrupted calls resume by themselves: code that polls asks received().
+    // Interrupted calls go on by themselves: whoever polls asks received().
+    action.sa_flags = SA_RESTART | SA_SIGINFO;
+    action.sa_sigaction = on_timer;
+    sigaction(kTimer, &action, nullptr);
     action.sa_flags = SA_RESTART;
-    action.sa_handler = on_end_of_patience;
-    sigaction(kPatienceEnds, &action, nullptr);
     action.sa_handler = on_interrupt;
     for (const int signal : signals) {
         struct sigaction before{};
@@ -110,6 +135,19 @@ void set_last_words(const char* words) { last_words.store(words); }
 int received() { return first.load(std::memory_order_relaxed); }
 
 int exit_code() { return code_after(received()); }
+
+TimeLimit::TimeLimit(std::string_view name, double seconds) {
+    MELD_CHECK(handling.load() && seconds > 0, "{} seconds", seconds);
+    const auto end = fmt::format_to_n(words_when_time_is_up.data(), words_when_time_is_up.size() - 1,
+                                      "{}: the time limit of {} s has passed. Raise --timeout\n", name, seconds);
+    *end.out = '\0';
+    // A limit that rounds to no time at all is still one.
+    set(time_limit, std::max(seconds, 1e-6));
+}
+
+TimeLimit::~TimeLimit() { set(time_limit, 0); }
+
+bool time_is_up() { return received() == kTimer; }
 
 bool overdue() {
     if (received() == 0 || answer.load(std::memory_order_relaxed) != Answer::Soon) return false;

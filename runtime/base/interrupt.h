@@ -4,6 +4,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <string_view>
 
 namespace meld::interrupt {
 
@@ -34,10 +35,22 @@ void set_last_words(const char* words);
 
 // The signal that came first; 0 if none has.
 int received();
-// 130 after SIGINT, 143 after SIGTERM, as shells count; other signals count as SIGINT.
+// 130 after SIGINT, 143 after SIGTERM, as shells count; other signals count as SIGINT. 4 when the time is up.
 int exit_code();
 // Whether the first signal is to be answered Soon and has waited for kStep_s. Any thread may ask; cheap.
 bool overdue();
+
+// The process may take so many seconds, by the clock on the wall, from now to the end of this object. Then it is as if a signal had come,
+// but the exit code is that of a limit, and the last words, which begin with `name`, say why. One at a time, and after handle().
+class TimeLimit {
+  public:
+    TimeLimit(std::string_view name, double seconds);
+    ~TimeLimit();
+    TimeLimit(const TimeLimit&) = delete;
+    TimeLimit& operator=(const TimeLimit&) = delete;
+};
+// What came first is the end of the time.
+bool time_is_up();
 
 // Changes the answer during its lifetime. Made by one thread, nested.
 class Answering {

@@ -1,4 +1,5 @@
 // Calls meldc, the only program that contains Clang.
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -34,6 +35,8 @@ Result<std::string> compile_program(const RunOptions& options) {
     for (const std::string& folder : options.library_paths) arguments.insert(arguments.end(), {"-I", folder.c_str()});
     const std::string level = std::to_string(options.optimisation.value_or(0));
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
+    const std::string seconds = fmt::format("{}", options.timeout_seconds);
+    if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
     if (options.quiet) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
     const pid_t parent = getpid();

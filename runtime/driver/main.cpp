@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/base/deep_stack.h"
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
@@ -84,6 +85,9 @@ CLI::App* add_run(CLI::App& app, RunOptions& run) {
         ->type_name("INT")
         ->capture_default_str();
     r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
+    r->add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")
+        ->check(CLI::Range(0.001, 1e9).description(""))
+        ->type_name("SECONDS");
     r->add_flag("--json", run.json, "Print the summary as JSON");
     r->add_flag("--quiet", run.quiet, "Print no progress line and no summary");
     r->add_option("--module", run.module)->group("");
@@ -168,5 +172,6 @@ int run_program(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     meld::prepare_standard_streams();
-    return meld::end_standard_output("meldsim", run_program(argc, argv));
+    meld::end_when_memory_runs_out("meldsim");
+    return meld::end_standard_output("meldsim", meld::ending_when_memory_runs_out([&] { return run_program(argc, argv); }));
 }

@@ -2,24 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <string>
-
+#include "runtime/base/available_memory.h"
 #include "runtime/base/units.h"
 
 namespace meld::driver {
 
 namespace {
-
-// The memory available without swapping, as the kernel reports it; 0 if it does not.
-std::uint64_t available_bytes() {
-    std::ifstream file("/proc/meminfo");
-    std::string name, unit;
-    std::uint64_t kib = 0;
-    while (file >> name >> kib >> unit)
-        if (name == "MemAvailable:") return kib * 1024;
-    return 0;
-}
 
 // Id, site, state, dirty word, agenda and brick cell of a catom, with room for bricks that are not full.
 constexpr double kBookkeeping = 30;
@@ -36,12 +24,16 @@ Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& 
     double bytes = kBookkeeping + (world.is_free() ? kBodyBytes : 0);
     for (u32 i = 0; i < module.column_count; ++i) bytes += module.columns[i].stride + (module.columns[i].rows ? kRowBytes : 0);
     const double here = size->cells_estimate * bytes * static_cast<double>(processes_here) / static_cast<double>(processes);
-    const std::uint64_t limit = world.limits.memory_bytes > 0 ? world.limits.memory_bytes : available_bytes();
+    const AvailableMemory available = available_memory();
+    const bool allowed = world.limits.memory_bytes > 0;
+    const std::uint64_t limit = allowed ? world.limits.memory_bytes : available.bytes;
     const auto needed = here < 1.8e19 ? static_cast<std::uint64_t>(here) : ~std::uint64_t{0};
     if (limit > 0 && needed > limit)
         return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {} are {}", format_bytes(needed),
                                 format_count(size->cells_estimate), bytes, format_bytes(limit),
-                                world.limits.memory_bytes > 0 ? "allowed by [limits] memory" : "available"),
+                                allowed                         ? "allowed by [limits] memory"
+                                : available.by == "the machine" ? "available"
+                                                                : "left by " + available.by),
                     "Make the body smaller, or run on more machines", ExitCode::LimitHit);
     return static_cast<std::uint64_t>(static_cast<double>(needed) / processes_here);
 }

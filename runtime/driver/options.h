@@ -28,8 +28,9 @@ struct RunOptions {
     std::string checkpoint_every = "10min";  // Or "1000ticks".
     int retries = 3;                         // After a process was killed or has crashed.
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
-    bool sync = false;                       // Files survive that the machine stops.
-    std::string module = {};                 // Given to the processes by the command that started them.
+    bool sync = false;                       // Files survive a stop of the machine.
+    double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
+    std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
     bool json = false;
     bool quiet = false;

@@ -132,8 +132,17 @@ Result<std::optional<Checkpoints>> open_checkpoints(const RunOptions& options, s
     return std::optional<Checkpoints>(std::in_place, simulation, std::move(*folder), identity(options, claims), *every);
 }
 
+// A tick that is cut short when the time is up was not interrupted by anybody.
+Error with_time_limit(const RunOptions& options, Error error) {
+    if (error.code != ExitCode::Interrupted || !interrupt::time_is_up()) return error;
+    return {fmt::format("the time limit of {} s has passed: {}", options.timeout_seconds, error.problem), "Raise --timeout",
+            ExitCode::LimitHit};
+}
+
 // Everything after the processes have started. Errors that all processes share are reported only by process 0.
 Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
+    std::optional<interrupt::TimeLimit> limit;
+    if (options.timeout_seconds > 0) limit.emplace("meldsim", options.timeout_seconds);
     const Result<Inputs> inputs = read_inputs(options, comm, module_path);
     const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); });
     if (const auto alike = agree(comm, mine); !alike) return tl::unexpected<Error>(alike.error());
@@ -193,7 +202,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     };
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each, at_end);
     progress.reset();
-    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, ran.error()));
+    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, with_time_limit(options, ran.error())));
     if (!options.facts_out.empty()) {
         const auto form = record::facts_form(options.facts_out);
         if (auto written = record::write_facts(simulation.subdomain(), form, outputs.facts.get()); !written)
@@ -214,6 +223,10 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (!printed) return tl::unexpected<Error>(printed.error());
     // All messages have been printed: a signal that ends the process now interrupts nothing.
     interrupt::set_last_words(nullptr);
+    if (simulation.summary().ending == sim::Ending::Interrupted && interrupt::time_is_up())
+        return fail(fmt::format("the time limit of {} s has passed; the run ended after a tick, and what it wrote is whole",
+                                options.timeout_seconds),
+                    "Raise --timeout", ExitCode::LimitHit);
     return simulation.summary().ending == sim::Ending::Interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
 }
 

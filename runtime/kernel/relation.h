@@ -38,7 +38,7 @@ struct Relation {
     const RowChanges* changes;  // From origin to rows, if they were asked for.
     RowList<Row> proposed;      // Candidates of the current round.
     Row single;                 // Where rows of a Single are loaded.
-    u32 rule;                   // The rule that a trap names: the first that derives T.
+    u32 rule;  // The rule that a trap names: the first that derives T, then the one that made most of the latest proposals.
     bool changed;
 
     // Called by the emitted load function.
@@ -52,6 +52,8 @@ struct Relation {
     }
     void propose(Eval& e, const Row& row) {
         ++e.derivations;
+        // The list doubles here, so at least half of the proposals that end up in it come from now on.
+        if (proposed.count == proposed.capacity && e.rule != kNone32) rule = e.rule;
         proposed.add(e, row);
     }
     // Position of the group of this row, or count.

@@ -158,16 +158,19 @@ inline i64 ticks_of(Eval& e, double seconds) {
 // The maximum number of open calls, and of bytes of stack they may use together; a thread's stack has at least eight times as much.
 inline constexpr u32 kMaxOpenCalls = 10'000;
 inline constexpr i64 kMaxStack_bytes = 1 << 20;
+// A call takes some nanoseconds, a derivation a hundred times as long: so many calls count as one for the limit.
+inline constexpr u64 kCallsPerDerivation = 100;
 
 class OpenCall {
   public:
     Eval& e;
     bool refused;
 
-    // `base` is an address on the stack where the evaluation began.
-    OpenCall(Eval& eval, u32 rule, const void* base) : e(eval) {
+    // `base` is an address on the stack where the evaluation began; `calls` counts those of one catom in one tick.
+    OpenCall(Eval& eval, u32 rule, const void* base, u64& calls) : e(eval), calls_(calls) {
         const i64 used = reinterpret_cast<i64>(base) - reinterpret_cast<i64>(__builtin_frame_address(0));
         if (++e.depth > kMaxOpenCalls || used > kMaxStack_bytes || used < -kMaxStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        count_call(rule);
         refused = e.trap != Trap::None;
     }
     ~OpenCall() { e.depth -= 1 + repeats_; }
@@ -176,17 +179,25 @@ class OpenCall {
     bool again(u32 rule) {
         ++repeats_;
         if (++e.depth > kMaxOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+        count_call(rule);
         return e.trap == Trap::None;
     }
 
   private:
+    void count_call(u32 rule) {
+        const u64 most = e.subdomain->max_derivations;
+        if (++calls_ / kCallsPerDerivation > most) trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(most));
+    }
+
+    u64& calls_;
     u32 repeats_ = 0;
 };
 
 // A call that returns a single word: nothing can refer to what it made in scratch memory, which is free again when it ends.
 class WordCall : public OpenCall {
   public:
-    WordCall(Eval& eval, u32 rule, const void* base) : OpenCall(eval, rule, base), arena_(eval.arena), chunk_(eval.arena_start) {}
+    WordCall(Eval& eval, u32 rule, const void* base, u64& calls)
+        : OpenCall(eval, rule, base, calls), arena_(eval.arena), chunk_(eval.arena_start) {}
     ~WordCall() {
         if (e.arena_start == chunk_) e.arena = arena_;
     }

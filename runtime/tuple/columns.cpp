@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/deep_stack.h"
 
 namespace meld::tuple {
 
@@ -82,7 +83,7 @@ void Columns::resize(std::size_t catoms) {
         const std::size_t room = capacity_ == 0 ? catoms : std::max(catoms, capacity_ + capacity_ / 4 + 64);
         for (u32 c = 0; c < module_.column_count; ++c) {
             void* bigger = std::realloc(pointers_[c], std::max<std::size_t>(1, room * module_.columns[c].stride));
-            MELD_CHECK(bigger != nullptr, "no memory for column {} of {} catoms", module_.columns[c].name, room);
+            if (bigger == nullptr) memory_has_run_out();
             pointers_[c] = static_cast<u8*>(bigger);
         }
         capacity_ = room;

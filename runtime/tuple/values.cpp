@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/deep_stack.h"
 #include "runtime/base/hash.h"
 
 namespace meld::tuple {
@@ -223,7 +224,7 @@ const List* ListStore::keep(Type type, const List* list, int pool) {
         return nullptr;
     }
     void* memory = std::malloc(bytes);
-    MELD_CHECK(memory != nullptr, "no memory for a list of {} bytes", bytes);
+    if (memory == nullptr) memory_has_run_out();
     Block* block = new (memory) Block{1, static_cast<u32>(bytes), {nullptr, 0, 1}};
     copy_items(type, *list, block->list, reinterpret_cast<u64*>(block + 1));
     mine.bytes += static_cast<std::ptrdiff_t>(bytes);

@@ -206,6 +206,23 @@ class Worlds(Case):
             err = self.refused("meldsim", "run", "p.meld", "--world", "big.toml", "-n", n, code=4, says="the world needs")
             self.assertRegex(err, r"needs [\d.]+ TiB for 8 T catoms of \d+ bytes, and [\d.]+ [KMGT]iB are available")
 
+    def test_limits_of_the_process_count_as_what_there_is(self):
+        self.write("big.toml", '[[body]]\nshape = "box(400, 400, 400)"\n')
+        for option, by in (("-v", "ulimit -v"), ("-d", "ulimit -d")):
+            done = subprocess.run(["bash", "-c", f'ulimit {option} 1500000 && exec "$0" run p.meld --world big.toml', TOOLS.meldsim],
+                                  cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
+            self.assertRegex(done.stderr, rf"\Ameldsim: the world needs .* are left by {by}\..*\n\Z")
+
+    def test_memory_that_runs_out_in_the_run_is_one_line(self):
+        self.write("grow.meld", "type linear t(node, int).\ntype l(node, list int).\nt(A, 0).\n"
+                                "t(A, N) -o l(A, [N, N, N, N, N, N, N, N, N, N, N, N, N, N, N, N]), t(A, N + 1)@+1.\n")
+        self.write("many.toml", 'lattice = "square"\n[[body]]\nshape = "box(300, 300, 1)"\n')
+        done = subprocess.run(["bash", "-c", 'ulimit -v 400000 && exec "$0" run grow.meld --world many.toml --quiet', TOOLS.meldsim],
+                              cwd=self.folder, capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
+        self.assertRegex(done.stderr, r"\Ameldsim: out of memory.*\n\Z")
+
     def test_more_processes_than_catoms(self):
         self.write("one.toml", '[[body]]\ncells = [[0, 0, 0]]\n')
         out, err = self.call("meldsim", "run", "p.meld", "--world", "one.toml", "-n", "3", "--facts-out", "f")
@@ -386,6 +403,19 @@ class Endings(Case):
 
     def test_interrupt_ends_at_a_tick_boundary_with_the_summary(self):
         self.interrupt("--digest", "d")
+
+    def test_timeout_ends_a_run_after_a_tick_with_its_facts(self):
+        self.write("p.meld", FOREVER)
+        for n in (1, 2):
+            self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "-n", n, "--timeout", 0.5, "--facts-out", "f", "--quiet", code=4,
+                         says="the time limit of 0.5 s has passed")
+            self.assertEqual((self.folder / "f").read_text().count("\n"), 4)
+
+    def test_timeout_ends_a_compilation(self):
+        self.write("p.meld", "type p(node, int).\n" + "".join(f"p(A, {i} + X * {i}) :- p(A, X), X < {i}.\n" for i in range(2_000)))
+        err = self.refused("meldc", "compile", "p.meld", "--timeout", 0.3, "--quiet", code=4, says="the time limit of 0.3 s has passed")
+        self.assertEqual(err.count("\n"), 1)
+        self.refused("meldsim", "run", "p.meld", "--timeout", 0.3, "--quiet", code=4, says="meldc: the time limit of 0.3 s has passed")
 
     def test_interrupt_with_two_processes(self):
         self.interrupt("--digest", "d", "-n", "2")

@@ -152,6 +152,14 @@ class Interrupts(Case):
                 self.assertIn("interrupted", err)
                 self.assertNotIn("f", self.files())
 
+    def test_time_limit_in_a_long_tick(self):
+        for n in (1, 2):
+            run = self.start("long.meld", "-n", n, "--world", "large.toml", "--facts-out", "f", "--timeout", 2)
+            _, err = run.communicate(timeout=60)
+            self.assertEqual(run.returncode, 4, err)
+            self.assertEqual(err.count("the time limit of 2 s has passed"), 1, err)
+            self.assertNotIn("f", self.files())
+
     def test_the_second_ends_at_once(self):
         for n in (1, 2):
             run = self.start("long.meld", "-n", n, "--world", "large.toml")

@@ -94,6 +94,32 @@ TEST_F(InterruptTest, WaitsForTheEndOfWhatIsUndivided) {
     EXPECT_TRUE(fs::exists(path("reached")));
 }
 
+TEST_F(InterruptTest, EndsWhenTheTimeIsUpAsAtASignal) {
+    constexpr double kSoon_s = 0.001;
+    const auto at_once = [] {
+        handle();
+        interrupt::set_last_words("interrupted");
+        const interrupt::TimeLimit limit("it", kSoon_s);
+        while (true) pause();
+    };
+    EXPECT_EXIT(at_once(), testing::ExitedWithCode(4), "^it: the time limit of 0.001 s has passed. Raise --timeout\n$");
+    const auto orderly = [] {
+        handle();
+        const Answering soon(Answer::Soon);
+        const interrupt::TimeLimit limit("it", kSoon_s);
+        while (!interrupt::time_is_up()) pause();
+        std::_Exit(interrupt::exit_code());
+    };
+    EXPECT_EXIT(orderly(), testing::ExitedWithCode(4), "^$");
+    const auto late = [] {
+        handle();
+        const Answering soon(Answer::Soon);
+        const interrupt::TimeLimit limit("it", kSoon_s);
+        while (true) pause();
+    };
+    EXPECT_EXIT(late(), testing::ExitedWithCode(4), "") << "after the patience with a signal";
+}
+
 TEST_F(InterruptTest, CountsARepeatedSignalOnce) {
     const auto run = [](int first, int second) {
         handle();

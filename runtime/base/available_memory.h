@@ -1,0 +1,18 @@
+// How much memory this process may still have.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace meld {
+
+struct AvailableMemory {
+    std::uint64_t bytes = 0;  // 0: not known.
+    std::string by = {};      // What leaves no more, as a message names it: "the machine", "the cgroup", "ulimit -v".
+};
+
+// The least of what the kernel can give without swapping, what the cgroups around this process leave (version 1 or 2), and what
+// RLIMIT_AS and RLIMIT_DATA leave. `root` is a folder with `proc` and `sys`, / but for tests.
+AvailableMemory available_memory(const std::string& root = "/");
+
+}  // namespace meld
