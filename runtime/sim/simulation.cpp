@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
@@ -139,6 +140,7 @@ Result<void> Simulation::resume(const Registry& registry, const Shares& shares) 
     ByteReader in(*counters, "the counters of a snapshot", ByteReader::Origin::Outside);
     in.read<Counted>().give_back(summary_);
     if (in.failed()) return in.outcome();
+    goes_on_ = true;
     summary_.setup_seconds = wall_seconds() - before;
     return {};
 }
@@ -200,8 +202,8 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     summary_.ending = Ending::Ticks;
     subdomain_.set_strict(limits.strict);
     std::optional<interrupt::Answering> soon(interrupt::Answer::Soon);
-    // A run that goes on from its end is over.
-    std::optional<Ending> ended = subdomain_.tick() > 0 ? ended_with_this_tick(may_end) : std::nullopt;
+    // A run that goes on from its end is over. Where facts have been given since an earlier run(), there is something left to do.
+    std::optional<Ending> ended = std::exchange(goes_on_, false) ? ended_with_this_tick(may_end) : std::nullopt;
     while (!ended && subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {

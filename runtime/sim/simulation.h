@@ -98,6 +98,7 @@ class Simulation {
     std::optional<Unsettled> unsettled_;  // Examines the last ticks of a run that has to become quiescent.
     Summary summary_;
     double modules_s_ = 0;
+    bool goes_on_ = false;  // resume() was called, and run() not yet.
 };
 
 }  // namespace meld::sim

@@ -94,6 +94,7 @@ void measure(const std::string& program, const std::string& lattice, const std::
     hand->set_source(origin, false);
     const Work gone = settle(*run), gone_hand = settle(*hand);
     row("source removed", gone, gone_hand);
+    check(*run, *hand, dist);
     run->subdomain().give(source, origin, nullptr);
     hand->set_source(origin, true);
     const Work back = settle(*run), back_hand = settle(*hand);
