@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -132,9 +134,17 @@ Result<std::optional<Checkpoints>> open_checkpoints(const RunOptions& options, s
     return std::optional<Checkpoints>(std::in_place, simulation, std::move(*folder), identity(options, claims), *every);
 }
 
-// A tick that is cut short when the time is up was not interrupted by anybody.
+// Whether the time limit has passed on some process: clocks differ by a little, and all must end alike. Collective.
+bool time_is_up(const RunOptions& options, comm::Communicator& comm) {
+    if (options.timeout_seconds <= 0) return false;
+    const std::byte mine{interrupt::time_is_up()};
+    const std::vector<std::byte> all = comm.allgather({&mine, 1});
+    return std::ranges::any_of(all, [](std::byte passed) { return passed != std::byte{0}; });
+}
+
+// A tick that was cut short when the time was up was not interrupted by anybody.
 Error with_time_limit(const RunOptions& options, Error error) {
-    if (error.code != ExitCode::Interrupted || !interrupt::time_is_up()) return error;
+    if (error.code != ExitCode::Interrupted) return error;
     return {fmt::format("the time limit of {} s has passed: {}", options.timeout_seconds, error.problem), "Raise --timeout",
             ExitCode::LimitHit};
 }
@@ -202,7 +212,11 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     };
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each, at_end);
     progress.reset();
-    if (!ran) return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, with_time_limit(options, ran.error())));
+    const bool too_long = time_is_up(options, comm);
+    if (!ran) {
+        const Error why = too_long ? with_time_limit(options, ran.error()) : ran.error();
+        return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, why));
+    }
     if (!options.facts_out.empty()) {
         const auto form = record::facts_form(options.facts_out);
         if (auto written = record::write_facts(simulation.subdomain(), form, outputs.facts.get()); !written)
@@ -223,7 +237,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (!printed) return tl::unexpected<Error>(printed.error());
     // All messages have been printed: a signal that ends the process now interrupts nothing.
     interrupt::set_last_words(nullptr);
-    if (simulation.summary().ending == sim::Ending::Interrupted && interrupt::time_is_up())
+    if (simulation.summary().ending == sim::Ending::Interrupted && too_long)
         return fail(fmt::format("the time limit of {} s has passed; the run ended after a tick, and what it wrote is whole",
                                 options.timeout_seconds),
                     "Raise --timeout", ExitCode::LimitHit);
