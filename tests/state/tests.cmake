@@ -12,5 +12,5 @@ foreach(class Ways Kills Supervision Damage Refusals)
   set_tests_properties(state_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 40 Kills)
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
