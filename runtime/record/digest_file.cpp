@@ -10,33 +10,33 @@
 namespace meld::record {
 
 // Each line is written as soon as its tick ends.
-Result<void> DigestFile::after(sim::Subdomain& part) {
-    const Digest digest = state_digest(part);
+Result<void> DigestFile::after(sim::Subdomain& subdomain) {
+    const Digest digest = state_digest(subdomain);
     Result<void> written;
     if (file_) {
-        last_line_ = fmt::format("tick {} {}\n", part.tick(), digest.to_string());
+        last_line_ = fmt::format("tick {} {}\n", subdomain.tick(), digest.to_string());
         file_->write(last_line_);
         written = file_->flush();
         if (written && !OutputFile::names_stream(path_) && place_.empty())
             written = file_->place().map([&](std::string place) { place_ = std::move(place); });
     }
-    return comm::outcome_of_first(part.comm, written);
+    return comm::outcome_of_first(subdomain.comm, written);
 }
 
-void DigestFile::save_rest(const sim::Subdomain& part, ByteWriter& out) const {
-    if (part.comm.process() != 0) return;
+void DigestFile::save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const {
+    if (subdomain.comm.process() != 0) return;
     MELD_EXPECT(file_.has_value());
     out.write_string(place_);
     out.write(file_->size());
     out.write_string(last_line_);
 }
 
-Result<void> DigestFile::load_rest(sim::Subdomain& part, ByteReader& in) {
+Result<void> DigestFile::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     if (in.done()) return {};
     place_ = in.read_string();
     const auto size = in.read<std::uint64_t>();
     last_line_ = in.read_string();
-    if (part.comm.process() != 0) return {};
+    if (subdomain.comm.process() != 0) return {};
     Result<OutputFile> file = OutputFile::names_stream(path_) ? OutputFile::open(path_, Appears::AtOnce, durability_)
                                                               : OutputFile::reopen(path_, place_, size, durability_);
     if (!file) return tl::unexpected<Error>(file.error());
@@ -45,15 +45,15 @@ Result<void> DigestFile::load_rest(sim::Subdomain& part, ByteReader& in) {
     const Result<std::string> end = file_->read_end(last_line_.size());
     if (!end) return tl::unexpected<Error>(end.error());
     if (*end != last_line_)
-        return fail(fmt::format("cannot go on with {}: its line of tick {} is not the one that was written", path_, part.tick()),
+        return fail(fmt::format("cannot go on with {}: its line of tick {} is not the one that was written", path_, subdomain.tick()),
                     "Put it back as the run left it");
     return {};
 }
 
-void DigestFile::finish(sim::Subdomain& part) {
+void DigestFile::finish(sim::Subdomain& subdomain) {
     Result<void> written;
     if (file_) written = file_->commit();
-    ending_ = comm::outcome_of_first(part.comm, written);
+    ending_ = comm::outcome_of_first(subdomain.comm, written);
 }
 
 }  // namespace meld::record

@@ -15,12 +15,12 @@ class DigestFile : public sim::SimModule {
     // Process 0 has the file, except in a run that goes on from a checkpoint, where load_rest() opens it to append to it.
     DigestFile(std::string path, Durability durability, std::optional<OutputFile> file)
         : path_(std::move(path)), durability_(durability), file_(std::move(file)) {}
-    Result<void> after(sim::Subdomain& part) override;
+    Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
     // Where the file is, and how long, with its last bytes.
-    void save_rest(const sim::Subdomain& part, ByteWriter& out) const override;
-    Result<void> load_rest(sim::Subdomain& part, ByteReader& in) override;
-    void finish(sim::Subdomain& part) override;
+    void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
+    Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
+    void finish(sim::Subdomain& subdomain) override;
     Result<void> ending() const override { return ending_; }
 
   private:

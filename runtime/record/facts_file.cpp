@@ -52,23 +52,23 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
 }
 
 // The facts of one table on this process, by id and then by arguments: of each catom its id and a block of its packed facts.
-std::vector<std::byte> facts_of(sim::Subdomain& part, FactsForm form, const FactTable& table) {
-    const PredicateInfo& p = part.module.predicates[table.predicate];
+std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
+    const PredicateInfo& p = subdomain.module.predicates[table.predicate];
     std::vector<std::pair<u64, sim::Catom>> order;
-    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c)
-        if (part.owned(c)) order.emplace_back(part.ensemble.id(c), c);
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+        if (subdomain.owned(c)) order.emplace_back(subdomain.ensemble.id(c), c);
     std::sort(order.begin(), order.end());
     ByteWriter out;
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
         facts.clear();
-        tuple::each_fact(part.module, part.columns, part.geometry(), table.predicate, catom,
+        tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), table.predicate, catom,
                          [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
         if (facts.empty()) continue;
         std::sort(facts.begin(), facts.end(),
-                  [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
+                  [&](const auto& a, const auto& b) { return tuple::compare_arguments(subdomain.module, p, a.data(), b.data()) < 0; });
         ByteWriter packed;
-        for (const auto& fact : facts) pack_fact(form, part.module, table, id, fact.data(), packed);
+        for (const auto& fact : facts) pack_fact(form, subdomain.module, table, id, fact.data(), packed);
         out.write(id);
         out.write_block(packed.view());
     }
@@ -134,25 +134,25 @@ Result<std::unique_ptr<FactsFile>> open_facts(const std::string& path, const Mod
     return std::make_unique<TextFacts>(std::move(*file));
 }
 
-Result<void> write_facts(sim::Subdomain& part, FactsForm form, FactsFile* file) {
-    part.refresh();
-    const bool writer = part.comm.process() == 0;
+Result<void> write_facts(sim::Subdomain& subdomain, FactsForm form, FactsFile* file) {
+    subdomain.refresh();
+    const bool writer = subdomain.comm.process() == 0;
     MELD_CHECK(writer == (file != nullptr), "process 0 alone has the file of facts");
-    const std::vector<FactTable> tables = fact_tables(part.module);
+    const std::vector<FactTable> tables = fact_tables(subdomain.module);
     for (const FactTable& table : tables) {
-        std::vector<std::byte> mine = facts_of(part, form, table);
+        std::vector<std::byte> mine = facts_of(subdomain, form, table);
         std::vector<std::vector<std::byte>> all(1);
         if (writer) all[0] = std::move(mine);
         std::vector<comm::Packet> packets;
         if (!writer && !mine.empty()) packets.push_back({0, std::move(mine)});
-        if (!part.alone())
-            for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
+        if (!subdomain.alone())
+            for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
         if (!writer) continue;
         file->begin(table);
         merge(all, *file);
     }
     const Result<void> written = writer ? file->commit() : Result<void>{};
-    return comm::outcome_of_first(part.comm, written);
+    return comm::outcome_of_first(subdomain.comm, written);
 }
 
 }  // namespace meld::record

@@ -43,6 +43,6 @@ Result<std::unique_ptr<FactsFile>> open_facts(const std::string& path, const Mod
 // Writes all facts, sorted by predicate, then catom id, then arguments; process 0 writes and alone has the file, all processes call.
 // Auxiliary predicates and actions are left out. The file is committed.
 // Errors, on every process: the file cannot be written. Cost: the facts of one predicate at a time pass through process 0.
-Result<void> write_facts(sim::Subdomain& part, FactsForm form, FactsFile* file);
+Result<void> write_facts(sim::Subdomain& subdomain, FactsForm form, FactsFile* file);
 
 }  // namespace meld::record

@@ -43,14 +43,14 @@ void Marks::start(const tuple::ProgramActions& actions) {
     lines_drawn_ = actions.uses(ActionKind::DrawLine);
 }
 
-void Marks::collect(sim::Subdomain& part) {
+void Marks::collect(sim::Subdomain& subdomain) {
     // Passing lines are those of the last tick before a step.
     std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
-    const i64 now = part.tick();
-    for (const eval::Action& a : part.actions()) {
-        const ActionKind kind = part.kind_of(a);
+    const i64 now = subdomain.tick();
+    for (const eval::Action& a : subdomain.actions()) {
+        const ActionKind kind = subdomain.kind_of(a);
         if (info(kind).performer != ActionInfo::Performer::Recording) continue;
-        const u64 id = part.ensemble.id(a.catom);
+        const u64 id = subdomain.ensemble.id(a.catom);
         switch (kind) {
             case ActionKind::SetColorNumber:
                 new_colours_[id] = {now, numbered_colour(a.arguments[0].integer)};
@@ -63,7 +63,7 @@ void Marks::collect(sim::Subdomain& part) {
                 new_labels_[id] = {now, text_of(a.arguments[0])};
                 break;
             case ActionKind::DrawLine:
-                new_lines_.push_back({now, id, a.arguments[0].catom, part.module.predicates[a.predicate].repeats});
+                new_lines_.push_back({now, id, a.arguments[0].catom, subdomain.module.predicates[a.predicate].repeats});
                 break;
             default:
                 MELD_CHECK(false, "recordings do not carry out {}", info(kind).word);

@@ -23,7 +23,7 @@ class Marks {
     bool lines() const { return lines_drawn_; }
 
     // After a tick, on every process: collects the requests of the tick.
-    void collect(sim::Subdomain& part);
+    void collect(sim::Subdomain& subdomain);
     // Moves the marks collected since the last call into `out`; the writing process reads them with receive(), from all processes in any
     // order, and calls begin_step() first.
     void send(ByteWriter& out);

@@ -49,18 +49,18 @@ void RecordedPredicate::pack_fact(const ModuleInfo& module, const Value* fact, B
 }
 
 // How many facts there are; the first one, as it is stored; all of them, in the order of their arguments.
-void RecordedPredicate::pack(sim::Subdomain& part, sim::Catom catom, ByteWriter& out) const {
-    const PredicateInfo& p = part.module.predicates[predicate_];
+void RecordedPredicate::pack(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const {
+    const PredicateInfo& p = subdomain.module.predicates[predicate_];
     std::vector<std::vector<Value>> facts;
-    tuple::each_fact(part.module, part.columns, part.geometry(), predicate_, catom,
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), predicate_, catom,
                      [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
     out.write_count(facts.size());
     if (facts.empty() || arguments_.empty()) return;
-    pack_fact(part.module, facts[0].data(), out);
+    pack_fact(subdomain.module, facts[0].data(), out);
     if (!several_) return;
     std::sort(facts.begin(), facts.end(),
-              [&](const auto& a, const auto& b) { return tuple::compare_arguments(part.module, p, a.data(), b.data()) < 0; });
-    for (const auto& fact : facts) pack_fact(part.module, fact.data(), out);
+              [&](const auto& a, const auto& b) { return tuple::compare_arguments(subdomain.module, p, a.data(), b.data()) < 0; });
+    for (const auto& fact : facts) pack_fact(subdomain.module, fact.data(), out);
 }
 
 void RecordedPredicate::skip(ByteReader& in) const {

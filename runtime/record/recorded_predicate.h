@@ -21,7 +21,7 @@ class RecordedPredicate {
     std::string description() const;
 
     // On every process: the facts of a catom. skip() passes over them again.
-    void pack(sim::Subdomain& part, sim::Catom catom, ByteWriter& out) const;
+    void pack(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const;
     void skip(ByteReader& in) const;
 
     // On the process that writes: a step, catom by catom in the order of their ids. What list() adds refers to this object until the next

@@ -15,58 +15,58 @@ namespace meld::record {
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
     : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
 
-Result<void> Recorder::start(sim::Subdomain& part) {
+Result<void> Recorder::start(sim::Subdomain& subdomain) {
     std::vector<std::string_view> known;
-    for (u32 i = 0; i < part.module.predicate_count; ++i)
-        if (!part.module.predicates[i].auxiliary && part.module.predicates[i].column != kNone16)
-            known.emplace_back(part.module.predicates[i].name);
+    for (u32 i = 0; i < subdomain.module.predicate_count; ++i)
+        if (!subdomain.module.predicates[i].auxiliary && subdomain.module.predicates[i].column != kNone16)
+            known.emplace_back(subdomain.module.predicates[i].name);
     for (const std::string& name : wanted_) {
         bool found = false;
-        for (u32 i = 0; i < part.module.predicate_count; ++i) {
-            const PredicateInfo& p = part.module.predicates[i];
+        for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
+            const PredicateInfo& p = subdomain.module.predicates[i];
             if (name != p.name || p.auxiliary || p.column == kNone16) continue;
             found = true;
             const bool twice = std::ranges::any_of(recorded_, [&](const RecordedPredicate& r) { return r.predicate() == i; });
-            if (!twice) recorded_.emplace_back(part.module, i);
+            if (!twice) recorded_.emplace_back(subdomain.module, i);
             break;
         }
         if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
     }
-    marks_.start(part.program_actions);
+    marks_.start(subdomain.program_actions);
     info_.lines = marks_.lines();
     std::string descriptions;
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
-        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && part.has_diameters()))
+        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && subdomain.has_diameters()))
             return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
     }
     info_.predicates = "[" + descriptions + "]";
     Result<void> begun;
-    if (part.comm.process() == 0) {
+    if (subdomain.comm.process() == 0) {
         Result<Recording> file = Recording::create(path_, info_);
         if (file)
             file_.emplace(std::move(*file));
         else
             begun = tl::unexpected(file.error());
     }
-    if (const auto all = comm::outcome_of_first(part.comm, begun); !all) return all;
-    part.refresh();
-    return write(part);
+    if (const auto all = comm::outcome_of_first(subdomain.comm, begun); !all) return all;
+    subdomain.refresh();
+    return write(subdomain);
 }
 
-Result<void> Recorder::after(sim::Subdomain& part) {
-    marks_.collect(part);
-    if (part.tick() % every_ != 0) return {};
-    return write(part);
+Result<void> Recorder::after(sim::Subdomain& subdomain) {
+    marks_.collect(subdomain);
+    if (subdomain.tick() % every_ != 0) return {};
+    return write(subdomain);
 }
 
-void Recorder::finish(sim::Subdomain& part) {
-    if (last_step_ != part.tick() && !part.status().half_way()) ending_ = write(part);
+void Recorder::finish(sim::Subdomain& subdomain) {
+    if (last_step_ != subdomain.tick() && !subdomain.status().half_way()) ending_ = write(subdomain);
     Result<void> closed;
     if (file_) closed = file_->close();
-    closed = comm::outcome_of_first(part.comm, closed);
+    closed = comm::outcome_of_first(subdomain.comm, closed);
     if (ending_) ending_ = closed;
     outcome_ = fmt::format("recorded {} steps in {}", steps_, path_);
 }
@@ -91,13 +91,13 @@ struct Recorder::Step {
 };
 
 // What this process's catoms have drawn; then its catoms, each with its position and values.
-std::vector<std::byte> Recorder::pack(sim::Subdomain& part) {
+std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     ByteWriter out;
     marks_.send(out);
-    for (sim::Catom c = 0; c < part.ensemble.index_count(); ++c) {
-        if (!part.owned(c)) continue;
-        out.write(Row{part.ensemble.id(c), part.ensemble.position(c), part.diameter(c)});
-        for (const RecordedPredicate& r : recorded_) r.pack(part, c, out);
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        out.write(Row{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
+        for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
     }
     return out.take();
 }
@@ -150,35 +150,35 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(sim::Subdomain& part, const std::vector<std::vector<std::byte>>& all) {
+Result<void> Recorder::write_step(sim::Subdomain& subdomain, const std::vector<std::vector<std::byte>>& all) {
     Step step;
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
-    if (part.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
+    if (subdomain.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
-    return file_->step(static_cast<double>(part.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables);
+    return file_->step(static_cast<double>(subdomain.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables);
 }
 
 // Process 0 gets all data and writes them.
-Result<void> Recorder::write(sim::Subdomain& part) {
-    last_step_ = part.tick();
-    std::vector<std::byte> mine = pack(part);
+Result<void> Recorder::write(sim::Subdomain& subdomain) {
+    last_step_ = subdomain.tick();
+    std::vector<std::byte> mine = pack(subdomain);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
-    if (part.comm.process() == 0)
+    if (subdomain.comm.process() == 0)
         all.push_back(std::move(mine));
     else if (!mine.empty())
         packets.push_back({0, std::move(mine)});
-    if (!part.alone())
-        for (comm::Packet& p : part.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
+    if (!subdomain.alone())
+        for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
     Result<void> done;
     if (file_) {
-        done = write_step(part, all);
+        done = write_step(subdomain, all);
         if (done) ++steps_;
     }
-    return comm::outcome_of_first(part.comm, done);
+    return comm::outcome_of_first(subdomain.comm, done);
 }
 
 }  // namespace meld::record

@@ -18,22 +18,22 @@ class Recorder : public sim::SimModule {
   public:
     // predicates: names of predicates whose facts are recorded.
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
-    Result<void> start(sim::Subdomain& part) override;
-    Result<void> after(sim::Subdomain& part) override;
+    Result<void> start(sim::Subdomain& subdomain) override;
+    Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override {
         return fail("a run that records cannot have checkpoints yet", "Leave out --record or --checkpoint");
     }
-    void finish(sim::Subdomain& part) override;
+    void finish(sim::Subdomain& subdomain) override;
     std::string outcome() const override { return outcome_; }
     Result<void> ending() const override { return ending_; }
 
   private:
     struct Step;
-    Result<void> write(sim::Subdomain& part);
-    std::vector<std::byte> pack(sim::Subdomain& part);
+    Result<void> write(sim::Subdomain& subdomain);
+    std::vector<std::byte> pack(sim::Subdomain& subdomain);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
-    Result<void> write_step(sim::Subdomain& part, const std::vector<std::vector<std::byte>>& all);
+    Result<void> write_step(sim::Subdomain& subdomain, const std::vector<std::vector<std::byte>>& all);
 
     std::string path_;
     int every_;

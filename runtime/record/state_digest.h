@@ -8,6 +8,6 @@ namespace meld::record {
 
 // A digest of all facts that write_facts would write, and of where every catom stands; the same on every process.
 // Cost: all facts.
-Digest state_digest(sim::Subdomain& part);
+Digest state_digest(sim::Subdomain& subdomain);
 
 }  // namespace meld::record
