@@ -1,6 +1,7 @@
 // Terms of operators, conditionals, lists, structs, `let`, names and run arguments.
 #include <algorithm>
 
+#include "compiler/check/operators.h"
 #include "compiler/check/scope.h"
 #include "compiler/syntax/parse.h"
 
@@ -11,48 +12,6 @@ using syntax::BinaryOp;
 
 namespace {
 
-struct Operator {
-    Op op;
-    const char* sign;
-};
-
-Operator operator_of(BinaryOp op) {
-    switch (op) {
-        case BinaryOp::Add:
-            return {Op::Add, "+"};
-        case BinaryOp::Subtract:
-            return {Op::Subtract, "-"};
-        case BinaryOp::Multiply:
-            return {Op::Multiply, "*"};
-        case BinaryOp::Divide:
-            return {Op::Divide, "/"};
-        case BinaryOp::Modulo:
-            return {Op::Modulo, "%"};
-        case BinaryOp::Power:
-            return {Op::Power, "^"};
-        case BinaryOp::Append:
-            return {Op::Append, "++"};
-        case BinaryOp::Equal:
-            return {Op::Equal, "="};
-        case BinaryOp::NotEqual:
-            return {Op::NotEqual, "<>"};
-        case BinaryOp::Less:
-            return {Op::Less, "<"};
-        case BinaryOp::LessEqual:
-            return {Op::LessEqual, "<="};
-        case BinaryOp::Greater:
-            return {Op::Greater, ">"};
-        case BinaryOp::GreaterEqual:
-            return {Op::GreaterEqual, ">="};
-        case BinaryOp::And:
-            return {Op::And, "&&"};
-        case BinaryOp::Or:
-            return {Op::Or, "||"};
-    }
-    return {Op::Or, ""};
-}
-
-bool is_comparison(Op op) { return op >= Op::Equal && op <= Op::GreaterEqual; }
 bool maybe_number(const Type& t) { return t.numeric() || t == Type::Error; }
 bool holds_elements(const Type& t) { return t.kind == Type::Kind::List || t.kind == Type::Kind::Set || t.kind == Type::Kind::Array; }
 
@@ -96,8 +55,8 @@ std::string joining(const syntax::Binary& b, const Type& left, const Type& right
 }  // namespace
 
 Term Scope::binary(const syntax::Binary& b, Span span) {
-    const auto [op, sign] = operator_of(b.op);
-    const std::string where = fmt::format("`{}`", sign);
+    const Op op = op_of(b.op);
+    const std::string where = fmt::format("`{}`", sign_of(op));
     Term term;
     term.span = span;
     term.op = op;
@@ -146,7 +105,7 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
 Term Scope::vector_product(const syntax::Binary& b, Span span, const Type& left, const Type& right) {
     Term term;
     term.span = span;
-    term.op = operator_of(b.op).op;
+    term.op = op_of(b.op);
     term.type = Type::Vec3;
     if (term.op == Op::Divide && right == Type::Vec3) {
         auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("`/` cannot divide {} by a vector", type_name(left)));

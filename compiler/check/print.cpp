@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "compiler/check/forall.h"
+#include "compiler/check/operators.h"
 #include "compiler/check/program.h"
 
 namespace meld::check {
@@ -70,43 +71,6 @@ std::string aggregate_name(const Program& program, const Predicate& p) {
 }
 
 namespace {
-
-const char* infix(Op op) {
-    switch (op) {
-        case Op::Append:
-            return " ++ ";
-        case Op::Add:
-            return " + ";
-        case Op::Subtract:
-            return " - ";
-        case Op::Multiply:
-            return " * ";
-        case Op::Divide:
-            return " / ";
-        case Op::Modulo:
-            return " % ";
-        case Op::Power:
-            return " ^ ";
-        case Op::Equal:
-            return " = ";
-        case Op::NotEqual:
-            return " <> ";
-        case Op::Less:
-            return " < ";
-        case Op::LessEqual:
-            return " <= ";
-        case Op::Greater:
-            return " > ";
-        case Op::GreaterEqual:
-            return " >= ";
-        case Op::And:
-            return " && ";
-        case Op::Or:
-            return " || ";
-        default:
-            return nullptr;
-    }
-}
 
 const char* function_name(Op op) {
     switch (op) {
@@ -295,9 +259,9 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
         default:
             break;
     }
-    if (const char* sign = infix(t.op)) {
-        const auto side = [&](std::size_t i) { return infix(t.operands[i].op) != nullptr ? "(" + operand(i) + ")" : operand(i); };
-        return side(0) + sign + side(1);
+    if (const std::string_view sign = sign_of(t.op); !sign.empty()) {
+        const auto side = [&](std::size_t i) { return sign_of(t.operands[i].op).empty() ? operand(i) : "(" + operand(i) + ")"; };
+        return fmt::format("{} {} {}", side(0), sign, side(1));
     }
     return std::string(function_name(t.op)) + "(" + joined_operands(program, rule, t) + ")";
 }
@@ -327,8 +291,8 @@ std::string print(const Program& program, const Rule& rule, const Clause& clause
                                joined(program, rule, clause.inner));
         }
         case Clause::Kind::Delta:
-            return fmt::format("delta({}; {}){}{}", rule.variables[clause.variable].name, print(program, rule, clause.atom),
-                               infix(clause.compare), print(program, rule, clause.test));
+            return fmt::format("delta({}; {}) {} {}", rule.variables[clause.variable].name, print(program, rule, clause.atom),
+                               sign_of(clause.compare), print(program, rule, clause.test));
     }
     return "";
 }

@@ -74,7 +74,6 @@ enum class Op {
     Let,      // `variable` = operands[0] in operands[1]
     Call,     // `function` of the program.
     Library,  // The function `text` of runtime/kernel/library.h.
-    Append,   // L ++ M, also of strings.
     Now,      // The tick. Made by delays, as are the next two.
     Ticks,    // How many ticks operands[0] seconds are, at least 1.
     Due,      // Bool: operands[0] is not after now; if it is, the catom is woken then.
@@ -82,20 +81,8 @@ enum class Op {
     Negate,
     Not,
     ToFloat,
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Modulo,
-    Power,
-    Equal,
-    NotEqual,
-    Less,
-    LessEqual,
-    Greater,
-    GreaterEqual,
-    And,
-    Or,
+#define MELD_BINARY(name, spelling, level, groups) name,
+#include "compiler/syntax/operators.def"
     If,
     Min,
     Max,

@@ -1,8 +1,10 @@
 // Pass 2, bodies: clauses of the syntax tree to clauses of the checked program.
 #include <algorithm>
 
+#include "compiler/check/operators.h"
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
+#include "runtime/abi/actions.h"
 
 namespace meld::check {
 
@@ -59,11 +61,7 @@ void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& 
     c.span = span;
     c.variable = scope_->variable(tree.variable.text, tree.variable.span);
     c.test = std::move(bound);
-    static const std::map<syntax::BinaryOp, Op> signs = {
-        {syntax::BinaryOp::Equal, Op::Equal},     {syntax::BinaryOp::NotEqual, Op::NotEqual},
-        {syntax::BinaryOp::Less, Op::Less},       {syntax::BinaryOp::LessEqual, Op::LessEqual},
-        {syntax::BinaryOp::Greater, Op::Greater}, {syntax::BinaryOp::GreaterEqual, Op::GreaterEqual}};
-    c.compare = signs.at(tree.op);
+    c.compare = op_of(tree.op);
     const auto stands = std::count_if(c.atom.arguments.begin() + 1, c.atom.arguments.end(),
                                       [&](const Term& t) { return t.is_variable() && t.variable == c.variable; });
     const Type& type = rule_->variables[c.variable].type;
@@ -357,10 +355,9 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
         refused_ = true;
         return std::nullopt;
     }
-    // Its name in Linear Meld.
-    if (const auto colour = names_.predicates.find({"setColor", atom.arguments.size()});
-        atom.name.text == "setcolor" && colour != names_.predicates.end())
-        return colour->second;
+    if (const std::string_view standard = standard_word(atom.name.text); !standard.empty())
+        if (const auto action = names_.predicates.find({std::string(standard), atom.arguments.size()}); action != names_.predicates.end())
+            return action->second;
     // There may be several of the name.
     std::string counts;
     std::size_t last = 0;

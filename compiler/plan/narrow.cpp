@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <map>
 
-#include "compiler/check/comparison.h"
+#include "compiler/check/operators.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {

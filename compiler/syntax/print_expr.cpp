@@ -17,52 +17,26 @@ namespace {
 // The levels of grammar.y, loosest first.
 enum class Level { Or, And, Not, Compare, Cons, Append, Add, Multiply, Negate, Power, Primary };
 
+// How `a op b op c` is read.
+enum class Groups { Left, Right, Neither };
+
 struct BinaryForm {
     std::string_view spelling;
     Level level;
+    Groups groups;
+
     // The loosest expression that stands on each side without brackets.
-    Level left;
-    Level right;
+    Level left() const { return groups == Groups::Left ? level : tighter(); }
+    Level right() const { return groups == Groups::Right ? level : tighter(); }
+    Level tighter() const { return static_cast<Level>(static_cast<int>(level) + 1); }
 };
 
-constexpr BinaryForm left_associative(std::string_view spelling, Level level, Level tighter) { return {spelling, level, level, tighter}; }
-constexpr BinaryForm right_associative(std::string_view spelling, Level level, Level tighter) { return {spelling, level, tighter, level}; }
-constexpr BinaryForm comparison(std::string_view spelling) { return {spelling, Level::Compare, Level::Cons, Level::Cons}; }
-
-BinaryForm form(BinaryOp op) {
-    switch (op) {
-        case BinaryOp::Add:
-            return left_associative("+", Level::Add, Level::Multiply);
-        case BinaryOp::Subtract:
-            return left_associative("-", Level::Add, Level::Multiply);
-        case BinaryOp::Multiply:
-            return left_associative("*", Level::Multiply, Level::Negate);
-        case BinaryOp::Divide:
-            return left_associative("/", Level::Multiply, Level::Negate);
-        case BinaryOp::Modulo:
-            return left_associative("%", Level::Multiply, Level::Negate);
-        case BinaryOp::Power:
-            return right_associative("^", Level::Power, Level::Primary);
-        case BinaryOp::Append:
-            return right_associative("++", Level::Append, Level::Add);
-        case BinaryOp::Equal:
-            return comparison("=");
-        case BinaryOp::NotEqual:
-            return comparison("<>");
-        case BinaryOp::Less:
-            return comparison("<");
-        case BinaryOp::LessEqual:
-            return comparison("<=");
-        case BinaryOp::Greater:
-            return comparison(">");
-        case BinaryOp::GreaterEqual:
-            return comparison(">=");
-        case BinaryOp::And:
-            return left_associative("&&", Level::And, Level::Not);
-        case BinaryOp::Or:
-            return left_associative("||", Level::Or, Level::And);
-    }
-    return {};
+const BinaryForm& form(BinaryOp op) {
+    static constexpr BinaryForm kForms[] = {
+#define MELD_BINARY(name, spelling, level, groups) {spelling, Level::level, Groups::groups},
+#include "compiler/syntax/operators.def"
+    };
+    return kForms[static_cast<std::size_t>(op)];
 }
 
 struct Printed {
@@ -121,8 +95,8 @@ struct ExprPrinter {
         return {operand.level < Level::Negate ? "-(" + operand.text + ")" : "-" + operand.text, Level::Negate};
     }
     Printed operator()(const Binary& node) const {
-        const BinaryForm binary = form(node.op);
-        return {fmt::format("{} {} {}", at_least(*node.left, binary.left), binary.spelling, at_least(*node.right, binary.right)),
+        const BinaryForm& binary = form(node.op);
+        return {fmt::format("{} {} {}", at_least(*node.left, binary.left()), binary.spelling, at_least(*node.right, binary.right())),
                 binary.level};
     }
     Printed operator()(const Conditional& node) const {

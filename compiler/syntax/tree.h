@@ -68,22 +68,10 @@ struct Unary {
     UnaryOp op;
     ExprPtr operand;
 };
+// The operators of operators.def.
 enum class BinaryOp {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Modulo,
-    Power,
-    Append,
-    Equal,
-    NotEqual,
-    Less,
-    LessEqual,
-    Greater,
-    GreaterEqual,
-    And,
-    Or
+#define MELD_BINARY(name, spelling, level, groups) name,
+#include "compiler/syntax/operators.def"
 };
 struct Binary {
     BinaryOp op;

@@ -26,6 +26,14 @@ const ActionInfo& info(ActionKind kind) {
     return kInfos[index];
 }
 
+std::string_view standard_word(std::string_view alias) {
+#define MELD_ACTION(kind, word, arguments, performer, traits, failure)
+#define MELD_ACTION_ALIAS(other, word) \
+    if (alias == other) return word;
+#include "runtime/abi/actions.def"
+    return {};
+}
+
 std::span<const ActionInfo> known_actions() { return std::span(kInfos).subspan(1); }
 
 }  // namespace meld

@@ -30,6 +30,8 @@ struct ActionInfo {
 };
 // Valid for None too, which nobody carries out.
 const ActionInfo& info(ActionKind kind);
+// The word of the table for an action that a program writes with another word, `setColor` for `setcolor`; empty if there is none.
+std::string_view standard_word(std::string_view alias);
 // All but None, in the order of the table.
 std::span<const ActionInfo> known_actions();
 

@@ -1,11 +1,35 @@
-// The negation and the reversal of comparisons.
+// The operators between two operands, as the table compiler/syntax/operators.def has them; the negation and the reversal of comparisons.
 #pragma once
 
+#include <string_view>
+
 #include "compiler/check/program.h"
+#include "compiler/syntax/tree.h"
 
 namespace meld::check {
 
-inline bool compares(const Term& t) { return t.op >= Op::Equal && t.op <= Op::GreaterEqual; }
+inline Op op_of(syntax::BinaryOp op) {
+    static constexpr Op kOps[] = {
+#define MELD_BINARY(name, spelling, level, groups) Op::name,
+#include "compiler/syntax/operators.def"
+    };
+    return kOps[static_cast<std::size_t>(op)];
+}
+
+// "+", "<>", "&&"; empty for what is no operator between two operands.
+inline std::string_view sign_of(Op op) {
+    switch (op) {
+#define MELD_BINARY(name, spelling, level, groups) \
+    case Op::name:                                 \
+        return spelling;
+#include "compiler/syntax/operators.def"
+        default:
+            return {};
+    }
+}
+
+inline bool is_comparison(Op op) { return op >= Op::Equal && op <= Op::GreaterEqual; }
+inline bool compares(const Term& t) { return is_comparison(t.op); }
 
 // True exactly when the comparison is false, except for NaN.
 inline Op opposite(Op op) {
