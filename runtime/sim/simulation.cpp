@@ -193,12 +193,37 @@ std::optional<Ending> Simulation::ended_with_this_tick(bool may_be_quiet) const 
     return std::nullopt;
 }
 
+Result<void> Simulation::check_tick() {
+    if (auto defined = check_defined(); !defined) return defined;
+    if (!subdomain_.totals.tick.cut) return {};
+    summary_.ending = Ending::Interrupted;
+    return fail("interrupted in tick " + std::to_string(subdomain_.tick()) + ", before it ended", "", ExitCode::Interrupted);
+}
+
+std::int64_t Simulation::last_tick(const RunLimits& limits) const {
+    return limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(subdomain_.world.limits.max_ticks);
+}
+
+// A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
+bool Simulation::may_be_quiet(const RunLimits& limits) const { return codes_.empty() || limits.ticks < 0; }
+
+Result<void> Simulation::step(const RunLimits& limits) {
+    subdomain_.set_strict(limits.strict);
+    if (auto done = run_tick(); !done) return done;
+    return check_tick();
+}
+
+std::optional<Ending> Simulation::ended(const RunLimits& limits) const {
+    if (subdomain_.tick() > 0)
+        if (const std::optional<Ending> ending = ended_with_this_tick(may_be_quiet(limits))) return ending;
+    return subdomain_.tick() >= last_tick(limits) ? std::optional(Ending::Ticks) : std::nullopt;
+}
+
 Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end) {
     const double wall = wall_seconds(), cpu = cpu_seconds();
     Result<void> result;
-    const std::int64_t most = limits.ticks >= 0 ? limits.ticks : static_cast<std::int64_t>(subdomain_.world.limits.max_ticks);
-    // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
-    const bool may_end = codes_.empty() || limits.ticks < 0;
+    const std::int64_t most = last_tick(limits);
+    const bool may_end = may_be_quiet(limits);
     summary_.ending = Ending::Ticks;
     subdomain_.set_strict(limits.strict);
     std::optional<interrupt::Answering> soon(interrupt::Answer::Soon);
@@ -211,12 +236,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             break;
         }
         each();
-        if (result = check_defined(); !result) break;
-        if (subdomain_.totals.tick.cut) {
-            summary_.ending = Ending::Interrupted;
-            result = fail("interrupted in tick " + std::to_string(subdomain_.tick()) + ", before it ended", "", ExitCode::Interrupted);
-            break;
-        }
+        if (result = check_tick(); !result) break;
         ended = ended_with_this_tick(may_end);
     }
     if (ended) summary_.ending = *ended;

@@ -72,6 +72,11 @@ class Simulation {
     // that is written is still open. A failure of the program is an error whose message names rule, catom and tick.
     Result<void> run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end = {});
 
+    // The next tick alone, for whoever goes tick by tick instead of by run(); finish() of modules is not called. Errors: those of run().
+    Result<void> step(const RunLimits& limits);
+    // How the run ends if the tick that it is at is its last one.
+    std::optional<Ending> ended(const RunLimits& limits) const;
+
     Subdomain& subdomain() { return subdomain_; }
     Summary& summary() { return summary_; }
     // The modules' reports on the run right now.
@@ -84,8 +89,12 @@ class Simulation {
     Result<void> run_tick();
     // Whether the last tick was the last of the run.
     std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
+    std::int64_t last_tick(const RunLimits& limits) const;
+    bool may_be_quiet(const RunLimits& limits) const;
     // The error that remains at quiescence, if quiescence is reached and there is one.
     Result<void> check_defined();
+    // The error that ends the run with the tick that has just been.
+    Result<void> check_tick();
     Result<void> failed(const eval::Failure& failure);
     template <class Call>
     Result<void> each_module(const Call& call);

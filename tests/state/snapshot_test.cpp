@@ -10,12 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "memory_shares.h"
+#include "run_fixture.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/driver/run.h"
-#include "runtime/module/module.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/simulation.h"
+#include "runtime/sim/state/memory_shares.h"
 
 namespace meld {
 namespace {
@@ -53,33 +52,8 @@ class TickNotes : public sim::SimModule {
     Ticks& ticks_;
 };
 
-struct Program {
-    std::string name;
-    std::int64_t ticks = 60;
-    std::string component = {};  // An interface that the world chooses another implementation for, and which.
-    std::string implementation = {};
-};
-
-std::ostream& operator<<(std::ostream& out, const Program& p) { return out << p.name << p.implementation; }
-
-class Snapshot : public testing::TestWithParam<Program> {
+class Snapshot : public ProgramTest {
   protected:
-    void SetUp() override {
-        const std::string file = (GetParam().name.find('/') == std::string::npos ? CLAYMELD_EXAMPLES "/" : "") + GetParam().name;
-        Result<world::World> world = world::read_world(file + ".toml");
-        ASSERT_TRUE(world.has_value()) << world.error().message();
-        world_ = std::move(*world);
-        if (!GetParam().component.empty()) world_.components[GetParam().component] = GetParam().implementation;
-        const Result<std::string> path = driver::compile_program({.program = file + ".meld"});
-        ASSERT_TRUE(path.has_value()) << path.error().message();
-        Result<Module> module = load_module(*path, kAbiVersion);
-        ASSERT_TRUE(module.has_value()) << module.error().message();
-        module_ = std::make_unique<Module>(std::move(*module));
-        Result<world::Target> target = world::Target::make(world_, world::Lattice(world_.lattice));
-        ASSERT_TRUE(target.has_value()) << target.error().message();
-        target_ = std::make_unique<world::Target>(std::move(*target));
-    }
-
     // Runs from the start or from a snapshot, up to a tick, and takes snapshots after the ticks that `into` names.
     // What the run says of itself at its end is added to `last_words`.
     Ticks run(int processes, int threads, const sim::Shares* from, std::map<std::int64_t, sim::MemoryShares>& into,
@@ -106,10 +80,6 @@ class Snapshot : public testing::TestWithParam<Program> {
         });
         return ticks;
     }
-
-    world::World world_;
-    std::unique_ptr<Module> module_;
-    std::unique_ptr<world::Target> target_;
 };
 
 TEST_P(Snapshot, GoesOnAsIfNothingHadHappened) {
@@ -146,18 +116,13 @@ TEST_P(Snapshot, GoesOnAsIfNothingHadHappened) {
     }
 }
 
-const std::string kOwn = CLAYMELD_STATE_TESTS "/programs/";
-
 INSTANTIATE_TEST_SUITE_P(Programs, Snapshot,
                          testing::Values(Program{"gradient"}, Program{"flood"}, Program{"leader"}, Program{"heat", 30}, Program{"walk"},
                                          Program{"thermometer"}, Program{"thermometer", 30, "thermometer", "drift"},
                                          Program{"thermometer", 30, "thermometer", "weather"}, Program{"life", 30},
                                          Program{"shortest_paths"}, Program{"mutual_exclusion"}, Program{"belief_propagation", 20},
                                          Program{"shape_change", 80}, Program{kOwn + "waiting"}, Program{kOwn + "storm", 40}),
-                         [](const auto& program) {
-                             const std::string& name = program.param.name;
-                             return name.substr(name.rfind('/') + 1) + program.param.implementation;
-                         });
+                         program_name);
 
 }  // namespace
 }  // namespace meld

@@ -18,7 +18,7 @@ Result<void> Saver::run(std::span<const std::byte> counters, ShareSink& sink) co
     for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
         if (!subdomain_.owned(c)) continue;
         catoms.push_back(c);
-        if (catoms.size() < kChunk_catoms) continue;
+        if (catoms.size() < sink.chunk_catoms()) continue;
         if (auto done = flush(); !done) return done;
     }
     if (auto done = flush(); !done) return done;
@@ -28,9 +28,16 @@ Result<void> Saver::run(std::span<const std::byte> counters, ShareSink& sink) co
 Chunk Saver::chunk(std::span<const Catom> catoms) const {
     const world::Ensemble& ensemble = subdomain_.ensemble;
     ByteWriter places, state;
+    places.reserve(sizeof(std::uint32_t) + catoms.size() * (sizeof(std::uint64_t) + sizeof(Cell)));
     places.write_count(catoms.size());
-    for (const Catom c : catoms) places.write(ensemble.id(c));
-    for (const Catom c : catoms) places.write(ensemble.cell(c));
+    std::vector<std::uint64_t> ids(catoms.size());
+    std::vector<Cell> cells(catoms.size());
+    for (std::size_t i = 0; i < catoms.size(); ++i) {
+        ids[i] = ensemble.id(catoms[i]);
+        cells[i] = ensemble.cell(catoms[i]);
+    }
+    places.write_bytes(ids.data(), ids.size() * sizeof ids[0]);
+    places.write_bytes(cells.data(), cells.size() * sizeof cells[0]);
     subdomain_.facts_.save(catoms, state);
     for (const SimModule* module : modules_) {
         ByteWriter own;

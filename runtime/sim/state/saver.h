@@ -15,9 +15,6 @@ using Modules = std::vector<SimModule*>;
 
 class Saver {
   public:
-    // Catoms a chunk: few enough that a chunk is small beside the columns, many enough that a column of it is a long run of bytes.
-    static constexpr std::size_t kChunk_catoms = 1 << 16;
-
     Saver(const Subdomain& subdomain, const Modules& modules, const CodeModules& codes)
         : subdomain_(subdomain), modules_(modules), codes_(codes) {}
 

@@ -22,6 +22,8 @@ struct Chunk {
 class ShareSink {
   public:
     virtual ~ShareSink() = default;
+    // At most this many catoms a chunk. In files a chunk is small beside the columns, and a column of it a long run of bytes.
+    virtual std::size_t chunk_catoms() const { return std::size_t{1} << 16; }
     virtual Result<void> chunk(Chunk chunk) = 0;
     virtual Result<void> rest(Block rest) = 0;
 };

@@ -1,4 +1,4 @@
-// A snapshot that stays in memory.
+// A snapshot that stays in memory, of all processes that made it.
 #pragma once
 
 #include <utility>

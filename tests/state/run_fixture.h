@@ -1,0 +1,56 @@
+// What tests of states run: an example or a program of tests/state, with its world.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "runtime/driver/run.h"
+#include "runtime/module/module.h"
+#include "runtime/sim/simulation.h"
+#include "runtime/world/target.h"
+#include "runtime/world/world_file.h"
+
+namespace meld {
+
+struct Program {
+    std::string name;
+    std::int64_t ticks = 60;
+    std::string component = {};  // An interface that the world chooses another implementation for, and which.
+    std::string implementation = {};
+};
+
+inline std::ostream& operator<<(std::ostream& out, const Program& p) { return out << p.name << p.implementation; }
+
+class ProgramTest : public testing::TestWithParam<Program> {
+  protected:
+    void SetUp() override {
+        const std::string file = (GetParam().name.find('/') == std::string::npos ? CLAYMELD_EXAMPLES "/" : "") + GetParam().name;
+        Result<world::World> world = world::read_world(file + ".toml");
+        ASSERT_TRUE(world.has_value()) << world.error().message();
+        world_ = std::move(*world);
+        if (!GetParam().component.empty()) world_.components[GetParam().component] = GetParam().implementation;
+        const Result<std::string> path = driver::compile_program({.program = file + ".meld"});
+        ASSERT_TRUE(path.has_value()) << path.error().message();
+        Result<Module> module = load_module(*path, kAbiVersion);
+        ASSERT_TRUE(module.has_value()) << module.error().message();
+        module_ = std::make_unique<Module>(std::move(*module));
+        Result<world::Target> target = world::Target::make(world_, world::Lattice(world_.lattice));
+        ASSERT_TRUE(target.has_value()) << target.error().message();
+        target_ = std::make_unique<world::Target>(std::move(*target));
+    }
+
+    world::World world_;
+    std::unique_ptr<Module> module_;
+    std::unique_ptr<world::Target> target_;
+};
+
+inline const std::string kOwn = CLAYMELD_STATE_TESTS "/programs/";
+
+inline std::string program_name(const testing::TestParamInfo<Program>& program) {
+    const std::string& name = program.param.name;
+    return name.substr(name.rfind('/') + 1) + program.param.implementation;
+}
+
+}  // namespace meld

@@ -1,0 +1,167 @@
+// Going back and forward in a run: whatever way a tick is reached, its state is the one that it had first.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "run_fixture.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/record/state_digest.h"
+#include "runtime/sim/state/memory_shares.h"
+#include "runtime/timeline/timeline.h"
+
+namespace meld {
+namespace {
+
+using timeline::Timeline;
+using timeline::TimelineOptions;
+using Digests = std::map<std::int64_t, Digest>;
+
+class TimelineOf : public ProgramTest {
+  protected:
+    void each_process(int processes, const std::function<void(comm::Communicator&, const Timeline::Make&)>& body) const {
+        comm::run_threads_as_processes(processes, [&](comm::Communicator& comm) {
+            body(comm, [&] {
+                return std::make_unique<sim::Simulation>(*static_cast<const ModuleInfo*>(module_->table()), world_, *target_, comm, 1);
+            });
+        });
+    }
+    // Of a run that nobody disturbs, after every tick.
+    Digests undisturbed() const {
+        Digests digests;
+        each_process(1, [&](comm::Communicator&, const Timeline::Make& make) {
+            const auto simulation = make();
+            ASSERT_TRUE(simulation->start(registry_));
+            digests[0] = record::state_digest(simulation->subdomain());
+            ASSERT_TRUE(simulation->run({GetParam().ticks},
+                                        [&] { digests[simulation->subdomain().tick()] = record::state_digest(simulation->subdomain()); }));
+        });
+        return digests;
+    }
+
+    const sim::Registry registry_ = sim::Registry::standard();
+};
+
+TEST_P(TimelineOf, GivesEveryTickAgain) {
+    const Digests expected = undisturbed();
+    const std::int64_t last = expected.rbegin()->first;
+    ASSERT_GT(last, 3);
+    for (const int processes : {1, 2, 3})
+        each_process(processes, [&](comm::Communicator&, const Timeline::Make& make) {
+            // So little memory that snapshots are dropped, and so often that there are some to drop.
+            const std::size_t bytes = processes == 1 ? 200'000 : std::size_t{1} << 30;
+            Timeline run(make, registry_, {.limits = {GetParam().ticks}, .history_bytes = bytes, .most_ticks_between = 7});
+            ASSERT_TRUE(run.start());
+            const auto stands_at = [&](std::int64_t tick) {
+                EXPECT_EQ(run.tick(), tick);
+                EXPECT_EQ(record::state_digest(run.simulation().subdomain()), expected.at(tick)) << "tick " << tick;
+            };
+            stands_at(0);
+            // Beyond the end it stays at the end.
+            ASSERT_TRUE(run.to(last + 5));
+            stands_at(last);
+            EXPECT_TRUE(run.ended());
+            for (const std::int64_t tick : {last - 1, last / 2, std::int64_t{1}, last / 3, std::int64_t{0}, last * 3 / 4, last}) {
+                SCOPED_TRACE(fmt::format("{} processes", processes));
+                const auto done = run.to(tick);
+                ASSERT_TRUE(done) << done.error().message();
+                stands_at(tick);
+                EXPECT_EQ(run.digest(tick), expected.at(tick));
+            }
+            for (int i = 0; i < 3; ++i) {
+                ASSERT_TRUE(run.back());
+                stands_at(last - i - 1);
+            }
+            const auto beside = run.beside(last / 2);
+            ASSERT_TRUE(beside) << beside.error().message();
+            EXPECT_EQ(record::state_digest((*beside)->subdomain()), expected.at(last / 2));
+            stands_at(last - 3);
+            ASSERT_TRUE(run.forward(3));
+            stands_at(last);
+            const auto too_early = run.to(-1);
+            ASSERT_FALSE(too_early);
+            EXPECT_THAT(too_early.error().problem, testing::HasSubstr("tick -1 is before the first, 0"));
+        });
+}
+
+TEST_P(TimelineOf, BeginsAtASnapshot) {
+    const Digests expected = undisturbed();
+    const std::int64_t last = expected.rbegin()->first, middle = last / 2;
+    sim::MemoryShares snapshot(1);
+    each_process(1, [&](comm::Communicator& comm, const Timeline::Make& make) {
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}});
+        ASSERT_TRUE(run.start());
+        ASSERT_TRUE(run.to(middle));
+        ASSERT_TRUE(run.simulation().save(snapshot.of(comm.process())));
+    });
+    each_process(2, [&](comm::Communicator&, const Timeline::Make& make) {
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}, .check = TimelineOptions::Check::EveryTick});
+        ASSERT_TRUE(run.start(&snapshot));
+        EXPECT_EQ(run.first_tick(), middle);
+        ASSERT_TRUE(run.to(last));
+        for (std::int64_t tick = middle; tick <= last; ++tick) EXPECT_EQ(run.digest(tick), expected.at(tick)) << "tick " << tick;
+        ASSERT_TRUE(run.to(middle));
+        EXPECT_EQ(record::state_digest(run.simulation().subdomain()), expected.at(middle));
+        EXPECT_FALSE(run.to(middle - 1));
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, TimelineOf,
+                         testing::Values(Program{"gradient"}, Program{"heat", 30}, Program{"walk"}, Program{"thermometer"},
+                                         Program{"mutual_exclusion"}, Program{"shape_change", 25}, Program{kOwn + "waiting"},
+                                         Program{kOwn + "storm", 40}),
+                         program_name);
+
+// Each process saves a text of its own for a tick; chunks that do not change are alike.
+class HistoryOf : public testing::Test {
+  protected:
+    static Result<void> save(sim::ShareSink& sink, int changing) {
+        for (int i = 0; i < 10; ++i)
+            if (auto done = sink.chunk({sim::Block(1000, std::byte(i)), sim::Block(1000, std::byte(i == 3 ? changing : i))}); !done)
+                return done;
+        return sink.rest(sim::Block(10));
+    }
+};
+
+TEST_F(HistoryOf, SharesWhatHasNotChanged) {
+    const auto comm = comm::make_single();
+    timeline::History history(1'000'000);
+    for (int tick = 0; tick < 5; ++tick) ASSERT_TRUE(history.keep(tick, [&](sim::ShareSink& s) { return save(s, tick); }, *comm));
+    EXPECT_EQ(history.bytes(), 20'010 + 4 * 1'010);
+    const auto first = timeline::GatheredShares::gather(*history.before(0)->second, *comm);
+    const auto last = timeline::GatheredShares::gather(*history.before(9)->second, *comm);
+    EXPECT_EQ(*first.state(0, 3), sim::Block(1000, std::byte(0)));
+    EXPECT_EQ(*last.state(0, 3), sim::Block(1000, std::byte(4)));
+    EXPECT_EQ(*last.places(0, 9), sim::Block(1000, std::byte(9)));
+}
+
+TEST_F(HistoryOf, StaysWithinItsMemoryAndKeepsRecentTicksDense) {
+    const auto comm = comm::make_single();
+    const std::size_t most = 20'010 + 12 * 1'010;
+    timeline::History history(most);
+    for (int tick = 1; tick <= 1000; ++tick) {
+        ASSERT_TRUE(history.keep(tick, [&](sim::ShareSink& s) { return save(s, tick % 256); }, *comm));
+        ASSERT_LE(history.bytes(), most);
+    }
+    const std::vector<std::int64_t> ticks = history.ticks();
+    ASSERT_GE(ticks.size(), 10U);
+    EXPECT_EQ(ticks.back(), 1000);
+    // The distance to the next is never much more than the age.
+    for (std::size_t i = 0; i + 1 < ticks.size(); ++i) EXPECT_LE(ticks[i + 1] - ticks[i], 1000 - ticks[i]) << ticks[i];
+    EXPECT_LE(1000 - ticks[ticks.size() - 4], 16);
+    EXPECT_LT(ticks.front(), 800);
+}
+
+TEST_F(HistoryOf, ForgetsNothingThatItStillNeeds) {
+    const auto comm = comm::make_single();
+    timeline::History history(1);
+    for (int tick = 0; tick < 5; ++tick) ASSERT_TRUE(history.keep(tick, [&](sim::ShareSink& s) { return save(s, 7); }, *comm));
+    EXPECT_EQ(history.ticks(), std::vector<std::int64_t>{4});
+    EXPECT_EQ(history.bytes(), 20'010U);
+}
+
+}  // namespace
+}  // namespace meld
