@@ -11,6 +11,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/driver/diff_command.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
 
@@ -21,9 +22,10 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, World } command = Command::Run;
+    enum class Command { Run, Resume, Diff, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
+    DiffOptions diff = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
 };
@@ -111,6 +113,16 @@ CLI::App* add_resume(CLI::App& app, ResumeOptions& resume) {
     return s;
 }
 
+CLI::App* add_diff(CLI::App& app, DiffOptions& diff) {
+    CLI::App* d = app.add_subcommand("diff",
+                                     "Compare two recordings, two folders of checkpoints, two digest files or two sets of facts: print the "
+                                     "first tick, catom and fact in which they differ.\nExample: meldsim diff one.digest two.digest");
+    d->add_option("A", diff.a, "What --record, --checkpoint, --digest or --facts-out has written")->required();
+    d->add_option("B", diff.b, "Another of the same kind")->required();
+    d->add_flag("--json", diff.json, "Print the differences as JSON; of facts all of them");
+    return d;
+}
+
 CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
@@ -127,15 +139,18 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, 5 an unusable module, 6 an unusable "
-        "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated.");
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, "
+        "5 an unusable module, 6 an unusable "
+        "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated. Of diff: 1 if there is a difference.");
     add_run(app, line.run);
     const CLI::App* resume = add_resume(app, line.resume);
+    const CLI::App* diff = add_diff(app, line.diff);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
     if (*resume) line.command = CommandLine::Command::Resume;
+    if (*diff) line.command = CommandLine::Command::Diff;
     if (*world) line.command = CommandLine::Command::World;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
@@ -162,6 +177,8 @@ int run_program(int argc, char** argv) {
             return run_command(std::move(line.run));
         case CommandLine::Command::Resume:
             return resume_command(line.resume, run_options);
+        case CommandLine::Command::Diff:
+            return diff_command(line.diff, run_options);
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

@@ -22,11 +22,9 @@
 #include "runtime/driver/agreement.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
-#include "runtime/driver/extension_file.h"
-#include "runtime/driver/memory_check.h"
+#include "runtime/driver/inputs.h"
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/report.h"
-#include "runtime/module/module.h"
 #include "runtime/record/digest_file.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
@@ -50,37 +48,6 @@ int tell(const Error& error) {
     return static_cast<int>(error.code);
 }
 
-// Empty if there is none.
-std::string world_path(const RunOptions& options) {
-    if (!options.world.empty()) return options.world;
-    const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
-    std::error_code error;
-    return std::filesystem::exists(beside, error) ? beside : "";
-}
-
-Result<world::World> choose_world(const RunOptions& options) {
-    const std::string path = world_path(options);
-    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
-                                                                   "the default, a cube of 1,000 catoms")
-                                              : world::read_world(path);
-    if (!world) return world;
-    if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
-    if (options.given.size() > 9)
-        return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
-    for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];
-    for (const std::string& setting : options.set) {
-        const std::size_t equals = setting.find('=');
-        if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");
-        world->set[setting.substr(0, equals)] = setting.substr(equals + 1);
-    }
-    return world;
-}
-
-int processes_on_this_machine(const comm::Communicator& comm) {
-    const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
-    return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
-}
-
 // The facts of the last tick that went well, if they are still there, and what there is to say. On every process.
 Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Outputs& outputs, Error error) {
     if (options.facts_out.empty()) return error;
@@ -92,33 +59,6 @@ Error after_failure(sim::Subdomain& subdomain, const RunOptions& options, Output
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }
     return error;
-}
-
-// What a process reads and checks by itself before it communicates with the others.
-struct Inputs {
-    Module module;
-    world::World world;
-    world::Target target;
-    sim::Registry registry = sim::Registry::standard();
-
-    const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }
-};
-
-Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
-    Result<Module> module = load_module(module_path, kAbiVersion);
-    if (!module) return tl::unexpected<Error>(module.error());
-    const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
-    if (info.schema_hash != module->note().schema_hash)
-        return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
-    Result<world::World> world = choose_world(options);
-    if (!world) return tl::unexpected<Error>(world.error());
-    if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
-        return tl::unexpected<Error>(fits.error());
-    Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
-    if (!target) return tl::unexpected<Error>(target.error());
-    Inputs inputs{std::move(*module), std::move(*world), std::move(*target)};
-    if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
-    return inputs;
 }
 
 // None without --checkpoint. On every process.

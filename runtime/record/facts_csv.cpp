@@ -24,13 +24,6 @@ namespace {
 constexpr std::string_view kCreator = "claymeld";
 constexpr std::uint64_t kMostOfADescription = 64 << 20;  // Bytes
 
-std::string quoted(const std::string& text) {
-    if (text.find_first_of(",\"") == std::string::npos) return text;
-    std::string result = "\"";
-    for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return result + '"';
-}
-
 std::string cell(const ModuleInfo& module, const PredicateInfo& p, const TableColumn& column, const Value* arguments) {
     const tuple::Type type = tuple::type_of(module, p.fields[column.argument]);
     const Value value = arguments[column.argument];
@@ -41,7 +34,7 @@ std::string cell(const ModuleInfo& module, const PredicateInfo& p, const TableCo
             if (type.kind() == ValueType::Vec3) return tuple::print_value(type.item(column.item), tuple::item(value.list, column.item));
             return tuple::print_value(type, value);
         case CellType::Text:
-            return quoted(tuple::print_plain(type, value));
+            return quoted_for_csv(tuple::print_plain(type, value));
         case CellType::Int:
         case CellType::Bool:
             return tuple::print_value(type, value);
@@ -173,6 +166,13 @@ Result<void> check_folder(const std::string& path, const std::vector<FactTable>&
 }
 
 }  // namespace
+
+std::string quoted_for_csv(const std::string& text) {
+    if (text.find_first_of(",\"") == std::string::npos) return text;
+    std::string result = "\"";
+    for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return result + '"';
+}
 
 void pack_csv(const ModuleInfo& module, const FactTable& table, u64 id, const Value* arguments, ByteWriter& out) {
     const PredicateInfo& p = module.predicates[table.predicate];

@@ -19,6 +19,13 @@ foreach(class Tables Recorded Refusals Whole)
     --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(cli_facts_${name} PROPERTIES ENVIRONMENT PYTHONPATH=${CMAKE_SOURCE_DIR}/python TIMEOUT 120)
 endforeach()
+# What two runs differ in.
+foreach(class Digests Facts Recordings Checkpoints)
+  string(TOLOWER ${class} name)
+  add_test(NAME cli_diff_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/diff_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(cli_diff_${name} PROPERTIES TIMEOUT 120)
+endforeach()
 # What a user may trust.
 foreach(class Cache Inputs Terminal Agreement)
   string(TOLOWER ${class} name)

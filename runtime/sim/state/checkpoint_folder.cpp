@@ -126,11 +126,8 @@ Result<void> check_shares(const Checkpoint& checkpoint) {
 // The newest of a folder for which check() has no objection.
 template <class Check>
 Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
-    std::vector<std::int64_t> ticks;
-    for (const std::string& name : names_in(folder))
-        if (name.ends_with(kManifest))
-            if (const auto tick = tick_of(name)) ticks.push_back(*tick);
-    std::sort(ticks.rbegin(), ticks.rend());
+    std::vector<std::int64_t> ticks = checkpoint_ticks(folder);
+    std::reverse(ticks.begin(), ticks.end());
     std::string passed_over;
     for (const std::int64_t tick : ticks) {
         Result<Checkpoint> checkpoint = read_checkpoint(folder, tick);
@@ -160,6 +157,17 @@ std::string difference(const RunIdentity& of_checkpoint, const RunIdentity& now)
         }
     return of_checkpoint.traits.size() == now.traits.size() ? "" : "it was made by another version of Claymeld";
 }
+
+std::vector<std::int64_t> checkpoint_ticks(const std::string& folder) {
+    std::vector<std::int64_t> ticks;
+    for (const std::string& name : names_in(folder))
+        if (name.ends_with(kManifest))
+            if (const auto tick = tick_of(name)) ticks.push_back(*tick);
+    std::sort(ticks.begin(), ticks.end());
+    return ticks;
+}
+
+Result<Checkpoint> checkpoint_of(const std::string& folder, std::int64_t tick) { return read_checkpoint(folder, tick); }
 
 Result<Manifest> newest_manifest(const std::string& folder) {
     return find_newest(folder, [](const Checkpoint&) { return Result<void>(); }).map([](Checkpoint c) { return std::move(c.manifest); });

@@ -50,6 +50,11 @@ struct Checkpoint {
 // The newest manifest that is whole; its shares are not looked at. Errors: there is none, and why.
 Result<Manifest> newest_manifest(const std::string& folder);
 
+// The ticks of which a folder has a manifest, in order; none if it is no folder.
+std::vector<std::int64_t> checkpoint_ticks(const std::string& folder);
+// The checkpoint of one of these ticks; its shares are not looked at. Errors: the manifest is damaged or another user's.
+Result<Checkpoint> checkpoint_of(const std::string& folder, std::int64_t tick);
+
 class CheckpointFolder {
   public:
     // Takes the folder for this run, and makes it if need be; process 0 holds the lock. Collective, as all that follows. Errors:

@@ -42,11 +42,21 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     for (SimModule* module : modules)
         if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
     Block counters;
-    Result<void> loaded = load_catoms(modules);
+    Result<void> loaded = load_catoms(&modules);
     if (loaded) loaded = load_rest(modules, codes, counters);
     if (auto all = comm::outcome_of_all(subdomain_.comm, loaded); !all) return tl::unexpected<Error>(all.error());
     subdomain_.refresh();
     return counters;
+}
+
+Result<void> Loader::facts() {
+    Result<void> done = divide();
+    if (done) done = add_catoms();
+    if (!done) return done;
+    subdomain_.facts_.resize(subdomain_.ensemble.index_count());
+    done = load_catoms(nullptr);
+    subdomain_.refresh();
+    return done;
 }
 
 template <class Visit>
@@ -137,7 +147,7 @@ Result<Loader::Found> Loader::add(const Places& all) {
     return found;
 }
 
-Result<void> Loader::load_catoms(const Modules& modules) {
+Result<void> Loader::load_catoms(const Modules* modules) {
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Found& found = found_[share][chunk];
         if (found.empty()) return {};
@@ -145,7 +155,8 @@ Result<void> Loader::load_catoms(const Modules& modules) {
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the facts of a snapshot");
         subdomain_.facts_.load(found, in);
-        for (SimModule* module : modules) {
+        if (modules == nullptr) return in.outcome();
+        for (SimModule* module : *modules) {
             ByteReader own(in.read_block(), "what a module keeps for catoms", ByteReader::Origin::Outside);
             module->load_catoms(subdomain_, found, own);
             if (auto whole = read_to_its_end(own, "what a module keeps for catoms"); !whole) return whole;

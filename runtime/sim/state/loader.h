@@ -17,6 +17,8 @@ class Loader {
     // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
     // catoms are read twice on each process, and the chunks that have something for it once.
     Result<Block> run(const Modules& modules, CodeModules& codes);
+    // Only the catoms, where they are and the facts that they hold, for somebody who looks at them and does not go on.
+    Result<void> facts();
 
   private:
     struct Places {
@@ -33,7 +35,8 @@ class Loader {
     Result<void> divide();
     Result<void> add_catoms();
     Result<Found> add(const Places& all);
-    Result<void> load_catoms(const Modules& modules);
+    // Without modules what they keep is passed over.
+    Result<void> load_catoms(const Modules* modules);
     Result<void> load_rest(const Modules& modules, CodeModules& codes, Block& counters);
 
     Subdomain& subdomain_;

@@ -1,0 +1,66 @@
+#include "runtime/driver/inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+#include "runtime/driver/extension_file.h"
+#include "runtime/driver/memory_check.h"
+
+namespace meld::driver {
+
+std::string world_path(const RunOptions& options) {
+    if (!options.world.empty()) return options.world;
+    const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
+    std::error_code error;
+    return std::filesystem::exists(beside, error) ? beside : "";
+}
+
+Result<world::World> choose_world(const RunOptions& options) {
+    const std::string path = world_path(options);
+    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
+                                                                   "the default, a cube of 1,000 catoms")
+                                              : world::read_world(path);
+    if (!world) return world;
+    if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
+    if (options.given.size() > 9)
+        return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
+    for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];
+    for (const std::string& setting : options.set) {
+        const std::size_t equals = setting.find('=');
+        if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");
+        world->set[setting.substr(0, equals)] = setting.substr(equals + 1);
+    }
+    return world;
+}
+
+namespace {
+
+int processes_on_this_machine(const comm::Communicator& comm) {
+    const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+    return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
+}
+
+}  // namespace
+
+Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
+    Result<Module> module = load_module(module_path, kAbiVersion);
+    if (!module) return tl::unexpected<Error>(module.error());
+    const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
+    if (info.schema_hash != module->note().schema_hash)
+        return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
+    Result<world::World> world = choose_world(options);
+    if (!world) return tl::unexpected<Error>(world.error());
+    if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
+        return tl::unexpected<Error>(fits.error());
+    Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    Inputs inputs{std::move(*module), std::move(*world), std::move(*target)};
+    if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
+    return inputs;
+}
+
+}  // namespace meld::driver

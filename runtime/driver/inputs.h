@@ -1,0 +1,33 @@
+// What a run is made of: the program's module, the world with the changes of the command line, and the components.
+#pragma once
+
+#include <string>
+
+#include "runtime/base/error.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/driver/options.h"
+#include "runtime/module/module.h"
+#include "runtime/sim/simulation.h"
+#include "runtime/world/target.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::driver {
+
+// The path of the world's file; empty if there is none.
+std::string world_path(const RunOptions& options);
+// The world, with the seed, arguments and constants of the command line.
+Result<world::World> choose_world(const RunOptions& options);
+
+// What a process reads and checks by itself before it communicates with the others.
+struct Inputs {
+    Module module;
+    world::World world;
+    world::Target target;
+    sim::Registry registry = sim::Registry::standard();
+
+    const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }
+};
+
+Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path);
+
+}  // namespace meld::driver

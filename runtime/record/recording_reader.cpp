@@ -1,0 +1,327 @@
+#include "runtime/record/recording_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "runtime/record/file_kind.h"
+#include "runtime/record/hdf5_dataset.h"
+#include "runtime/record/hdf5_library.h"
+
+namespace meld::record {
+
+namespace {
+
+constexpr std::uint64_t kStepsAtOnce = 4096;
+constexpr std::string_view kFormat = "claymeld recording";
+
+// The names in a group, in order; none if there is no such group.
+std::vector<std::string> names_in(hid_t file, const std::string& group) {
+    std::vector<std::string> names;
+    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) <= 0) return names;
+    const auto take = [](hid_t, const char* name, const H5L_info_t*, void* to) -> herr_t {
+        static_cast<std::vector<std::string>*>(to)->emplace_back(name);
+        return 0;
+    };
+    hsize_t from = 0;
+    H5Literate_by_name(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, &from, take, &names, H5P_DEFAULT);
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+// A string of any length, or one of a fixed length; empty if it is neither.
+std::string text_from(hid_t type, const auto& read) {
+    if (H5Tget_class(type) != H5T_STRING) return "";
+    if (H5Tis_variable_str(type) > 0) {
+        char* text = nullptr;
+        if (read(static_cast<void*>(&text)) < 0 || text == nullptr) return "";
+        std::string out = text;
+        H5free_memory(text);
+        return out;
+    }
+    std::string out(H5Tget_size(type), '\0');
+    if (read(static_cast<void*>(out.data())) < 0) return "";
+    return out.c_str();
+}
+
+// An attribute of a group as text; a number in its shortest form. Empty if there is none.
+std::string attribute(hid_t file, const std::string& group, const std::string& name) {
+    if ((group != "/" && H5Lexists(file, group.c_str(), H5P_DEFAULT) <= 0) ||
+        H5Aexists_by_name(file, group.c_str(), name.c_str(), H5P_DEFAULT) <= 0)
+        return "";
+    const Handle id(H5Aopen_by_name(file, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const Handle type(H5Aget_type(id), H5Tclose), space(H5Aget_space(id), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space) != 1) return "";
+    if (H5Tget_class(type) == H5T_INTEGER) {
+        std::uint64_t value = 0;
+        return H5Aread(id, H5T_NATIVE_UINT64, &value) < 0 ? "" : std::to_string(value);
+    }
+    if (H5Tget_class(type) == H5T_FLOAT) {
+        double value = 0;
+        return H5Aread(id, H5T_NATIVE_DOUBLE, &value) < 0 ? "" : fmt::format("{}", value);
+    }
+    return text_from(type, [&](void* to) { return H5Aread(id, type, to); });
+}
+
+std::string text_at(hid_t file, const std::string& path) {
+    if (H5Lexists(file, path.c_str(), H5P_DEFAULT) <= 0) return "";
+    const Handle id(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const Handle type(H5Dget_type(id), H5Tclose), space(H5Dget_space(id), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space) != 1) return "";
+    return text_from(type, [&](void* to) { return H5Dread(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
+}
+
+// A column of the table of steps, of which some thousand rows are in memory.
+struct StepWindow {
+    Dataset values;
+    std::uint64_t first = 0, count = 0;
+    std::vector<std::int64_t> rows = {};
+};
+
+}  // namespace
+
+struct RecordingReader::State {
+    std::string path;
+    std::unique_ptr<Handle> file;
+    std::uint64_t size_bytes = 0;
+    std::map<std::string, std::string> about;
+    std::vector<std::int64_t> ticks;
+    std::vector<Series> series;
+    std::vector<Dataset> values;      // By series.
+    std::vector<std::string> begins;  // By series: the column of the steps with its first rows.
+    std::vector<std::string> counts;  // By series: the column with how many; empty: the catoms of the step.
+    std::vector<SeriesIndex> arrays;
+    SeriesIndex line_ends = 0;
+    std::vector<SeriesTable> tables;
+    std::map<std::string, StepWindow> columns;
+    std::vector<std::int64_t> points_of_part, lines_of_part;
+    std::map<std::string, std::vector<std::string>> texts;
+
+    tl::unexpected<Error> damaged(const std::string& what) const {
+        return fail(fmt::format("cannot read {}: {}", path, what), "It is damaged, or was written by another version",
+                    ExitCode::RecordingRefused);
+    }
+    Result<void> read_about();
+    Result<void> read_ticks();
+    Result<void> find_series();
+    Result<SeriesIndex> add(const std::string& place, Series series, std::string begin, std::string count);
+    std::string texts_of(const std::string& array) const;
+    Result<std::vector<std::int64_t>> numbers(const std::string& place) const;
+    Result<std::int64_t> of_step(const std::string& column, std::size_t step, std::size_t component = 0);
+};
+
+Result<void> RecordingReader::State::read_about() {
+    if (attribute(*file, "/meld", "format") != kFormat)
+        return fail(path + " is no recording of meldsim", "Give a file that `meldsim run --record` has written",
+                    ExitCode::RecordingRefused);
+    for (const char* name : {"version", "seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
+    for (const char* name : {"program", "world", "predicates"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    return {};
+}
+
+Result<void> RecordingReader::State::read_ticks() {
+    const std::string steps = attribute(*file, "/VTKHDF/Steps", "NSteps");
+    const std::optional<Dataset> times = Dataset::open(*file, "/VTKHDF/Steps/Values");
+    if (!times || times->type() != ElementType::Float64 || steps.empty()) return damaged("it has no table of steps");
+    const std::uint64_t count = std::stoull(steps);
+    if (count > times->rows()) return damaged("its table of steps is too short");
+    std::vector<double> all(count);
+    if (const auto done = times->read(0, count, all.data()); !done) return damaged(done.error().problem);
+    for (const double time : all) ticks.push_back(static_cast<std::int64_t>(time));
+    if (!std::is_sorted(ticks.begin(), ticks.end(), std::less_equal<>())) return damaged("its ticks are out of order");
+    return {};
+}
+
+// Arrays of strings have those in a group of their name; a column of a table has those of the array with the same argument.
+std::string RecordingReader::State::texts_of(const std::string& array) const {
+    return H5Lexists(*file, ("/meld/texts/" + array).c_str(), H5P_DEFAULT) > 0 ? array : "";
+}
+
+Result<SeriesIndex> RecordingReader::State::add(const std::string& place, Series one, std::string begin, std::string count) {
+    std::optional<Dataset> dataset = Dataset::open(*file, place);
+    if (!dataset) return damaged(place + " is missing, or not as we write it");
+    one.type = dataset->type();
+    one.components = dataset->components();
+    if (!one.texts.empty() && (one.type != ElementType::Int64 || one.components != 1)) return damaged(place + " has no numbers of strings");
+    series.push_back(std::move(one));
+    values.push_back(std::move(*dataset));
+    begins.push_back(std::move(begin));
+    counts.push_back(std::move(count));
+    return series.size() - 1;
+}
+
+Result<void> RecordingReader::State::find_series() {
+    // An empty recording has no column of positions yet.
+    if (ticks.empty()) return {};
+    if (auto done = add("/VTKHDF/Points", {.name = "position"}, "PointOffsets", ""); !done) return tl::unexpected(done.error());
+    if (auto done = add("/VTKHDF/PointData/id", {.name = "id"}, "PointDataOffsets/id", ""); !done) return tl::unexpected(done.error());
+    if (series[0].components != 3 || series[0].type != ElementType::Float32 || series[1].type != ElementType::Int64)
+        return damaged("its positions or numbers of catoms are not as we write them");
+    for (const std::string& name : names_in(*file, "/VTKHDF/PointData")) {
+        if (name == "id") continue;
+        const auto added = add("/VTKHDF/PointData/" + name, {.name = name, .texts = texts_of(name)}, "PointDataOffsets/" + name, "");
+        if (!added) return tl::unexpected(added.error());
+        arrays.push_back(*added);
+    }
+    const auto ends = add("/VTKHDF/Lines/Connectivity", {.name = "line"}, "", "");
+    if (!ends) return tl::unexpected(ends.error());
+    line_ends = *ends;
+    std::map<std::pair<std::string, std::string>, std::string> array_of;
+    const nlohmann::json described = nlohmann::json::parse(about["predicates"], nullptr, false);
+    try {
+        if (described.is_array())
+            for (const auto& predicate : described)
+                for (const auto& argument : predicate.at("arguments"))
+                    array_of[{predicate.at("name").get<std::string>(), argument.at("name").get<std::string>()}] =
+                        argument.at("array").get<std::string>();
+    } catch (const nlohmann::json::exception& error) {
+        return damaged(fmt::format("its list of predicates is not as we write it ({})", error.what()));
+    }
+    for (const std::string& table : names_in(*file, "/meld/facts")) {
+        SeriesTable one{table, {}};
+        for (const std::string& column : names_in(*file, "/meld/facts/" + table)) {
+            const auto array = array_of.find({table, column});
+            const auto added = add(fmt::format("/meld/facts/{}/{}", table, column),
+                                   {.name = column, .texts = array == array_of.end() ? "" : texts_of(array->second)},
+                                   fmt::format("FactOffsets/{}/{}", table, column), "FactCounts/" + table);
+            if (!added) return tl::unexpected(added.error());
+            if (column == "catom")
+                one.columns.insert(one.columns.begin(), *added);
+            else
+                one.columns.push_back(*added);
+        }
+        if (one.columns.empty() || series[one.columns[0]].name != "catom" || series[one.columns[0]].type != ElementType::Int64)
+            return damaged(fmt::format("its facts of {} have no catoms", table));
+        tables.push_back(std::move(one));
+    }
+    return {};
+}
+
+Result<std::vector<std::int64_t>> RecordingReader::State::numbers(const std::string& place) const {
+    const std::optional<Dataset> dataset = Dataset::open(*file, place);
+    // Numbers that compress to nothing do not fill memory.
+    if (!dataset || dataset->type() != ElementType::Int64 || dataset->components() != 1 || dataset->rows() > size_bytes)
+        return damaged(place + " is missing, or not as we write it");
+    std::vector<std::int64_t> out(dataset->rows());
+    if (const auto done = dataset->read(0, out.size(), out.data()); !done) return damaged(done.error().problem);
+    return out;
+}
+
+Result<std::int64_t> RecordingReader::State::of_step(const std::string& column, std::size_t step, std::size_t component) {
+    auto known = columns.find(column);
+    if (known == columns.end()) {
+        std::optional<Dataset> dataset = Dataset::open(*file, "/VTKHDF/Steps/" + column);
+        if (!dataset || dataset->type() != ElementType::Int64) return damaged(fmt::format("its steps have no {}", column));
+        known = columns.emplace(column, StepWindow{std::move(*dataset)}).first;
+    }
+    StepWindow& window = known->second;
+    const auto components = static_cast<std::size_t>(window.values.components());
+    if (step >= window.values.rows() || component >= components) return damaged(fmt::format("its {} end too early", column));
+    if (step < window.first || step >= window.first + window.count) {
+        window.first = step;
+        window.count = std::min<std::uint64_t>(kStepsAtOnce, window.values.rows() - step);
+        window.rows.resize(window.count * components);
+        if (const auto done = window.values.read(window.first, window.count, window.rows.data()); !done)
+            return damaged(done.error().problem);
+    }
+    return window.rows[(step - window.first) * components + component];
+}
+
+Result<RecordingReader> RecordingReader::open(const std::string& path) {
+    set_up_library_once();
+    auto state = std::make_unique<State>();
+    state->path = path;
+    std::error_code error;
+    state->size_bytes = std::filesystem::file_size(path, error);
+    if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
+    state->file = std::make_unique<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (*state->file < 0) return state->damaged(text_of_last_error());
+    for (const auto& part : {&State::read_about, &State::read_ticks, &State::find_series})
+        if (const Result<void> done = (*state.*part)(); !done) return tl::unexpected(done.error());
+    if (!state->ticks.empty())
+        for (const auto& [place, to] : {std::pair{"/VTKHDF/NumberOfPoints", &State::points_of_part},
+                                        std::pair{"/VTKHDF/Lines/NumberOfCells", &State::lines_of_part}}) {
+            Result<std::vector<std::int64_t>> read = state->numbers(place);
+            if (!read) return tl::unexpected(read.error());
+            (*state).*to = std::move(*read);
+        }
+    return RecordingReader(std::move(state));
+}
+
+RecordingReader::RecordingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader::~RecordingReader() = default;
+
+const std::string& RecordingReader::path() const { return state_->path; }
+std::string RecordingReader::about(const std::string& name) const {
+    const auto known = state_->about.find(name);
+    return known == state_->about.end() ? "" : known->second;
+}
+const std::vector<std::int64_t>& RecordingReader::ticks() const { return state_->ticks; }
+const std::vector<Series>& RecordingReader::series() const { return state_->series; }
+const std::vector<SeriesIndex>& RecordingReader::arrays() const { return state_->arrays; }
+SeriesIndex RecordingReader::line_ends() const { return state_->line_ends; }
+const std::vector<SeriesTable>& RecordingReader::tables() const { return state_->tables; }
+
+Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {
+    State& s = *state_;
+    const bool lines = index == s.line_ends;
+    const Result<std::int64_t> first = lines ? s.of_step("ConnectivityIdOffsets", step, 1) : s.of_step(s.begins[index], step);
+    if (!first) return tl::unexpected(first.error());
+    std::int64_t count = 0;
+    if (!s.counts[index].empty()) {
+        const Result<std::int64_t> facts = s.of_step(s.counts[index], step);
+        if (!facts) return tl::unexpected(facts.error());
+        count = *facts;
+    } else {
+        const Result<std::int64_t> part = s.of_step("PartOffsets", step);
+        if (!part) return tl::unexpected(part.error());
+        const std::vector<std::int64_t>& of_part = lines ? s.lines_of_part : s.points_of_part;
+        if (*part < 0 || static_cast<std::uint64_t>(*part) >= of_part.size()) return s.damaged("a step is of a part that is not there");
+        count = of_part[static_cast<std::size_t>(*part)] * (lines ? 2 : 1);
+    }
+    const auto there = static_cast<std::int64_t>(s.values[index].rows());
+    if (*first < 0 || count < 0 || *first > there || count > there - *first)
+        return s.damaged(fmt::format("step {} refers to rows of {} that are not there", step, s.series[index].name));
+    return Rows{static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(count)};
+}
+
+Result<void> RecordingReader::read(SeriesIndex index, std::uint64_t first, std::uint64_t count, void* to) {
+    if (const auto done = state_->values[index].read(first, count, to); !done) return state_->damaged(done.error().problem);
+    return {};
+}
+
+Result<const std::vector<std::string>*> RecordingReader::texts(const std::string& group) {
+    State& s = *state_;
+    if (const auto known = s.texts.find(group); known != s.texts.end()) return &known->second;
+    const Result<std::vector<std::int64_t>> ends = s.numbers(fmt::format("/meld/texts/{}/ends", group));
+    if (!ends) return tl::unexpected(ends.error());
+    const std::optional<Dataset> bytes = Dataset::open(*s.file, fmt::format("/meld/texts/{}/text", group));
+    if (!bytes || bytes->type() != ElementType::UInt8 || bytes->rows() > s.size_bytes)
+        return s.damaged("its strings are not as we write them");
+    std::string all(bytes->rows(), '\0');
+    if (const auto done = bytes->read(0, all.size(), all.data()); !done) return s.damaged(done.error().problem);
+    std::vector<std::string>& out = s.texts[group];
+    std::int64_t begin = 0;
+    for (const std::int64_t end : *ends) {
+        if (end < begin || static_cast<std::uint64_t>(end) > all.size()) return s.damaged("its strings overlap");
+        out.push_back(all.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)));
+        begin = end;
+    }
+    return &out;
+}
+
+Hdf5Kind kind_of_hdf5(const std::string& path) {
+    set_up_library_once();
+    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file < 0) return Hdf5Kind::Other;
+    if (attribute(file, "/meld", "format") == kFormat) return Hdf5Kind::Recording;
+    return attribute(file, "/", "format") == "claymeld facts" ? Hdf5Kind::Facts : Hdf5Kind::Other;
+}
+
+}  // namespace meld::record
