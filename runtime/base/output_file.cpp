@@ -176,7 +176,10 @@ Result<OutputFile> OutputFile::reopen(const std::string& path, const std::string
     if (!target) return tl::unexpected(cannot_write(path, errno));
     OutputFile file(path, durability);
     file.target_ = *target;
-    file.appears_ = Appears::AtOnce;
+    file.appears_ = Appears::OnceReadable;
+    file.appeared_ = true;
+    // It stays, whatever becomes of this run.
+    file.written_ = true;
     auto lock = OutputLock::take(*target, path);
     if (!lock) return tl::unexpected(lock.error());
     file.lock_ = std::move(*lock);
@@ -189,10 +192,7 @@ Result<OutputFile> OutputFile::reopen(const std::string& path, const std::string
         static_cast<std::uint64_t>(status.st_size) < size)
         return fail(fmt::format("cannot go on with {}: {}", path, file.descriptor_ < 0 ? "it is gone" : "it is shorter than it was"),
                     "Put it back as the run left it");
-    // From here on it is ours to keep.
-    file.written_ = true;
     file.offset_ = size;
-    if (ftruncate(file.descriptor_, static_cast<off_t>(size)) != 0) return tl::unexpected(cannot_write(path, errno));
     return file;
 }
 
@@ -333,12 +333,23 @@ Result<void> OutputFile::commit() {
     committed_ = true;
     leftover_ = {};
     if (stream_ || durability_ == Durability::Process) return {};
-    // Makes sure that the new name is in the folder on the disk.
+    return sync_name();
+}
+
+// Makes sure that the new name is in the folder on the disk.
+Result<void> OutputFile::sync_name() {
     const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 || fsync(folder) != 0) set_error(errno);
     if (folder >= 0) ::close(folder);
     if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
     return {};
+}
+
+Result<void> OutputFile::sync() {
+    if (auto flushed = flush(); !flushed || stream_) return flushed;
+    if (durability_ == Durability::Process && descriptor_ >= 0 && fsync(descriptor_) != 0) set_error(errno);
+    if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
+    return sync_name();
 }
 
 Result<void> write_file(const std::string& path, std::string_view text) {

@@ -43,7 +43,8 @@ class OutputFile {
     static Result<OutputFile> open(const std::string& path, Appears appears, Durability durability = Durability::Process);
 
     // Goes on with a regular file that an earlier process opened and has perhaps not committed: it is at `place`, where place() said, or
-    // at the path itself by now. What follows its first `size` bytes is cut off. Errors: it is gone, or shorter; those of open().
+    // at the path itself by now. Writing goes on after its first `size` bytes; what follows them is still there. Errors: it is gone, or
+    // shorter; those of open().
     static Result<OutputFile> reopen(const std::string& path, const std::string& place, std::uint64_t size, Durability durability);
 
     OutputFile(OutputFile&& other) noexcept;
@@ -56,6 +57,8 @@ class OutputFile {
     void replace_from(std::uint64_t offset, std::string_view text);
     // Hands everything written to the system or, if it must survive a stop of the machine, to the disk.
     Result<void> flush();
+    // The same, and to the disk in any case, with its name in the folder.
+    Result<void> sync();
     // What there is can be read, and stays if anything has been written: see Appears::OnceReadable. Only the first call counts.
     Result<void> appear();
     // The file is whole: it gets its mode and owner and its place. Nothing may be written afterwards.
@@ -79,6 +82,7 @@ class OutputFile {
     static Result<OutputFile> open_regular(const std::string& shown, const std::string& target, Appears appears, Durability durability);
     bool make_file();
     void give_to_system();
+    Result<void> sync_name();
     void set_error(int error_number);
     // If the process ends before commit().
     bool stays() const { return committed_ || (written_ && (appears_ == Appears::AtOnce || appeared_)); }

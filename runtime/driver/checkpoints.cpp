@@ -79,8 +79,8 @@ void Checkpoints::write() {
     sim::Subdomain& subdomain = simulation_.subdomain();
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     sim::Manifest manifest{.tick = subdomain.tick(), .digest = record::state_digest(subdomain).to_string(), .run = run_, .shares = {}};
-    const Result<void> written =
-        folder_.write(std::move(manifest), [&](sim::ShareSink& sink) { return simulation_.save(sink); }, subdomain.comm);
+    Result<void> written = simulation_.secure();
+    if (written) written = folder_.write(std::move(manifest), [&](sim::ShareSink& sink) { return simulation_.save(sink); }, subdomain.comm);
     if (!written && subdomain.comm.process() == 0)
         log::warning("no checkpoint of tick {}: {}. The run goes on{}", subdomain.tick(), written.error().message(),
                      folder_.last() ? fmt::format("; the last checkpoint is of tick {}", *folder_.last()) : "");

@@ -23,6 +23,10 @@ Result<void> DigestFile::after(sim::Subdomain& subdomain) {
     return comm::outcome_of_first(subdomain.comm, written);
 }
 
+Result<void> DigestFile::secure(sim::Subdomain& subdomain) {
+    return comm::outcome_of_first(subdomain.comm, file_ ? file_->sync() : Result<void>());
+}
+
 void DigestFile::save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const {
     if (subdomain.comm.process() != 0) return;
     MELD_EXPECT(file_.has_value());
@@ -47,7 +51,8 @@ Result<void> DigestFile::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     if (*end != last_line_)
         return fail(fmt::format("cannot go on with {}: its line of tick {} is not the one that was written", path_, subdomain.tick()),
                     "Put it back as the run left it");
-    return {};
+    file_->replace_from(size, "");
+    return file_->flush();
 }
 
 void DigestFile::finish(sim::Subdomain& subdomain) {

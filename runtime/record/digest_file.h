@@ -17,6 +17,7 @@ class DigestFile : public sim::SimModule {
         : path_(std::move(path)), durability_(durability), file_(std::move(file)) {}
     Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
+    Result<void> secure(sim::Subdomain& subdomain) override;
     // Where the file is, and how long, with its last bytes.
     void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
     Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/base/assert.h"
+#include "runtime/record/series_column.h"
 
 namespace meld::record {
 
@@ -34,6 +35,27 @@ FactSeries::FactSeries(Hdf5File& file, StepTable& steps, const RecordedTable& ta
                             .offsets = steps.add_column("FactOffsets/" + table.name + "/" + column.name, ElementType::Int64)});
     }
     counts_ = steps.add_column("FactCounts/" + table.name, ElementType::Int64);
+}
+
+FactSeries::FactSeries(ByteReader& saved) {
+    chunk_rows_ = saved.read<std::uint64_t>();
+    counts_ = saved.read<StepColumn>();
+    last_rows_ = saved.read<std::uint64_t>();
+    for (auto left = saved.read_count(sizeof(Column)); left > 0; --left) columns_.push_back(saved.read<Column>());
+}
+
+void FactSeries::save(ByteWriter& out) const {
+    out.write(chunk_rows_);
+    out.write(counts_);
+    out.write(last_rows_);
+    out.write_count(columns_.size());
+    for (const Column& column : columns_) out.write(column);
+}
+
+bool FactSeries::matches(Hdf5File& file) const {
+    return last_rows_ == 0 || std::ranges::all_of(columns_, [&](const Column& column) {
+               return XXH128_isEqual(hash_of_rows(file, column.values, column.last_offset, last_rows_), column.last_hash) != 0;
+           });
 }
 
 std::uint64_t FactSeries::most_growth(const RecordedTable& table, std::uint64_t chunk_rows) {

@@ -21,6 +21,12 @@ class FactSeries {
     // Before the first step. Columns of texts hold numbers.
     FactSeries(Hdf5File& file, StepTable& steps, const RecordedTable& table, std::uint64_t chunk_rows);
 
+    // Of a file that is opened again, in the state that save() wrote.
+    explicit FactSeries(ByteReader& saved);
+    void save(ByteWriter& out) const;
+    // Whether the file has the rows of the last step.
+    bool matches(Hdf5File& file) const;
+
     // What a step with this table can add to the file at most, as bytes, if chunks have at most so many rows.
     static std::uint64_t most_growth(const RecordedTable& table, std::uint64_t chunk_rows);
     // The rows of the step that is being made.

@@ -1,17 +1,18 @@
 // The library is a build for parallel use, but is used by one process like any serial one.
 #include "runtime/record/hdf5_file.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <limits>
-#include <map>
 #include <system_error>
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/record/hdf5_driver.h"
 #include "runtime/record/hdf5_library.h"
 
 namespace meld::record {
@@ -20,7 +21,6 @@ static_assert(sizeof(hid_t) == sizeof(std::int64_t), "handles are kept as 64-bit
 
 namespace {
 
-constexpr haddr_t kFewestBytesAhead = 64;
 constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
 // Room for this many names in the header of a group; further names go to a second block.
 constexpr unsigned kExpectedLinks = 32;
@@ -63,69 +63,6 @@ Handle text_type(std::string_view text, H5T_cset_t characters) {
     return {type, H5Tclose};
 }
 
-// The library's own driver, except for how space is allocated. No address is allocated twice, so nothing to which the file on the disk
-// refers is overwritten; and the end of the file is ahead of the allocated space, see Hdf5File::extend().
-H5FD_class_t own_driver;
-// The next space to be allocated in a file, and the file that was opened last.
-std::map<const H5FD_t*, haddr_t> next_address;
-H5FD_t* last_opened = nullptr;
-H5FD_t* (*open_as_library)(const char*, unsigned, hid_t, haddr_t) = nullptr;
-herr_t (*truncate_as_library)(H5FD_t*, hid_t, hbool_t) = nullptr;
-herr_t (*close_as_library)(H5FD_t*) = nullptr;
-
-H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) {
-    last_opened = open_as_library(name, flags, access, most);
-    if (last_opened != nullptr) next_address[last_opened] = 0;
-    return last_opened;
-}
-
-haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
-    haddr_t& next = next_address[file];
-    const haddr_t address = next;
-    next += size_bytes;
-    // Never just before the end: the library would let the data there grow into the space ahead without notice.
-    if (next >= own_driver.get_eoa(file, type)) own_driver.set_eoa(file, type, next + kFewestBytesAhead);
-    return address;
-}
-
-herr_t keep_space(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, hsize_t) { return 0; }
-
-// The library truncates a file before it writes the new position of its end, and readers refuse a file that is shorter than that position.
-// So it is truncated after everything has been written.
-herr_t lengthen_only(H5FD_t* file, hid_t list, hbool_t closing) {
-    const bool shorter = own_driver.get_eoa(file, H5FD_MEM_DEFAULT) < own_driver.get_eof(file, H5FD_MEM_DEFAULT);
-    return shorter ? 0 : truncate_as_library(file, list, closing);
-}
-
-herr_t cut_and_close(H5FD_t* file) {
-    const herr_t cut = truncate_as_library(file, H5P_DEFAULT, true);
-    next_address.erase(file);
-    const herr_t closed = close_as_library(file);
-    return cut < 0 ? cut : closed;
-}
-
-// Negative if the library does not answer.
-hid_t driver() {
-    static const hid_t made = [] {
-        const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-        H5Pset_fapl_sec2(access);
-        H5FD_t* const some_file = H5FDopen("/dev/null", H5F_ACC_RDONLY, access, haddr_t{1} << 40);
-        if (some_file == nullptr) return hid_t{-1};
-        own_driver = *some_file->cls;
-        H5FDclose(some_file);
-        open_as_library = own_driver.open;
-        truncate_as_library = own_driver.truncate;
-        close_as_library = own_driver.close;
-        own_driver.open = open_file;
-        own_driver.alloc = give_space;
-        own_driver.free = keep_space;
-        own_driver.truncate = lengthen_only;
-        own_driver.close = cut_and_close;
-        return H5FDregister(&own_driver);
-    }();
-    return made;
-}
-
 }  // namespace
 
 std::size_t size_of(ElementType type) {
@@ -141,6 +78,17 @@ std::size_t size_of(ElementType type) {
     return 0;
 }
 
+namespace {
+
+Handle file_access() {
+    const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_driver(access, append_driver(), nullptr);
+    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST);
+    return {access, H5Pclose};
+}
+
+}  // namespace
+
 // The layout ensures that a process killed at any moment leaves a file that can be read (docs/internals.md, "Files that survive a kill"):
 // - The indexes of chunks are those of version 1.10, in which an entry never moves. The B-trees of earlier versions split, and for a moment
 // no chunk of the dataset can be found.
@@ -148,16 +96,75 @@ std::size_t size_of(ElementType type) {
 // - Space that becomes free is not used again, neither by the library's free-space tracking nor by the driver.
 Hdf5File::Hdf5File(const std::string& path, Durability durability) : durability_(durability) {
     set_up_library_once();
-    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    check(H5Pset_driver(access, driver(), nullptr));
-    check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST));
+    const Handle access = file_access();
     const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
     check(H5Pset_file_space_strategy(creation, H5F_FSPACE_STRATEGY_NONE, 0, 1));
     check(H5Pset_link_phase_change(creation, kMostCompactLinks, kMostCompactLinks));
     if (!failed()) file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
+    changed_ = true;
+    begin();
+}
+
+// The file is as before until extend(): what is not to go on is not touched.
+Hdf5File::Hdf5File(const std::string& path, Durability durability, ByteReader& saved) : durability_(durability) {
+    set_up_library_once();
+    const Handle access = file_access();
+    if (!failed()) file_ = H5Fopen(path.c_str(), H5F_ACC_RDWR, access);
+    begin();
+    for (auto left = saved.read_count(sizeof(std::uint32_t) + sizeof(std::uint64_t)); left > 0; --left) {
+        const std::string name = saved.read_string();
+        open_column(name, saved.read<std::uint64_t>());
+    }
+}
+
+void Hdf5File::begin() {
     check(file_);
-    if (!failed()) driver_file_ = last_opened;
+    if (!failed()) driver_file_ = last_opened();
     if (!failed()) check(H5Fset_libver_bounds(file_, H5F_LIBVER_V110, H5F_LIBVER_LATEST));
+}
+
+void Hdf5File::save(ByteWriter& out) const {
+    out.write_count(columns_.size());
+    for (const Column& column : columns_) {
+        out.write_string(column.path);
+        out.write(column.rows);
+    }
+}
+
+// Its shape is that of the dataset.
+void Hdf5File::open_column(const std::string& path, std::uint64_t rows) {
+    columns_.push_back({.dataset = -1, .shape = {}, .rows = rows, .path = path});
+    if (failed()) return;
+    Column& column = columns_.back();
+    column.dataset = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
+    check(column.dataset);
+    if (failed()) return;
+    const Handle type(H5Dget_type(column.dataset), H5Tclose), space(H5Dget_space(column.dataset), H5Sclose);
+    const Handle properties(H5Dget_create_plist(column.dataset), H5Pclose);
+    std::array<hsize_t, 2> extent = {0, 1}, chunk = {0, 1};
+    const int dimensions = H5Sget_simple_extent_ndims(space);
+    std::optional<ElementType> element;
+    for (const ElementType each : {ElementType::Int64, ElementType::Float32, ElementType::Float64, ElementType::UInt8})
+        if (H5Tequal(type, stored_type(each)) > 0) element = each;
+    if (!element || dimensions < 1 || dimensions > 2 || H5Pget_layout(properties) != H5D_CHUNKED ||
+        H5Pget_chunk(properties, 2, chunk.data()) != dimensions || H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) {
+        failure_ = path + " is none of its columns";
+        return;
+    }
+    if (extent[0] < rows) failure_ = fmt::format("{} has {} rows, and had {}", path, extent[0], rows);
+    column.shape = {.type = *element,
+                    .components = static_cast<int>(extent[1]),
+                    .chunk_rows = chunk[0],
+                    .two_dimensional = dimensions == 2,
+                    .compressed = H5Pget_nfilters(properties) > 0};
+}
+
+void Hdf5File::shorten(ColumnIndex index, std::uint64_t rows) {
+    if (failed()) return;
+    Column& column = columns_[index];
+    const std::array<hsize_t, 2> extent = {rows, static_cast<hsize_t>(column.shape.components)};
+    check(H5Dset_extent(column.dataset, extent.data()));
+    column.rows = rows;
 }
 
 Hdf5File::~Hdf5File() { close(); }
@@ -186,6 +193,13 @@ void Hdf5File::link(const std::string& group, const std::string& name, const std
     if (H5Lexists(opened, name.c_str(), H5P_DEFAULT) > 0) check(H5Ldelete(opened, name.c_str(), H5P_DEFAULT));
     check(H5Lcreate_soft(object.c_str(), opened, name.c_str(), H5P_DEFAULT, H5P_DEFAULT));
     check(H5Oenable_mdc_flushes(opened));
+}
+
+std::string Hdf5File::linked(const std::string& group, const std::string& name) const {
+    std::array<char, 64> object{};
+    const std::string path = group + "/" + name;
+    const bool read = !failed() && H5Lget_val(file_, path.c_str(), object.data(), object.size() - 1, H5P_DEFAULT) >= 0;
+    return read ? object.data() : "";
 }
 
 void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data) {
@@ -224,6 +238,15 @@ void Hdf5File::set_attribute(const std::string& group, const std::string& name, 
     write_attribute(group, name, H5T_NATIVE_DOUBLE, space, &value);
 }
 
+std::optional<std::int64_t> Hdf5File::attribute(const std::string& group, const std::string& name) const {
+    if (failed() || H5Aexists_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
+    const Handle found(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const Handle space(H5Aget_space(found), H5Sclose);
+    std::int64_t value = 0;
+    if (H5Sget_simple_extent_type(space) != H5S_SCALAR || H5Aread(found, H5T_NATIVE_INT64, &value) < 0) return std::nullopt;
+    return value;
+}
+
 void Hdf5File::change_attribute(const std::string& group, const std::string& name, std::int64_t value) {
     if (failed()) return;
     const Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
@@ -256,7 +279,7 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
 }
 
 ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows) {
-    columns_.push_back({.dataset = -1, .shape = shape, .rows = rows});
+    columns_.push_back({.dataset = -1, .shape = shape, .rows = rows, .path = path});
     const ColumnIndex index = columns_.size() - 1;
     if (failed()) return index;
     const auto components = static_cast<hsize_t>(shape.components);
@@ -352,10 +375,17 @@ void Hdf5File::flush() {
 std::uint64_t Hdf5File::space_ahead() const {
     if (failed()) return 0;
     auto* const file = static_cast<H5FD_t*>(driver_file_);
-    return H5FDget_eoa(file, H5FD_MEM_DEFAULT) - next_address[file];
+    return H5FDget_eoa(file, H5FD_MEM_DEFAULT) - next_address(file);
 }
 
-std::uint64_t Hdf5File::size_bytes() const { return failed() ? 0 : next_address[static_cast<H5FD_t*>(driver_file_)]; }
+std::uint64_t Hdf5File::size_bytes() const { return failed() ? 0 : next_address(static_cast<H5FD_t*>(driver_file_)); }
+
+std::uint64_t Hdf5File::stored_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const Column& column : columns_)
+        if (!failed()) bytes += H5Dget_storage_size(column.dataset);
+    return bytes;
+}
 
 // The library notices a new end of the file when it asks for space.
 void Hdf5File::notice_end() {
@@ -366,6 +396,7 @@ void Hdf5File::notice_end() {
 void Hdf5File::extend(std::uint64_t bytes) {
     if (failed()) return;
     auto* const file = static_cast<H5FD_t*>(driver_file_);
+    changed_ = true;
     check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, H5FDget_eoa(file, H5FD_MEM_DEFAULT) + bytes));
     notice_end();
     flush();
@@ -374,12 +405,12 @@ void Hdf5File::extend(std::uint64_t bytes) {
 void Hdf5File::cut_end() {
     auto* const file = static_cast<H5FD_t*>(driver_file_);
     notice_end();
-    check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, next_address[file]));
+    check(H5FDset_eoa(file, H5FD_MEM_DEFAULT, next_address(file)));
 }
 
 // After a failure the library may refuse to close what it could not write; that tells nothing new.
 void Hdf5File::close() {
-    if (file_ >= 0 && !failed()) cut_end();
+    if (file_ >= 0 && changed_ && !failed()) cut_end();
     for (Column& column : columns_) {
         if (column.dataset >= 0) check(H5Dclose(std::exchange(column.dataset, -1)));
     }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/output_file.h"
 
@@ -37,6 +38,10 @@ class Hdf5File {
   public:
     // Creates the file; `durability` is that of flush().
     Hdf5File(const std::string& path, Durability durability);
+    // Opens the file again, with the columns that save() has noted, under the same indices and with as many rows; it may have more, and
+    // nothing of it changes before extend(). Reports a column that is missing or shorter as a failure.
+    Hdf5File(const std::string& path, Durability durability, ByteReader& saved);
+    void save(ByteWriter& out) const;
     ~Hdf5File();
     Hdf5File(const Hdf5File&) = delete;
     Hdf5File& operator=(const Hdf5File&) = delete;
@@ -52,11 +57,15 @@ class Hdf5File {
     void set_attribute(const std::string& group, const std::string& name, std::uint64_t value);
     void set_attribute(const std::string& group, const std::string& name, double value);
     void change_attribute(const std::string& group, const std::string& name, std::int64_t value);
+    // Of numbers; none if there is none of this name.
+    std::optional<std::int64_t> attribute(const std::string& group, const std::string& name) const;
     void write_text(const std::string& path, std::string_view text);
     void write_texts(const std::string& path, const std::vector<std::string>& texts);
 
     // From now on the name `name` of a group means the object at this path, with one write to the file.
     void link(const std::string& group, const std::string& name, const std::string& object);
+    // What it means now; empty if it is no such name.
+    std::string linked(const std::string& group, const std::string& name) const;
 
     // A column with this many rows. It gets its path once it is in the file, so the group never names anything that is not there.
     ColumnIndex make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows = 0);
@@ -65,6 +74,9 @@ class Hdf5File {
     // Rows that are there.
     void read_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, void* data);
     void lengthen(ColumnIndex column, std::uint64_t rows);
+    // Cuts off what a column has beyond so many rows. The library writes the chunk with the last row anew.
+    void shorten(ColumnIndex column, std::uint64_t rows);
+    ColumnIndex columns() const { return columns_.size(); }
     std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
     const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
 
@@ -76,6 +88,8 @@ class Hdf5File {
     std::uint64_t space_ahead() const;
     // How large it would be if it were closed now.
     std::uint64_t size_bytes() const;
+    // What the columns take of it: the same for the same rows, in whatever steps they were written.
+    std::uint64_t stored_bytes() const;
     void close();
 
   private:
@@ -83,9 +97,12 @@ class Hdf5File {
         std::int64_t dataset = -1;
         ColumnShape shape;
         std::uint64_t rows = 0;
+        std::string path = {};
     };
 
     void check(std::int64_t result);
+    void begin();
+    void open_column(const std::string& path, std::uint64_t rows);
     void make_chunk_index(ColumnIndex column);
     void notice_end();
     void cut_end();
@@ -95,6 +112,7 @@ class Hdf5File {
     std::int64_t file_ = -1;
     void* driver_file_ = nullptr;
     std::vector<Column> columns_;
+    bool changed_ = false;
     std::optional<std::string> failure_;
 };
 

@@ -71,20 +71,51 @@ void Marks::collect(sim::Subdomain& subdomain) {
     }
 }
 
-void Marks::send(ByteWriter& out) {
-    out.write_count(new_colours_.size());
-    for (const auto& [id, colour] : new_colours_) {
+void Marks::write(const Colours& colours, ByteWriter& out) {
+    out.write_count(colours.size());
+    for (const auto& [id, colour] : colours) {
         out.write(id);
-        out.write(colour);
+        out.write(colour.tick);
+        out.write(colour.rgb);
     }
-    out.write_count(new_labels_.size());
-    for (const auto& [id, label] : new_labels_) {
+}
+
+void Marks::write(const Labels& labels, ByteWriter& out) {
+    out.write_count(labels.size());
+    for (const auto& [id, label] : labels) {
         out.write(id);
         out.write(label.tick);
         out.write_string(label.text);
     }
+}
+
+void Marks::read(Colours& colours, ByteReader& in) {
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
+        Colour& known = colours[in.read<u64>()];
+        const auto tick = in.read<i64>();
+        const auto rgb = in.read<std::uint32_t>();
+        if (tick >= known.tick) known = {tick, rgb};
+    }
+}
+
+void Marks::read(Labels& labels, ByteReader& in) {
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
+        Label& known = labels[in.read<u64>()];
+        const auto tick = in.read<i64>();
+        std::string text = in.read_string();
+        if (tick >= known.tick) known = {tick, std::move(text)};
+    }
+}
+
+void Marks::write_new(ByteWriter& out) const {
+    write(new_colours_, out);
+    write(new_labels_, out);
     out.write_count(new_lines_.size());
     for (const Line& line : new_lines_) out.write(line);
+}
+
+void Marks::send(ByteWriter& out) {
+    write_new(out);
     new_colours_.clear();
     new_labels_.clear();
     new_lines_.clear();
@@ -93,18 +124,34 @@ void Marks::send(ByteWriter& out) {
 void Marks::begin_step() { received_.clear(); }
 
 void Marks::receive(ByteReader& in) {
-    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
-        Colour& known = colours_[in.read<u64>()];
-        const auto colour = in.read<Colour>();
-        if (colour.tick >= known.tick) known = colour;
-    }
-    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
-        Label& known = labels_[in.read<u64>()];
-        const auto tick = in.read<i64>();
-        std::string text = in.read_string();
-        if (tick >= known.tick) known = {tick, std::move(text)};
-    }
+    read(colours_, in);
+    read(labels_, in);
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) received_.push_back(in.read<Line>());
+}
+
+void Marks::save(bool writes, ByteWriter& out) const {
+    write_new(out);
+    if (!writes) return;
+    write(colours_, out);
+    write(labels_, out);
+    out.write_count(lines_.size());
+    for (const auto& [from, to] : lines_) {
+        out.write(from);
+        out.write(to);
+    }
+}
+
+void Marks::load(bool wrote, ByteReader& in) {
+    read(new_colours_, in);
+    read(new_labels_, in);
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) new_lines_.push_back(in.read<Line>());
+    if (!wrote) return;
+    read(colours_, in);
+    read(labels_, in);
+    for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
+        const u64 from = in.read<u64>();
+        lines_.emplace(from, in.read<u64>());
+    }
 }
 
 std::uint32_t Marks::colour(u64 id) const {

@@ -30,6 +30,11 @@ class Marks {
     void begin_step();
     void receive(ByteReader& in);
 
+    // What is collected and not sent yet, on every process; on the writing process also what is drawn so far. Of what was saved on any
+    // number of processes, the writing process loads everything.
+    void save(bool writes, ByteWriter& out) const;
+    void load(bool wrote, ByteReader& in);
+
     // On the writing process, for a catom by its id; grey and empty if it has none.
     std::uint32_t colour(u64 id) const;
     const std::string& label(u64 id) const;
@@ -46,6 +51,13 @@ class Marks {
         i64 tick = -1;
         std::string text;
     };
+    using Colours = std::unordered_map<u64, Colour>;
+    using Labels = std::unordered_map<u64, Label>;
+    static void write(const Colours& colours, ByteWriter& out);
+    static void write(const Labels& labels, ByteWriter& out);
+    static void read(Colours& colours, ByteReader& in);
+    static void read(Labels& labels, ByteReader& in);
+    void write_new(ByteWriter& out) const;
     // From one catom to another; a line to itself removes all its lines. A passing line is in this step only.
     struct Line {
         i64 tick = 0;
@@ -54,8 +66,8 @@ class Marks {
     };
 
     bool labels_set_ = false, lines_drawn_ = false;  // Whether the program has such actions.
-    std::unordered_map<u64, Colour> new_colours_, colours_;
-    std::unordered_map<u64, Label> new_labels_, labels_;
+    Colours new_colours_, colours_;
+    Labels new_labels_, labels_;
     std::vector<Line> new_lines_, received_;
     std::set<std::pair<u64, u64>> lines_;
 };

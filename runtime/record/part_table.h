@@ -28,12 +28,15 @@ class PartTable {
   public:
     // The file must stay. Makes the groups and columns of cells.
     explicit PartTable(Hdf5File& file);
+    // Of a file that is opened again, in the state that save() wrote: the parts are found by reading them.
+    PartTable(Hdf5File& file, ByteReader& saved);
+    void save(ByteWriter& out) const;
 
     // The part with so many catoms and these lines, which is written if it is new.
     const Part& part_with(std::uint64_t rows, std::span<const RecordedLine> lines);
 
     // The ends of all lines, and how many points and lines the parts have.
-    ColumnIndex line_ends() const { return connectivity_[1]; }
+    ColumnIndex line_ends() const { return columns_.connectivity[1]; }
     struct Sizes {
         std::vector<std::int64_t> points, lines;
     };
@@ -47,12 +50,16 @@ class PartTable {
         auto order() const { return std::tuple(rows, lines, hash.low64, hash.high64); }
         bool operator<(const Key& other) const { return order() < other.order(); }
     };
+    static Key key_of(std::uint64_t rows, std::span<const RecordedLine> lines);
     void write_vertices(std::uint64_t rows, Part& part);
     void write_lines(std::span<const RecordedLine> lines, Part& part);
 
     Hdf5File& file_;
-    ColumnIndex number_of_points_ = 0;
-    std::array<ColumnIndex, 4> number_of_cells_ = {}, number_of_connectivity_ids_ = {}, offsets_ = {}, connectivity_ = {};
+    struct Columns {
+        ColumnIndex number_of_points = 0;
+        std::array<ColumnIndex, 4> number_of_cells = {}, number_of_connectivity_ids = {}, offsets = {}, connectivity = {};
+    };
+    Columns columns_;
     std::map<Key, Part> parts_;
     std::map<std::uint64_t, std::int64_t> connectivity_of_rows_;  // Of so many vertices.
     std::int64_t next_cell_offset_ = 0;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "runtime/record/fact_tables.h"
 #include "runtime/tuple/facts.h"
@@ -11,8 +12,8 @@
 
 namespace meld::record {
 
-RecordedPredicate::RecordedPredicate(const ModuleInfo& module, u32 predicate)
-    : predicate_(predicate), name_(module.predicates[predicate].name) {
+RecordedPredicate::RecordedPredicate(const ModuleInfo& module, u32 predicate, std::string name)
+    : predicate_(predicate), name_(std::move(name)) {
     const PredicateInfo& p = module.predicates[predicate];
     several_ = p.arity > 0 && (p.storage == Storage::Rows || p.storage == Storage::PerLink);
     for (u16 i = 0; i < p.arity; ++i) {

@@ -13,7 +13,8 @@ namespace meld::record {
 
 class RecordedPredicate {
   public:
-    RecordedPredicate(const ModuleInfo& module, u32 predicate);
+    // `name` is that of its arrays and of its table.
+    RecordedPredicate(const ModuleInfo& module, u32 predicate, std::string name);
 
     const std::string& name() const { return name_; }
     u32 predicate() const { return predicate_; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -15,23 +16,29 @@ namespace meld::record {
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
     : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
 
-Result<void> Recorder::start(sim::Subdomain& subdomain) {
+// A name stands for all predicates that have it; where there are several, the arrays of each have the number of its arguments in their names.
+Result<void> Recorder::add_predicates(const sim::Subdomain& subdomain) {
+    const ModuleInfo& module = subdomain.module;
+    std::map<std::string_view, std::vector<u32>> stored;
     std::vector<std::string_view> known;
-    for (u32 i = 0; i < subdomain.module.predicate_count; ++i)
-        if (!subdomain.module.predicates[i].auxiliary && subdomain.module.predicates[i].column != kNone16)
-            known.emplace_back(subdomain.module.predicates[i].name);
-    for (const std::string& name : wanted_) {
-        bool found = false;
-        for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
-            const PredicateInfo& p = subdomain.module.predicates[i];
-            if (name != p.name || p.auxiliary || p.column == kNone16) continue;
-            found = true;
-            const bool twice = std::ranges::any_of(recorded_, [&](const RecordedPredicate& r) { return r.predicate() == i; });
-            if (!twice) recorded_.emplace_back(subdomain.module, i);
-            break;
-        }
-        if (!found) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        if (!p.auxiliary && p.column != kNone16) stored[p.name].push_back(i);
     }
+    for (const auto& [name, predicates] : stored) known.push_back(name);
+    for (const std::string& name : wanted_) {
+        const auto found = stored.find(name);
+        if (found == stored.end()) return fail("the program stores no predicate '" + name + "' to record", did_you_mean(name, known));
+        if (std::ranges::any_of(recorded_, [&](const RecordedPredicate& r) { return r.predicate() == found->second.front(); })) continue;
+        for (const u32 predicate : found->second)
+            recorded_.emplace_back(module, predicate,
+                                   found->second.size() == 1 ? name : fmt::format("{}.{}", name, module.predicates[predicate].arity + 1));
+    }
+    return {};
+}
+
+Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
+    if (auto added = add_predicates(subdomain); !added) return added;
     marks_.start(subdomain.program_actions);
     info_.lines = marks_.lines();
     std::string descriptions;
@@ -43,17 +50,49 @@ Result<void> Recorder::start(sim::Subdomain& subdomain) {
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
     }
     info_.predicates = "[" + descriptions + "]";
+    return {};
+}
+
+Result<void> Recorder::start(sim::Subdomain& subdomain) {
+    if (auto prepared = prepare(subdomain); !prepared) return prepared;
     Result<void> begun;
-    if (subdomain.comm.process() == 0) {
-        Result<Recording> file = Recording::create(path_, info_);
-        if (file)
-            file_.emplace(std::move(*file));
-        else
-            begun = tl::unexpected(file.error());
-    }
+    if (subdomain.comm.process() == 0) begun = keep(Recording::create(path_, info_));
     if (const auto all = comm::outcome_of_first(subdomain.comm, begun); !all) return all;
     subdomain.refresh();
     return write(subdomain);
+}
+
+Result<void> Recorder::keep(Result<Recording> file) {
+    if (!file) return tl::unexpected(file.error());
+    file_.emplace(std::move(*file));
+    return {};
+}
+
+Result<void> Recorder::resume(sim::Subdomain& subdomain) { return prepare(subdomain); }
+
+Result<void> Recorder::secure(sim::Subdomain& subdomain) {
+    return comm::outcome_of_first(subdomain.comm, file_ ? file_->secure() : Result<void>());
+}
+
+void Recorder::save_rest(const sim::Subdomain&, ByteWriter& out) const {
+    out.write(file_.has_value());
+    marks_.save(file_.has_value(), out);
+    if (!file_) return;
+    out.write(last_step_);
+    out.write(steps_);
+    file_->save(out);
+}
+
+Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
+    const bool wrote = in.read<bool>(), writes = subdomain.comm.process() == 0;
+    Marks others;
+    (writes ? marks_ : others).load(wrote, in);
+    if (!wrote) return {};
+    last_step_ = in.read<std::int64_t>();
+    steps_ = in.read<std::uint64_t>();
+    if (writes) return keep(Recording::reopen(path_, info_, in));
+    in.read_bytes(in.left());
+    return {};
 }
 
 Result<void> Recorder::after(sim::Subdomain& subdomain) {

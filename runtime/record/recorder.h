@@ -20,15 +20,22 @@ class Recorder : public sim::SimModule {
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
     Result<void> start(sim::Subdomain& subdomain) override;
     Result<void> after(sim::Subdomain& subdomain) override;
-    Result<void> saveable() const override {
-        return fail("a run that records cannot have checkpoints yet", "Leave out --record or --checkpoint");
-    }
+    Result<void> saveable() const override { return {}; }
+    Result<void> secure(sim::Subdomain& subdomain) override;
+    Result<void> resume(sim::Subdomain& subdomain) override;
+    // How far the recording is, and what has been drawn since its last step.
+    void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
+    Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
     void finish(sim::Subdomain& subdomain) override;
     std::string outcome() const override { return outcome_; }
     Result<void> ending() const override { return ending_; }
 
   private:
     struct Step;
+    // What is recorded: finds the predicates, and completes info_.
+    Result<void> prepare(sim::Subdomain& subdomain);
+    Result<void> add_predicates(const sim::Subdomain& subdomain);
+    Result<void> keep(Result<Recording> file);
     Result<void> write(sim::Subdomain& subdomain);
     std::vector<std::byte> pack(sim::Subdomain& subdomain);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);

@@ -1,30 +1,15 @@
 // The layout of a recording: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format, "Temporal Data".
-//
-// A step is a row of offsets into columns that only grow; these rows are in runtime/record/step_table.h. What a step adds to a column
-// begins on a chunk boundary, so that writing it never touches what an earlier one has written. Points, vertices and lines are counted by
-// part (runtime/record/part_table.h).
 #include "runtime/record/recording.h"
 
-#include <xxhash.h>
-
 #include <fmt/format.h>
+
 #include <algorithm>
-#include <bit>
-#include <deque>
 #include <filesystem>
-#include <functional>
-#include <map>
-#include <optional>
 #include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/record/disk_space.h"
-#include "runtime/record/fact_series.h"
-#include "runtime/record/hdf5_file.h"
-#include "runtime/record/part_table.h"
-#include "runtime/record/step_table.h"
-#include "runtime/record/text_table.h"
-#include "runtime/record/xdmf.h"
+#include "runtime/record/recording_state.h"
 
 namespace meld::record {
 
@@ -34,7 +19,6 @@ constexpr std::int64_t kFormatVersion = 1;
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
 constexpr std::uint64_t kFewestChunkRows = 1024;
 constexpr std::uint64_t kMaxChunkRows = 65536;
-constexpr std::int64_t kStepsAtOnce = 4096;  // Read at the end.
 
 // The space that HDF5 itself may need in a step: for each array, the first chunk of its offsets and the tree of its chunks; and for the
 // columns of the steps.
@@ -57,62 +41,7 @@ ElementType element_type(RecordedArray::Type type) {
     return ElementType::Int64;
 }
 
-// The content of a column in the last step, and its offset: the same content is not written again.
-struct SeriesColumn {
-    ColumnIndex values = 0;
-    std::optional<StepColumn> offsets;  // In Steps/PointDataOffsets; points have theirs in Steps itself.
-    std::uint64_t last_offset = 0;
-    std::uint64_t last_rows = 0;
-    XXH128_hash_t last_hash = {};
-    bool written = false;
-    // Unused rows, for steps without this array.
-    std::uint64_t blank_offset = 0;
-    std::uint64_t blank_rows = 0;
-};
-
 }  // namespace
-
-struct Recording::State {
-    std::string path;
-    std::string place;  // The path of the file while it grows.
-    // In this order, so that the library closes its file before the place is released.
-    std::optional<OutputFile> output;
-    std::unique_ptr<Hdf5File> file;
-    std::optional<OutputFile> sidecar, line_sidecar;  // Written at the end.
-    std::optional<Error> failure;
-    bool lacks_step = false;  // A step for which there was no space.
-
-    std::optional<StepTable> steps;
-    std::uint64_t most_rows = 0;
-    StepColumn values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
-    std::optional<PartTable> parts;
-    std::optional<SeriesColumn> points;
-    std::map<std::string, SeriesColumn> arrays;
-    std::map<std::string, TextTable> texts;
-
-    std::map<std::string, FactSeries> tables;
-
-    void make_layout(const RecordingInfo& info);
-    void make_point_columns(std::uint64_t rows);
-    SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
-    void write_series(SeriesColumn& column, std::uint64_t rows, const void* data);
-    void leave_blank(SeriesColumn& column, std::uint64_t rows);
-    void write_points(std::span<const std::array<double, 3>> positions);
-    void write_array(const RecordedArray& array, std::uint64_t rows);
-    void write_row_of_step(double time, const Part& part);
-    void write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
-    void write_table(const RecordedTable& table);
-    void each_step(const std::function<void(const XdmfStep&)>& visit) const;
-    Result<void> write_sidecars();
-
-    // Arrays of texts become arrays of their numbers, which stand in `numbers`.
-    void number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers);
-    void write_texts();
-    std::optional<std::string> reserve(std::uint64_t bytes);
-    std::uint64_t most_growth(std::uint64_t rows, std::span<const RecordedArray> given, std::span<const RecordedTable> given_tables) const;
-    Result<void> appear();
-    tl::unexpected<Error> cannot_write(const std::string& why) const;
-};
 
 // With its first step the file gets its name: the library makes some tables only then, and links to them before they are written.
 Result<void> Recording::State::appear() {
@@ -146,11 +75,11 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
 // Reserves space for a step that needs no more than this, and some for the next ones, which may need less. Returns why that failed, or
 // nothing.
 std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
-    const std::uint64_t ahead = file->space_ahead();
+    const std::uint64_t ahead = hdf5->space_ahead();
     if (ahead >= bytes) return std::nullopt;
     const std::uint64_t more = bytes - ahead + std::min(bytes, kReserveBytes);
     if (auto reason = reserve_growth(place, more)) return reason;
-    file->extend(more);
+    hdf5->extend(more);
     return std::nullopt;
 }
 
@@ -165,15 +94,15 @@ void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint
 }
 
 void Recording::State::write_texts() {
-    for (auto& [name, table] : texts) table.write(*file, "/meld/texts/" + name);
+    for (auto& [name, table] : texts) table.write(*hdf5, "/meld/texts/" + name);
 }
 
 void Recording::State::make_layout(const RecordingInfo& info) {
-    file->make_group("/VTKHDF");
-    file->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
-    file->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
-    for (const char* group : {"/VTKHDF/PointData", "/meld", "/meld/texts", "/meld/facts"}) file->make_group(group);
-    steps.emplace(*file);
+    hdf5->make_group("/VTKHDF");
+    hdf5->set_attribute("/VTKHDF", "Version", std::array<std::int64_t, 2>{2, 0});
+    hdf5->set_attribute("/VTKHDF", "Type", std::string_view("PolyData"));
+    for (const char* group : {"/VTKHDF/PointData", "/meld", "/meld/texts", "/meld/facts"}) hdf5->make_group(group);
+    steps.emplace(*hdf5);
     values = steps->add_column("Values", ElementType::Float64);
     part_offsets = steps->add_column("PartOffsets", ElementType::Int64);
     number_of_parts = steps->add_column("NumberOfParts", ElementType::Int64);
@@ -181,23 +110,24 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     cell_offsets = steps->add_column("CellOffsets", ElementType::Int64, 4);
     connectivity_offsets = steps->add_column("ConnectivityIdOffsets", ElementType::Int64, 4);
 
-    parts.emplace(*file);
+    parts.emplace(*hdf5);
 
-    file->set_attribute("/meld", "format", std::string_view("claymeld recording"));
-    file->set_attribute("/meld", "version", kFormatVersion);
-    file->set_attribute("/meld", "seed", info.seed);
-    file->set_attribute("/meld", "lattice", std::string_view(info.lattice));
-    file->set_attribute("/meld", "radius_metres", info.radius);
-    file->write_text("/meld/program", info.program);
-    file->write_text("/meld/world", info.world);
-    file->write_texts("/meld/arguments", info.arguments);
-    file->write_text("/meld/predicates", info.predicates);
+    hdf5->set_attribute("/meld", "format", std::string_view("claymeld recording"));
+    hdf5->set_attribute("/meld", "version", kFormatVersion);
+    hdf5->set_attribute("/meld", "seed", info.seed);
+    hdf5->set_attribute("/meld", kRunAttribute, run_hash(info));
+    hdf5->set_attribute("/meld", "lattice", std::string_view(info.lattice));
+    hdf5->set_attribute("/meld", "radius_metres", info.radius);
+    hdf5->write_text("/meld/program", info.program);
+    hdf5->write_text("/meld/world", info.world);
+    hdf5->write_texts("/meld/arguments", info.arguments);
+    hdf5->write_text("/meld/predicates", info.predicates);
 }
 
 // Columns with a row for each catom are made at the first step, when the size of the ensemble determines the size of a chunk.
 void Recording::State::make_point_columns(std::uint64_t rows) {
     const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMaxChunkRows);
-    points = SeriesColumn{.values = file->make_column(
+    points = SeriesColumn{.values = hdf5->make_column(
                               "/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true}),
                           .offsets = {}};
 }
@@ -205,39 +135,18 @@ void Recording::State::make_point_columns(std::uint64_t rows) {
 SeriesColumn Recording::State::make_array(const std::string& name, ElementType type, int components, std::uint64_t rows) {
     const std::uint64_t chunk = std::clamp(std::max(rows, most_rows), kFewestChunkRows, kMaxChunkRows);
     SeriesColumn column;
-    column.values = file->make_column(
+    column.values = hdf5->make_column(
         "/VTKHDF/PointData/" + name,
         {.type = type, .components = components, .chunk_rows = chunk, .compressed = true, .readable_at_once = steps->steps() > 0});
     // For earlier steps the array begins with rows that are never written; the offsets of those steps read as 0, which is the index of
     // these rows.
     if (steps->steps() > 0) {
-        leave_blank(column, most_rows);
+        column.leave_blank(*hdf5, most_rows);
         // The tables, which readers see, name only arrays that exist.
-        file->flush();
+        hdf5->flush();
     }
     column.offsets = steps->add_column("PointDataOffsets/" + name, ElementType::Int64);
     return column;
-}
-
-void Recording::State::leave_blank(SeriesColumn& column, std::uint64_t rows) {
-    if (rows <= column.blank_rows) return;
-    const std::uint64_t chunk = file->shape(column.values).chunk_rows;
-    column.blank_offset = (file->rows(column.values) + chunk - 1) / chunk * chunk;
-    column.blank_rows = rows;
-    file->lengthen(column.values, column.blank_offset + rows);
-}
-
-void Recording::State::write_series(SeriesColumn& column, std::uint64_t rows, const void* data) {
-    const ColumnShape& shape = file->shape(column.values);
-    const std::size_t size_bytes = rows * static_cast<std::size_t>(shape.components) * size_of(shape.type);
-    const XXH128_hash_t hash = XXH3_128bits(data, size_bytes);
-    if (column.written && column.last_rows == rows && XXH128_isEqual(hash, column.last_hash)) return;
-    const std::uint64_t offset = (file->rows(column.values) + shape.chunk_rows - 1) / shape.chunk_rows * shape.chunk_rows;
-    file->write_rows(column.values, offset, rows, data);
-    column.last_offset = rows > 0 ? offset : 0;
-    column.last_rows = rows;
-    column.last_hash = hash;
-    column.written = true;
 }
 
 void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
@@ -246,7 +155,7 @@ void Recording::State::write_points(std::span<const std::array<double, 3>> posit
     std::ranges::transform(positions, narrow.begin(), [](const std::array<double, 3>& position) {
         return std::array<float, 3>{static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
     });
-    write_series(*points, positions.size(), narrow.data());
+    points->write(*hdf5, positions.size(), narrow.data());
 }
 
 void Recording::State::write_array(const RecordedArray& array, std::uint64_t rows) {
@@ -254,9 +163,9 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
     const ElementType type = element_type(array.type);
     auto known = arrays.find(array.name);
     if (known == arrays.end()) known = arrays.emplace(array.name, make_array(array.name, type, array.components, rows)).first;
-    const ColumnShape& shape = file->shape(known->second.values);
+    const ColumnShape& shape = hdf5->shape(known->second.values);
     MELD_CHECK(shape.type == type && shape.components == array.components, "array '{}' changes its type", array.name);
-    write_series(known->second, rows, array.data);
+    known->second.write(*hdf5, rows, array.data);
 }
 
 void Recording::State::write_row_of_step(double time, const Part& part) {
@@ -272,7 +181,7 @@ void Recording::State::write_row_of_step(double time, const Part& part) {
 void Recording::State::write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows) {
     for (auto& [name, column] : arrays) {
         const bool is_given = std::ranges::any_of(given, [&](const RecordedArray& array) { return array.name == name; });
-        if (!is_given) leave_blank(column, rows);
+        if (!is_given) column.leave_blank(*hdf5, rows);
         steps->set(*column.offsets, static_cast<std::int64_t>(is_given ? column.last_offset : column.blank_offset));
     }
 }
@@ -280,8 +189,18 @@ void Recording::State::write_array_offsets(std::span<const RecordedArray> given,
 void Recording::State::write_table(const RecordedTable& table) {
     auto known = tables.find(table.name);
     if (known == tables.end())
-        known = tables.emplace(table.name, FactSeries(*file, *steps, table, std::clamp(most_rows, kFewestChunkRows, kMaxChunkRows))).first;
-    known->second.write(*file, *steps, table);
+        known = tables.emplace(table.name, FactSeries(*hdf5, *steps, table, std::clamp(most_rows, kFewestChunkRows, kMaxChunkRows))).first;
+    known->second.write(*hdf5, *steps, table);
+}
+
+Result<void> Recording::State::open_sidecars(const RecordingInfo& info) {
+    for (const bool lines : {false, true}) {
+        if (lines && !info.lines) continue;
+        auto opened = OutputFile::open(path + (lines ? kLinesSidecar : kSidecar), Appears::Whole, info.durability);
+        if (!opened) return tl::unexpected(opened.error());
+        (lines ? line_sidecar : sidecar).emplace(std::move(*opened));
+    }
+    return {};
 }
 
 Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -301,17 +220,12 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     if (!place) return tl::unexpected(place.error());
     state->output.emplace(std::move(*output));
     state->place = *place;
-    state->file = std::make_unique<Hdf5File>(state->place, info.durability);
+    state->hdf5 = std::make_unique<Hdf5File>(state->place, info.durability);
     if (const auto reason = state->reserve(kReserveBytes)) return state->cannot_write(*reason);
     state->make_layout(info);
-    state->file->flush();
-    if (state->file->failed()) return state->cannot_write(state->file->failure());
-    for (const bool lines : {false, true}) {
-        if (lines && !info.lines) continue;
-        auto sidecar = OutputFile::open(path + (lines ? kLinesSidecar : kSidecar), Appears::Whole, info.durability);
-        if (!sidecar) return tl::unexpected(sidecar.error());
-        (lines ? state->line_sidecar : state->sidecar).emplace(std::move(*sidecar));
-    }
+    state->hdf5->flush();
+    if (state->hdf5->failed()) return state->cannot_write(state->hdf5->failure());
+    if (const auto sidecars = state->open_sidecars(info); !sidecars) return tl::unexpected(sidecars.error());
     return Recording(std::move(state));
 }
 
@@ -322,6 +236,7 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     MELD_EXPECT(std::ranges::is_sorted(ids));
     State& state = *state_;
     if (state.failure) return tl::unexpected(*state.failure);
+    if (const Result<void> cut = state.cut(); !cut) return cut;
     const std::uint64_t rows = ids.size();
     // Ids are below 2^63, and readers accept only signed ids.
     std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
@@ -345,8 +260,8 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     state.write_row_of_step(time, state.parts->part_with(rows, lines));
     state.write_array_offsets(all, rows);
     state.steps->commit();
-    if (state.file->failed()) {
-        state.failure = state.cannot_write(state.file->failure()).value();
+    if (state.hdf5->failed()) {
+        state.failure = state.cannot_write(state.hdf5->failure()).value();
         return tl::unexpected(*state.failure);
     }
     const Result<void> readable = state.appear();
@@ -354,56 +269,14 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     return readable;
 }
 
-// From the tables of the file, so that nothing need be kept of the steps.
-void Recording::State::each_step(const std::function<void(const XdmfStep&)>& visit) const {
-    const auto slab = [&](const std::string& name, const std::string& place_in_file, ColumnIndex column) {
-        const ColumnShape& shape = file->shape(column);
-        return XdmfSlab{name, place_in_file, shape.type, shape.components, 0, file->rows(column)};
-    };
-    XdmfStep step;
-    step.points = slab("points", "/VTKHDF/Points", points->values);
-    step.ends = slab("lines", "/VTKHDF/Lines/Connectivity", parts->line_ends());
-    for (const auto& [name, column] : arrays) step.arrays.push_back(slab(name, "/VTKHDF/PointData/" + name, column.values));
-    const PartTable::Sizes sizes = parts->sizes();
-    for (std::int64_t first = 0; first < steps->steps(); first += kStepsAtOnce) {
-        const std::int64_t count = std::min(kStepsAtOnce, steps->steps() - first);
-        const auto read = [&](StepColumn column) { return steps->read(column, first, count); };
-        const std::vector<std::int64_t> times = read(values), part = read(part_offsets), point = read(point_offsets);
-        const std::vector<std::int64_t> ends = read(connectivity_offsets);
-        std::vector<std::vector<std::int64_t>> begins;
-        for (const auto& [name, column] : arrays) begins.push_back(read(*column.offsets));
-        for (std::size_t i = 0; i < times.size(); ++i) {
-            const auto here = static_cast<std::size_t>(part[i]);
-            step.time = std::bit_cast<double>(times[i]);
-            step.rows = static_cast<std::uint64_t>(sizes.points[here]);
-            step.lines = static_cast<std::uint64_t>(sizes.lines[here]);
-            step.points.first_row = static_cast<std::uint64_t>(point[i]);
-            step.ends.first_row = static_cast<std::uint64_t>(ends[4 * i + 1]);
-            for (std::size_t k = 0; k < begins.size(); ++k) step.arrays[k].first_row = static_cast<std::uint64_t>(begins[k][i]);
-            visit(step);
-        }
-    }
-}
-
-// Before the file is closed.
-Result<void> Recording::State::write_sidecars() {
-    const std::string name = std::filesystem::path(path).filename().string();
-    const XdmfSteps all = [&](const std::function<void(const XdmfStep&)>& visit) {
-        if (steps->steps() > 0) each_step(visit);
-    };
-    write_sidecar(*sidecar, name, XdmfShows::Catoms, all, file->size_bytes());
-    if (line_sidecar) write_sidecar(*line_sidecar, name, XdmfShows::Lines, all, file->size_bytes());
-    const auto written = sidecar->flush();
-    return written && line_sidecar ? line_sidecar->flush() : written;
-}
-
 Result<void> Recording::close() {
     State& state = *state_;
     if (state.failure) return tl::unexpected(*state.failure);
+    if (const Result<void> cut = state.cut(); !cut) return cut;
     const Result<void> listed = state.lacks_step ? Result<void>{} : state.write_sidecars();
-    state.file->close();
-    if (state.file->failed()) {
-        state.failure = state.cannot_write(state.file->failure()).value();
+    state.hdf5->close();
+    if (state.hdf5->failed()) {
+        state.failure = state.cannot_write(state.hdf5->failure()).value();
         return tl::unexpected(*state.failure);
     }
     Result<void> done;

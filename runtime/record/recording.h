@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/output_file.h"
 
@@ -61,6 +62,11 @@ class Recording {
     // started, nothing is left behind. Errors: a folder is missing, no permission, no space (exit code 4), the path is not a regular file.
     static Result<Recording> create(const std::string& path, const RecordingInfo& info);
 
+    // Goes on with a recording from the state that save() wrote, perhaps in a process that is gone: the next step follows those of that
+    // state. What the file has beyond it is cut off with that step, and nothing changes before. Errors: the file is gone, shorter, of another
+    // run, or its last step is not the one that was written.
+    static Result<Recording> reopen(const std::string& path, const RecordingInfo& info, ByteReader& saved);
+
     Recording(Recording&&) noexcept;
     Recording& operator=(Recording&&) noexcept;
     ~Recording();
@@ -73,6 +79,11 @@ class Recording {
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {},
                       std::span<const RecordedTable> tables = {});
+
+    // The state after the last step, for reopen(). There is one, and all arrays are in the first.
+    void save(ByteWriter& out) const;
+    // Makes sure that all steps so far are on the disk. Errors: it failed, and then nothing more is written.
+    Result<void> secure();
 
     // Ends the file and writes its sidecars. Without it, or after a step that failed, an earlier recording stays, and so does what there is
     // of the new one.

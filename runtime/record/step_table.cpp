@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <span>
 
 #include "runtime/base/assert.h"
 
@@ -30,6 +31,60 @@ StepTable::StepTable(Hdf5File& file) : file_(file) {
     }
     for (const char* group : {"PointDataOffsets", "FactOffsets", "FactCounts"}) make_group(group);
     file_.link(kGroup, kLink, table(turn(1)));
+}
+
+StepTable::StepTable(Hdf5File& file, ByteReader& saved) : file_(file) {
+    steps_ = saved.read<std::int64_t>();
+    for (auto left = saved.read_count(sizeof(Column)); left > 0; --left) columns_.push_back(saved.read<Column>());
+}
+
+void StepTable::save(ByteWriter& out) const {
+    out.write(steps_);
+    out.write_count(columns_.size());
+    for (const Column& column : columns_) out.write(column);
+}
+
+bool StepTable::matches() const {
+    const std::string shown = file_.linked(kGroup, kLink);
+    for (const std::size_t number : {0u, 1u}) {
+        if (shown != table(number)) continue;
+        if (file_.attribute(shown, "NSteps").value_or(0) < steps_) return false;
+        return std::ranges::all_of(columns_, [&](const Column& column) {
+            std::vector<std::int64_t> row(column.components);
+            file_.read_rows(column.in[number], static_cast<std::uint64_t>(steps_ - 1), 1, row.data());
+            return std::ranges::equal(row, std::span(column.last).first(column.components));
+        });
+    }
+    return false;
+}
+
+// Of a table that readers do not see.
+void StepTable::shorten(std::size_t number, std::int64_t rows) {
+    for (const Column& column : columns_) file_.shorten(column.in[number], static_cast<std::uint64_t>(rows));
+    file_.change_attribute(table(number), "NSteps", rows);
+}
+
+void StepTable::show(std::size_t number) {
+    file_.flush();
+    file_.link(kGroup, kLink, table(number));
+    file_.flush();
+}
+
+// The table that readers see is never shortened: if it is the one that is to have all steps, they see the other one for a while.
+void StepTable::cut() {
+    const std::size_t last = turn(steps_ - 1), other = turn(steps_);
+    const std::string shown = file_.linked(kGroup, kLink);
+    const bool has_more = file_.attribute(shown, "NSteps") != steps_;
+    if (shown == table(last) && has_more) {
+        shorten(other, steps_);
+        show(other);
+    }
+    if (shown != table(last) || has_more) {
+        shorten(last, steps_);
+        show(last);
+    }
+    shorten(other, std::max<std::int64_t>(steps_ - 1, 0));
+    file_.flush();
 }
 
 void StepTable::make_group(const std::string& name) {
@@ -74,9 +129,7 @@ void StepTable::commit() {
     }
     ++steps_;
     file_.change_attribute(table(number), "NSteps", steps_);
-    file_.flush();
-    file_.link(kGroup, kLink, table(number));
-    file_.flush();
+    show(number);
 }
 
 }  // namespace meld::record

@@ -19,6 +19,14 @@ class StepTable {
   public:
     // The file must outlive the table. Makes the groups, and the link to a table without steps.
     explicit StepTable(Hdf5File& file);
+    // Of a file that is opened again, in the state that save() wrote. Readers see the steps that there are until cut().
+    StepTable(Hdf5File& file, ByteReader& saved);
+    void save(ByteWriter& out) const;
+    // Whether the file has the steps of the saved state and the last of them is the same.
+    bool matches() const;
+    // Takes away the steps after the saved state: afterwards readers see none of them. Nothing of an earlier step is touched, and a
+    // process that is killed in the midst of it leaves a file that can be cut once more.
+    void cut();
 
     // A group in which columns may be.
     void make_group(const std::string& name);
@@ -45,6 +53,9 @@ class StepTable {
         std::array<std::int64_t, 4> next{};
         std::size_t components = 1;
     };
+    void shorten(std::size_t number, std::int64_t rows);
+    void show(std::size_t number);
+
     Hdf5File& file_;
     std::vector<Column> columns_;
     std::int64_t steps_ = 0;

@@ -1,5 +1,9 @@
 #include "runtime/record/text_table.h"
 
+#include <utility>
+
+#include "runtime/base/assert.h"
+
 namespace meld::record {
 
 namespace {
@@ -10,6 +14,26 @@ constexpr std::uint64_t kEndsChunk = 1024;
 constexpr std::uint64_t kChunkTableBytes = 4096;  // The space that HDF5 needs in a step to find a table's chunks.
 
 }  // namespace
+
+TextTable::TextTable(Hdf5File& file, ByteReader& saved) {
+    if (!saved.read<bool>()) return;
+    columns_ = saved.read<Columns>();
+    std::string all(file.rows(columns_->text), '\0');
+    std::vector<std::int64_t> ends(file.rows(columns_->ends));
+    file.read_rows(columns_->text, 0, all.size(), all.data());
+    file.read_rows(columns_->ends, 0, ends.size(), ends.data());
+    for (const std::int64_t end : ends) {
+        if (end < bytes_ || static_cast<std::size_t>(end) > all.size()) return;
+        const auto begin = static_cast<std::size_t>(std::exchange(bytes_, end));
+        numbers_.emplace(all.substr(begin, static_cast<std::size_t>(end) - begin), static_cast<std::int64_t>(numbers_.size()));
+    }
+}
+
+void TextTable::save(ByteWriter& out) const {
+    MELD_EXPECT(waiting_.empty(), "{} strings wait", waiting_.size());
+    out.write(columns_.has_value());
+    if (columns_) out.write(*columns_);
+}
 
 std::vector<std::int64_t> TextTable::numbers(std::span<const std::string> texts) {
     std::vector<std::int64_t> result;

@@ -15,6 +15,11 @@ namespace meld::record {
 // In the file: GROUP/text, the bytes of all strings concatenated, and GROUP/ends, the end of each.
 class TextTable {
   public:
+    TextTable() = default;
+    // Of a file that is opened again, in the state that save() wrote: the strings are read from it.
+    TextTable(Hdf5File& file, ByteReader& saved);
+    void save(ByteWriter& out) const;
+
     // The indices of these strings, from 0; −1 for the empty string, which means none. New strings wait for write().
     std::vector<std::int64_t> numbers(std::span<const std::string> texts);
     // How many bytes write() will add to the file at most.

@@ -125,6 +125,10 @@ Result<void> Simulation::saveable() const {
     return {};
 }
 
+Result<void> Simulation::secure() {
+    return each_module([&](SimModule& m) { return m.secure(subdomain_); });
+}
+
 Result<void> Simulation::save(ShareSink& sink) const {
     MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
     ByteWriter counters;

@@ -65,6 +65,8 @@ class Simulation {
     // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable().
     // Errors: those of the sink.
     Result<void> save(ShareSink& sink) const;
+    // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
+    Result<void> secure();
     // Adds a module that runs after those of the world (recorder, digests).
     void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
 

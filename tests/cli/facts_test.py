@@ -145,7 +145,7 @@ class Tables(Case):
 class Recorded(Case):
     """Recordings have the same facts as the files of facts."""
 
-    def record(self, *arguments, ticks=99, predicates=("dist", "all", "lists", "many", "never")):
+    def record(self, *arguments, ticks=99, predicates=("dist", "all", "lists", "many", "here", "never")):
         names = ", ".join(f'"{name}"' for name in predicates)
         (self.folder / "w.toml").write_text(f"{WORLD}[record]\npredicates = [{names}]\n")
         self.fine("all.meld", "--record", "r.vtkhdf", "--facts-out", "f.h5", "--ticks", ticks, *arguments)
@@ -172,14 +172,14 @@ class Recorded(Case):
 
     def test_first_arguments_are_where_they_were(self):
         """The layout for predicates with one argument, as older readers know it."""
-        recording, facts = self.record(predicates=("dist", "here", "never"))
+        recording, facts = self.record(predicates=("dist", "here", "here", "never"))
         with h5py.File(self.folder / "r.vtkhdf") as file:
             data, begin = file["VTKHDF/PointData"], file["VTKHDF/Steps/PointDataOffsets/dist"]
             self.assertEqual(data["dist"][begin[-1]:begin[-1] + 60].tolist(), facts["dist"]["Hops"].tolist())
             self.assertEqual(set(data["dist"][begin[0]:begin[0] + 60].tolist()), {-1})
-            begin = file["VTKHDF/Steps/PointDataOffsets/here"][-1]
-            self.assertEqual(data["here"][begin:begin + 60].tolist(), [1] * 3 + [0] * 57)
-        with self.assertRaisesRegex(KeyError, "no predicate 'distance' is recorded; these are: dist, here, never"):
+            begin = file["VTKHDF/Steps/PointDataOffsets/here.1"][-1]
+            self.assertEqual(data["here.1"][begin:begin + 60].tolist(), [1] * 3 + [0] * 57)
+        with self.assertRaisesRegex(KeyError, "no predicate 'distance' is recorded; these are: dist, here.1, here.2, never"):
             recording.facts("distance")
         with self.assertRaisesRegex(IndexError, "there is no step 99"):
             recording.catoms(99)

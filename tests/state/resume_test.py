@@ -1,6 +1,7 @@
 """Runs that are stopped in any way and go on from their checkpoints: resume_test.py --meldc PATH --meldsim PATH [unittest options]
 
-Whatever stopped a run, its digests and facts are in the end those of a run that was never stopped, byte for byte.
+Whatever stopped a run, its digests and facts are in the end those of a run that was never stopped, byte for byte, and its recording
+has the same data and attributes.
 """
 
 import argparse
@@ -14,13 +15,15 @@ import sys
 import time
 import unittest
 
+import h5py
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
 
 import outputs_test  # noqa: E402
 
 PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
 # The program of these tests: it does something in each of 300 ticks, and never ends by itself.
-RUN = ("run", "waiting.meld", "--ticks", "300", "--quiet", "--digest", "d", "--facts-out", "f")
+RUN = ("run", "waiting.meld", "--ticks", "300", "--quiet", "--digest", "d", "--facts-out", "f", "--record", "r")
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "20ticks")
 
 def until(ticks):
@@ -34,6 +37,22 @@ def children(pid):
     return [int(p) for p in subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True).stdout.split()]
 
 
+def recorded(path):
+    """What a recording and its sidecars hold, but for the command that made it."""
+    found = {}
+    with h5py.File(path) as file:
+        def visit(name, item):
+            data = (item.shape, str(item.dtype), item[...].tobytes()) if isinstance(item, h5py.Dataset) else ()
+            found[name] = data, {key: str(value) for key, value in item.attrs.items() if (name, key) != ("meld", "run")}
+        file.visititems(visit)
+        found["Steps"] = file["VTKHDF"].get("Steps", getlink=True).path
+        del found["meld/arguments"]
+    for sidecar in (".xdmf", ".lines.xdmf"):
+        place = pathlib.Path(f"{path}{sidecar}")
+        found[sidecar] = place.read_bytes() if place.exists() else None
+    return found
+
+
 class Case(outputs_test.Case):
     def setUp(self):
         super().setUp()
@@ -43,13 +62,17 @@ class Case(outputs_test.Case):
     def undisturbed(self, *options):
         """The digests and facts of a run without checkpoints."""
         self.fine("meldsim", *RUN, *options)
-        result = self.read("d"), self.read("f")
-        for name in "df":
-            (self.folder / name).unlink()
+        result = self.outcome()
+        self.forget()
         return result
 
     def outcome(self):
-        return self.read("d"), self.read("f")
+        return self.read("d"), self.read("f"), recorded(self.folder / "r")
+
+    def forget(self):
+        for name in self.files():
+            if name in ("d", "f") or name.split(".")[0] == "r" or ".part-" in name:
+                (self.folder / name).unlink()
 
     def resume(self, *options, **more):
         return self.fine("meldsim", "resume", "kept", "--quiet", *options, **more)
@@ -80,7 +103,7 @@ class Ways(Case):
         self.assertEqual(self.outcome(), wanted)
 
     def test_resume_of_a_run_that_is_over_does_nothing(self):
-        self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "--digest", "d", "--facts-out", "f", *KEEP)
+        self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
         before = self.outcome()
         self.resume("-n", 2)
         self.assertEqual(self.outcome(), before)
@@ -91,8 +114,7 @@ class Ways(Case):
             for processes in (1, 2):
                 with self.subTest(signal=sent, processes=processes):
                     shutil.rmtree(self.folder / "kept", ignore_errors=True)
-                    for name in "df":
-                        (self.folder / name).unlink(missing_ok=True)
+                    self.forget()
                     run = subprocess.Popen([outputs_test.TOOLS.meldsim, *until(100000), *KEEP[:2],
                                             "-n", str(processes)], cwd=self.folder)
                     self.wait_for_lines(5)
@@ -122,9 +144,10 @@ class Ways(Case):
         self.fine("meldsim", *RUN, "--checkpoint", "kept", "--checkpoint-every", "1ms", "-n", 2)
         self.assertEqual(len(self.manifests()), 2)
 
-    def test_the_digest_of_an_earlier_run_is_replaced_at_the_end(self):
+    def test_files_of_an_earlier_run_are_replaced_at_the_end(self):
         wanted = self.undisturbed()
         self.write("d", "of an earlier run\n")
+        self.write("r", "of an earlier run\n")
         self.fine("meldsim", *until(60), *KEEP)
         self.resume("--ticks", 300)
         self.assertEqual(self.outcome(), wanted)
@@ -144,9 +167,7 @@ class Kills(Case):
         kills = 0
         for _ in range(loops):
             shutil.rmtree(self.folder / "kept", ignore_errors=True)
-            for name in self.files():
-                if name in "df" or ".part-" in name:
-                    (self.folder / name).unlink()
+            self.forget()
             command = [*run_words, *every, "-n", str(rng.choice((1, 1, 2)))]
             for _ in range(50):
                 run = subprocess.Popen([outputs_test.TOOLS.meldsim, *command], cwd=self.folder, stderr=subprocess.PIPE)
@@ -171,7 +192,9 @@ class Kills(Case):
                     command = ["resume", "kept", "--quiet", "-n", str(rng.choice((1, 1, 2)))]
                 else:
                     shutil.rmtree(self.folder / "kept", ignore_errors=True)
-                    (self.folder / "d").unlink(missing_ok=True)
+                    # Or it stays until the new run is whole.
+                    if rng.randrange(2):
+                        self.forget()
             else:
                 self.fine("meldsim", *command)
             self.assertEqual(self.outcome(), wanted, f"after {kills} kills")
@@ -185,8 +208,7 @@ class Supervision(Case):
     def test_a_process_is_killed(self):
         self.fine("meldsim", *until(4000))
         wanted = self.outcome()
-        for name in "df":
-            (self.folder / name).unlink()
+        self.forget()
         run = subprocess.Popen([outputs_test.TOOLS.meldsim, *until(4000), *KEEP, "-n", "2", "--retries", "2"], cwd=self.folder,
                                stderr=subprocess.PIPE)
         self.addCleanup(run.stderr.close)
@@ -218,11 +240,12 @@ class Damage(Case):
         self.fine("meldsim", *until(100), *KEEP)
         shutil.copytree(self.folder / "kept", self.folder / "whole")
         self.half = self.outcome()
+        self.recording = self.read("r")
 
     def again(self):
         shutil.rmtree(self.folder / "kept")
         shutil.copytree(self.folder / "whole", self.folder / "kept")
-        for name, text in zip("df", self.half):
+        for name, text in zip("dfr", (*self.half[:2], self.recording)):
             (self.folder / name).write_bytes(text)
 
     def damages(self, data, rng):
@@ -259,10 +282,23 @@ class Damage(Case):
     def test_what_the_run_wrote_is_not_as_it_was(self):
         self.write("d", "")
         self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "shorter"])
+        self.assertIn("d", self.files())
         self.write("d", "x" * len(self.half[0]))
         self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "tick 100"])
         (self.folder / "d").unlink()
         self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with d", "gone"])
+        self.assertEqual(recorded(self.folder / "r"), self.half[2])
+
+    def test_a_recording_that_is_not_as_it_was(self):
+        self.fine("meldsim", *[word if word != "r" else "other" for word in until(100)], "--seed", "9")
+        for data, says in ((self.recording[:-4000], "it is shorter than it was"), (b"x" * 10_000_000, "signature not found"),
+                           (self.read("other"), "it is a recording of another run")):
+            self.write("r", "")
+            (self.folder / "r").write_bytes(data)
+            self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with r", says, "Put it back as the run left it"])
+            self.assertEqual(self.read("r"), data)
+        (self.folder / "r").unlink()
+        self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with r", "it is gone"])
 
     def test_another_program_or_world(self):
         for name, what in (("waiting.meld", "the program"), ("waiting.toml", "the world")):

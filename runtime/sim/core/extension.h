@@ -42,6 +42,9 @@ class SimModule {
         return fail("it does not say how what it keeps is saved",
                     "Let it override SimModule::saveable(), and save_rest() and load_rest() if it keeps anything between two ticks");
     }
+    // Before a checkpoint on disk, on every process at the same time: what has been written to files that save_rest() speaks of is on the
+    // disk when this returns. Errors, the same on every process: there is no checkpoint then.
+    virtual Result<void> secure(Subdomain&) { return {}; }
     // A run that goes on from a snapshot calls resume() where it would call start(): it finds what it needs in the program and the
     // world, and changes no facts, which come back by themselves. Then all that save_catoms and save_rest wrote is read, of all
     // processes that wrote it, on however many there are now. What is kept for catoms is written in their order, and read by their

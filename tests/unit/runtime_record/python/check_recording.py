@@ -1,11 +1,12 @@
 """Reads recordings as an outsider does: with h5py, by the published layout of VTKHDF, and with VTK's own reader if it is there.
 
-Usage: check_recording.py WRITER layout|killed|full-disk|every-write|every-write-long
+Usage: check_recording.py WRITER layout|killed|full-disk|every-write|every-write-long|reopened|reopened-every-write|...-long
 """
 
 import os
 import random
 import resource
+import shutil
 import struct
 import subprocess
 import sys
@@ -282,13 +283,13 @@ def listed_writes(path):
             yield inode, kind, at, log.read(size)
 
 
-def check_some_steps(path, said, total, every):
+def check_some_steps(path, said, total, every, most=None):
     """A reader that comes now finds all steps that were said to be there, and tables that agree. Returns the number of steps."""
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         steps = root["Steps"]
         count = int(steps.attrs["NSteps"])
-        assert said <= count <= min(said + 1, total), (said, count)
+        assert said <= count <= (most or min(said + 1, total)), (said, count)
         assert list(steps["Values"]) == list(range(count)), (count, list(steps["Values"]))
         columns = []
         steps.visititems(lambda _, column: columns.append(column) if isinstance(column, h5py.Dataset) else None)
@@ -348,6 +349,113 @@ def check_every_write_long(writer, folder):
     check_every_write(writer, folder, steps=600, stride=97)
 
 
+def contents(path):
+    """All that a reader can find: data, shapes, attributes and links."""
+    found = {}
+    with h5py.File(path, "r") as file:
+        def visit(name, item):
+            entry = dict(item.attrs.items()), {}
+            if isinstance(item, h5py.Dataset):
+                entry = entry[0], (item.shape, item.chunks, str(item.dtype), item[()] if item.shape == () else item[...].tolist())
+            found[name] = repr(entry)
+        file.visititems(visit)
+        found["link"] = file["VTKHDF"].get("Steps", getlink=True).path
+    return found
+
+
+def check_same(path, wanted):
+    """Two recordings hold the same, and so do their sidecars, but for the name of the file."""
+    assert contents(path) == contents(wanted), [name for name, entry in contents(wanted).items() if contents(path).get(name) != entry]
+    for sidecar in (".xdmf", ".lines.xdmf"):
+        texts = []
+        for each in (path, wanted):
+            with open(each + sidecar, encoding="utf-8") as file:
+                texts.append(file.read().replace(os.path.basename(each), "NAME"))
+        assert texts[0] == texts[1], sidecar
+
+
+def write_some(writer, *words, **environment):
+    done = subprocess.run([writer, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **environment})
+    return done.returncode, done.stderr
+
+
+def check_reopened(writer, folder, steps=30):
+    """A recording that was saved after some steps, and got more or fewer afterwards, ends as if it had never stopped."""
+    path, wanted, state = (os.path.join(folder, name) for name in ("a.vtkhdf", "wanted.vtkhdf", "state"))
+    assert write_some(writer, steps, wanted) == (0, "")
+    for saved, written, closed in [(6, 6, False), (6, 7, False), (6, 8, True), (7, 7, True), (7, 12, False), (8, 27, False), (9, 30, True),
+                                   (29, 40, True), (30, 41, False), (30, 30, True)]:
+        os.path.exists(path) and os.unlink(path)
+        assert write_some(writer, written, path, state, saved, *["closed"] * closed) == (0, "")
+        assert write_some(writer, steps, path, state) == (0, ""), (saved, written, closed)
+        check_same(path, wanted)
+        # Once more, from what is whole.
+        assert write_some(writer, steps, path, state) == (0, ""), (saved, written, closed)
+        check_same(path, wanted)
+    # What is not the recording that was saved is left as it is.
+    write_some(writer, 20, path, state, 10, "closed")
+    os.rename(path, path + ".whole")
+    with open(path + ".whole", "rb") as whole:
+        data = whole.read()
+    shutil.copyfile(path + ".whole", path)
+    with h5py.File(path, "r+") as changed:
+        changed["VTKHDF/PointData/dist"][int(changed["VTKHDF/Steps/PointDataOffsets/dist"][9]) + 3] += 1
+    with open(path, "rb") as changed:
+        changed_data = changed.read()
+    for other, says in [(None, "it is gone"), (b"x", "it is shorter than it was"), (b"x" * 10_000_000, "signature not found"),
+                        (data[:8], "shorter"), (data[:5000], "shorter"), (changed_data, "its step 9 is not the one that was written")]:
+        os.path.exists(path) and os.unlink(path)
+        if other is not None:
+            with open(path, "wb") as file:
+                file.write(other)
+        code, words = write_some(writer, 30, path, state)
+        assert code == 2 and "cannot go on with" in words and says in words, (says, code, words)
+        if other is not None:
+            with open(path, "rb") as file:
+                assert file.read() == other, "a file that is refused has changed"
+
+
+def check_reopened_every_write(writer, folder, stride=41, cases=((6, 9, True), (10, 13, False))):
+    """Whoever goes on with a recording and is killed after any of its writes leaves the steps that were saved, to go on with again."""
+    path, wanted, state, log = (os.path.join(folder, name) for name in ("a.vtkhdf", "wanted.vtkhdf", "state", "log"))
+    steps, tried = 16, 0
+    assert write_some(writer, steps, wanted) == (0, "")
+    for saved, written, closed in cases:
+        os.path.exists(path) and os.unlink(path)
+        assert write_some(writer, written, path, state, saved, *["closed"] * closed) == (0, "")
+        killed, again = os.path.join(folder, "killed.vtkhdf"), os.path.join(folder, "again.vtkhdf")
+        shutil.copyfile(path, killed)
+        assert write_some(writer, steps, path, state, WRITE_LOG=log) == (0, "")
+        inode, said = os.stat(path).st_ino, saved
+        with open(killed, "r+b", buffering=0) as file:
+            for number, (where, kind, at, data) in enumerate(listed_writes(log)):
+                if kind == SAID:
+                    said = int(data.split()[-1])
+                if where != inode or kind not in (WRITE, LENGTH):
+                    continue
+                if kind == WRITE:
+                    os.pwrite(file.fileno(), data, at)
+                else:
+                    os.ftruncate(file.fileno(), at)
+                if number % stride != 0:
+                    continue
+                try:
+                    check_some_steps(killed, said, max(steps, written), False, most=max(written, said + 1))
+                    # Its place is where it was.
+                    shutil.copyfile(killed, path)
+                    assert write_some(writer, steps, path, state) == (0, "")
+                    check_same(path, wanted)
+                except Exception as error:
+                    raise AssertionError(f"killed after write {number}, {kind} of {len(data)} at {at}, {said} steps told") from error
+                tried += 1
+        os.unlink(log)
+    print(f"{tried} kills")
+
+
+def check_reopened_every_write_long(writer, folder):
+    check_reopened_every_write(writer, folder, stride=1, cases=((6, 6, False), (6, 7, False), (6, 9, True), (10, 13, False), (11, 40, True)))
+
+
 def check_full_disk(writer, folder):
     """A limit on the size of files stands for the disk: it, too, fails in the middle of a write."""
     for limit in [0, 1000, 5000, 10_000, 50_000, 500_000, 1_000_003, 2_000_000, 5_000_001]:
@@ -376,6 +484,7 @@ def check_full_disk(writer, folder):
 
 if __name__ == "__main__":
     checks = {"layout": check_layout, "killed": check_killed, "full-disk": check_full_disk,
-              "every-write": check_every_write, "every-write-long": check_every_write_long}
+              "every-write": check_every_write, "every-write-long": check_every_write_long, "reopened": check_reopened,
+              "reopened-every-write": check_reopened_every_write, "reopened-every-write-long": check_reopened_every_write_long}
     with tempfile.TemporaryDirectory() as temporary:
         checks[sys.argv[2]](sys.argv[1], temporary)

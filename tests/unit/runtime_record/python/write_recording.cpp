@@ -1,9 +1,13 @@
 // Writes recordings for check_recording.py: "layout FILE" a small one with every special case, "endless FILE" one that goes on
 // until it is killed, "N FILE" one of N steps whose catoms become more; the last two say after each step that it is in the file.
+// "N FILE STATE S" writes such a one and notes in STATE what is saved of it after S steps; then it ends without closing it, or with
+// "N FILE STATE S closed" after that. "N FILE STATE" goes on with it from there and closes it.
 #include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 #include <string>
 #include <string_view>
@@ -121,12 +125,9 @@ void write_endless(const char* path) {
 }
 
 // An array comes late, texts become more, and so do the parts, with more and more rows in the chunks that they share.
-void write_steps(std::int64_t steps, const char* path) {
-    RecordingInfo info;
-    info.lines = true;
+void write_steps(Recording& recording, std::int64_t first, std::int64_t end) {
     const Ensemble nobody(0, 0);
-    Recording recording = expect(Recording::create(path, info));
-    for (std::int64_t shift = 0; shift < steps; ++shift) {
+    for (std::int64_t shift = first; shift < end; ++shift) {
         const Ensemble ensemble(static_cast<std::size_t>(20 + 30 * (shift / 2)), shift);
         std::vector<RecordedArray> arrays = {ensemble.distance(), ensemble.label()};
         if (shift >= kStepsWithoutForce) arrays.push_back(ensemble.force());
@@ -136,6 +137,33 @@ void write_steps(std::int64_t steps, const char* path) {
         expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines, {&table, 1}));
         say(shift + 1);
     }
+}
+
+// What is to be done with a recording of so many steps: see the top.
+void write_some(std::int64_t steps, const std::vector<std::string>& words) {
+    const std::string& path = words[0];
+    RecordingInfo info;
+    info.lines = true;
+    if (words.size() == 2) {
+        std::ifstream in(words[1], std::ios::binary);
+        const std::string text(std::istreambuf_iterator<char>(in), {});
+        ByteReader saved(std::as_bytes(std::span(text)), "the saved state", ByteReader::Origin::Outside);
+        const auto first = saved.read<std::int64_t>();
+        Recording recording = expect(Recording::reopen(path, info, saved));
+        write_steps(recording, first, steps);
+        return expect(recording.close());
+    }
+    Recording recording = expect(Recording::create(path, info));
+    const std::int64_t first = words.size() > 2 ? std::stoll(words[2]) : steps;
+    write_steps(recording, 0, first);
+    if (words.size() > 2) {
+        ByteWriter saved;
+        saved.write(first);
+        recording.save(saved);
+        std::ofstream(words[1], std::ios::binary).write(reinterpret_cast<const char*>(saved.view().data()), std::ssize(saved.view()));
+    }
+    write_steps(recording, first, steps);
+    if (words.size() == 3) std::_Exit(0);
     expect(recording.close());
 }
 
@@ -143,9 +171,9 @@ void write_steps(std::int64_t steps, const char* path) {
 
 int main(int argc, char** argv) {
     prepare_standard_streams();
-    if (argc != 3) return 2;
+    if (argc < 3) return 2;
     if (std::string_view(argv[1]) == "layout") write_layout(argv[2]);
     if (std::string_view(argv[1]) == "endless") write_endless(argv[2]);
-    if (const int steps = std::atoi(argv[1]); steps > 0) write_steps(steps, argv[2]);
+    if (const int steps = std::atoi(argv[1]); steps > 0) write_some(steps, {argv + 2, argv + argc});
     return 0;
 }
