@@ -23,7 +23,7 @@ std::string count_in_words(const std::vector<Diagnostic>& diagnostics) {
     std::vector<std::string> words;
     for (const auto& [severity, word] : kWords) {
         const auto count = std::count_if(diagnostics.begin(), diagnostics.end(),
-                                         [severity = severity](const Diagnostic& d) { return info(d.kind).severity == severity; });
+                                         [wanted = severity](const Diagnostic& d) { return info(d.kind).severity == wanted; });
         if (count > 0) words.push_back(fmt::format("{} {}{}", count, word, count == 1 ? "" : "s"));
     }
     return in_words(words);
