@@ -211,6 +211,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       written_(other.written_),
       committed_(other.committed_),
       error_(other.error_),
+      reserved_(other.reserved_),
       offset_(other.offset_),
       waiting_(std::move(other.waiting_)) {}
 
@@ -266,6 +267,18 @@ void OutputFile::write(std::string_view text) {
     if (error_ != 0) return;
     waiting_ += text;
     if (waiting_.size() >= kBufferBytes) give_to_system();
+}
+
+Result<void> OutputFile::reserve(std::uint64_t bytes) {
+    MELD_EXPECT(!stream_);
+    if (bytes == 0) return {};
+    int result = make_file() ? 0 : -1;
+    while (error_ == 0 && (result = fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes))) != 0 && errno == EINTR) {
+    }
+    reserved_ = result == 0;
+    if (result != 0 && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)) set_error(errno);
+    if (error_ != 0) return tl::unexpected(cannot_write(shown_, error_));
+    return {};
 }
 
 void OutputFile::replace_from(std::uint64_t offset, std::string_view text) {
@@ -325,6 +338,9 @@ Result<void> OutputFile::commit() {
     MELD_EXPECT(!committed_);
     const interrupt::Undivided undivided;
     if (!stream_) make_file();
+    give_to_system();
+    // What was reserved and is not needed.
+    if (reserved_ && error_ == 0 && ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) set_error(errno);
     if (auto flushed = flush(); !flushed) return flushed;
     if (!stream_ && !at_target_ && rename(beside_.c_str(), target_.c_str()) != 0) {
         set_error(errno);

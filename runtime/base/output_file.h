@@ -53,6 +53,9 @@ class OutputFile {
 
     // Appends. After the first failure nothing more is written, and flush() and commit() report it.
     void write(std::string_view text);
+    // Takes so much space on the disk for what is to be written, so that it does not become full in the middle; without effect where the file
+    // system cannot do that. Errors: there is not so much.
+    Result<void> reserve(std::uint64_t bytes);
     // Overwrites the bytes at this position and after it. Only for regular files, see names_stream().
     void replace_from(std::uint64_t offset, std::string_view text);
     // Hands everything written to the system or, if it must survive a stop of the machine, to the disk.
@@ -101,6 +104,7 @@ class OutputFile {
     bool written_ = false;
     bool committed_ = false;
     int error_ = 0;
+    bool reserved_ = false;
     std::uint64_t offset_ = 0;  // The offset of the waiting bytes in a regular file.
     std::string waiting_;
 };

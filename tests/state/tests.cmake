@@ -1,5 +1,7 @@
 # Runs that are stopped and go on.
-meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE_CURRENT_LIST_DIR}/timeline_test.cpp DEPENDS runtime/driver)
+meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE_CURRENT_LIST_DIR}/timeline_test.cpp
+                              ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp
+          DEPENDS runtime/driver)
 target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
                                               CLAYMELD_STATE_TESTS="${CMAKE_CURRENT_LIST_DIR}")
 add_dependencies(test_state meldc)
@@ -14,3 +16,14 @@ endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
+
+# Calls that write fail, one after the other: some, and all of them.
+add_library(state_fail_calls MODULE ${CMAKE_CURRENT_LIST_DIR}/fail_calls.cpp)
+target_link_libraries(state_fail_calls PRIVATE ${CMAKE_DL_LIBS})
+add_dependencies(unit_tests state_fail_calls)
+set(state_faults ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/faults_test.py --meldc $<TARGET_FILE:meldc>
+  --meldsim $<TARGET_FILE:meldsim> --fail-calls $<TARGET_FILE:state_fail_calls>)
+add_test(NAME state_faults COMMAND ${state_faults} --stride 13)
+set_tests_properties(state_faults PROPERTIES TIMEOUT 300)
+add_test(NAME state_faults_campaign COMMAND ${state_faults})
+set_tests_properties(state_faults_campaign PROPERTIES TIMEOUT 3000 LABELS campaign)

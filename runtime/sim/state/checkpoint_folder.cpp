@@ -215,7 +215,10 @@ Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Resu
     const auto write_share = [&]() -> Result<void> {
         Result<std::unique_ptr<ShareWriter>> file = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
         if (!file) return tl::unexpected<Error>(file.error());
+        // As much as the last one took: a disk that is too full is found before all of it is written.
+        if (const Result<void> reserved = (*file)->reserve(share_bytes_); !reserved) return reserved;
         if (const Result<void> saved = save(**file); !saved) return saved;
+        share_bytes_ = (*file)->size();
         return (*file)->close();
     };
     Result<void> all = comm::outcome_of_all(comm, write_share());

@@ -80,6 +80,7 @@ class CheckpointFolder {
     std::string path_;
     std::optional<OutputLock> lock_;
     std::optional<std::int64_t> last_;
+    std::uint64_t share_bytes_ = 0;  // Of this process, in the last one that it wrote.
 };
 
 }  // namespace meld::sim

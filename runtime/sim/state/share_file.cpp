@@ -13,9 +13,13 @@ namespace meld::sim {
 
 namespace {
 
-constexpr char kMagic[16] = "meld snapshot 1";
+constexpr char kMagic[16] = "meld snapshot 2";
+
+// Of the kind and the bytes, and thereby of the length: a file that ends after a whole block lacks the last kind.
+std::uint64_t hash_of(ShareBlock kind, const Block& block) { return hash_bytes(block, static_cast<std::uint64_t>(kind)); }
 
 struct BlockHead {
+    ShareBlock kind = ShareBlock::Rest;
     std::uint64_t size = 0;
     std::uint64_t hash = 0;
 };
@@ -34,22 +38,24 @@ Result<std::unique_ptr<ShareWriter>> ShareWriter::create(const std::string& path
     return writer;
 }
 
-void ShareWriter::write(const Block& block) {
-    const BlockHead head{block.size(), hash_bytes(block)};
+void ShareWriter::write(ShareBlock kind, const Block& block) {
+    const BlockHead head{kind, block.size(), hash_of(kind, block)};
     file_.write({reinterpret_cast<const char*>(&head), sizeof head});
     file_.write({reinterpret_cast<const char*>(block.data()), block.size()});
 }
 
 Result<void> ShareWriter::chunk(Chunk chunk) {
-    write(chunk.places);
-    write(chunk.state);
+    write(ShareBlock::Places, chunk.places);
+    write(ShareBlock::State, chunk.state);
     return {};
 }
 
 Result<void> ShareWriter::rest(Block rest) {
-    write(rest);
+    write(ShareBlock::Rest, rest);
     return {};
 }
+
+Result<void> ShareWriter::reserve(std::uint64_t bytes) { return file_.reserve(bytes); }
 
 Result<void> ShareWriter::close() { return file_.commit(); }
 
@@ -81,10 +87,14 @@ Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
         in.seekg(static_cast<std::streamoff>(at));
         if (size - at < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.size > size - at - sizeof head)
             return damaged(path, fmt::format("ends in the midst of a block at byte {}", at));
-        out.blocks.push_back({at + sizeof head, head.size, head.hash});
+        const bool ended = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Rest;
+        const bool after_places = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Places;
+        if (ended || (head.kind == ShareBlock::State) != after_places || head.kind > ShareBlock::Rest)
+            return damaged(path, fmt::format("has a block at byte {} that does not belong there", at));
+        out.blocks.push_back({head.kind, at + sizeof head, head.size, head.hash});
         at += sizeof head + head.size;
     }
-    if (out.blocks.size() % 2 == 0) return damaged(path, fmt::format("has {} blocks, and one is missing", out.blocks.size()));
+    if (out.blocks.empty() || out.blocks.back().kind != ShareBlock::Rest) return damaged(path, "lacks its last block");
     return out;
 }
 
@@ -103,7 +113,7 @@ Result<Block> ShareFiles::read(std::size_t share, std::size_t block) const {
     in.seekg(static_cast<std::streamoff>(place.offset));
     if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(place.size)))
         return damaged(file.path, fmt::format("cannot be read at byte {}", place.offset));
-    if (hash_bytes(out) != place.hash)
+    if (hash_of(place.kind, out) != place.hash)
         return damaged(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));
     return out;
 }

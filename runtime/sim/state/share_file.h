@@ -2,6 +2,7 @@
 // too early or has other bytes than were written is refused.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 
 namespace meld::sim {
 
+// Two of each chunk, and one at the end.
+enum class ShareBlock : std::uint64_t { Places, State, Rest };
+
 // Writes chunk by chunk; the file is there, and safe from a failure of the machine, when close() has returned well.
 class ShareWriter : public ShareSink {
   public:
@@ -18,11 +22,14 @@ class ShareWriter : public ShareSink {
     static Result<std::unique_ptr<ShareWriter>> create(const std::string& path);
     Result<void> chunk(Chunk chunk) override;
     Result<void> rest(Block rest) override;
+    // Takes so much space on the disk in advance. Errors: there is not so much.
+    Result<void> reserve(std::uint64_t bytes);
+    std::uint64_t size() const { return file_.size(); }
     Result<void> close();
 
   private:
     explicit ShareWriter(OutputFile file) : file_(std::move(file)) {}
-    void write(const Block& block);
+    void write(ShareBlock kind, const Block& block);
 
     OutputFile file_;
 };
@@ -43,11 +50,12 @@ class ShareFiles : public Shares {
 
   private:
     struct Place {
+        ShareBlock kind = ShareBlock::Rest;
         std::uint64_t offset = 0, size = 0, hash = 0;
     };
     struct File {
         std::string path;
-        std::vector<Place> blocks;  // Two of each chunk, and the rest.
+        std::vector<Place> blocks;
     };
     static Result<File> index(const std::string& path);
     Result<Block> read(std::size_t share, std::size_t block) const;

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -159,6 +160,45 @@ TEST_F(OutputFileTest, TellsWhatIsWrong) {
     EXPECT_EQ(full.error().problem, "cannot write /dev/full: No space left on device");
     EXPECT_EQ(full.error().code, ExitCode::LimitHit);
     EXPECT_TRUE(write_file("/dev/null", "text"));
+}
+
+TEST_F(OutputFileTest, ReservesSpaceAndGivesBackWhatItDoesNotNeed) {
+    constexpr std::uint64_t most = 8 << 20;
+    const auto blocks_bytes = [&] {
+        struct stat status{};
+        EXPECT_EQ(stat(path("a").c_str(), &status), 0);
+        return static_cast<std::uint64_t>(status.st_blocks) * 512;
+    };
+    auto file = OutputFile::open(path("a"), Appears::Whole);
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->reserve(most));
+    file->write("text");
+    ASSERT_TRUE(file->commit());
+    EXPECT_EQ(text("a"), "text");
+    EXPECT_LT(blocks_bytes(), most);
+    auto larger = OutputFile::open(path("b"), Appears::Whole);
+    ASSERT_TRUE(larger);
+    const auto no_disk_is_so_large = larger->reserve(std::uint64_t{1} << 62);
+    ASSERT_FALSE(no_disk_is_so_large);
+    EXPECT_EQ(no_disk_is_so_large.error().code, ExitCode::LimitHit);
+}
+
+TEST_F(OutputFileTest, GoesOnWithWhatAnEarlierProcessWrote) {
+    put("a", "one two three");
+    {
+        auto file = OutputFile::reopen(path("a"), path("a"), 7, Durability::Process);
+        ASSERT_TRUE(file) << file.error().message();
+        EXPECT_EQ(*file->read_end(3), "two");
+        EXPECT_EQ(text("a"), "one two three");
+        file->replace_from(7, " 3");
+        EXPECT_TRUE(file->sync());
+    }
+    EXPECT_EQ(text("a"), "one two 3");
+    const auto shorter = OutputFile::reopen(path("a"), path("a"), 10, Durability::Process);
+    ASSERT_FALSE(shorter);
+    EXPECT_THAT(shorter.error().problem, HasSubstr("it is shorter than it was"));
+    EXPECT_EQ(text("a"), "one two 3");
+    EXPECT_THAT(OutputFile::reopen(path("b"), path("b"), 0, Durability::Process).error().problem, HasSubstr("it is gone"));
 }
 
 TEST_F(OutputFileTest, LongNamesLeaveRoomForThoseBeside) {
