@@ -286,7 +286,6 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
             still = std::min(still, bodies.properties[slot].still_ticks);
             bodies.drift[slot] = {0, 0, 0};
-            if (world_.has_features() && bodies.features[slot].table != 0) states_[b].has_features = true;
         }
         resume_stillness(states_[b], still);
     }

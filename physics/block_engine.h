@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -34,6 +35,14 @@ class BlockEngine final : public Engine {
     void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const override;
     std::size_t bytes() const override;
     double residual() override;
+    std::size_t awake_bodies() const override { return report().awake_bodies; }
+    Home home(std::uint32_t slot) const override;
+    std::vector<std::uint32_t> slots_of(Home home, std::span<const std::uint32_t> known) const override;
+    void save_home(Home home, ByteWriter& bodies, ByteWriter& contacts) const override;
+    Result<void> load_home(Home home, std::uint32_t first, bool ghosts, ByteReader& bodies, ByteReader& contacts) override;
+    void save_rest(ByteWriter& out) const override;
+    void load_rest(ByteReader& in) override;
+    Result<void> loaded(Workers& workers) override;
 
     // The stages of a step, to be run in order.
     std::vector<Stage> plan(const StepTimes& times) const;
@@ -68,7 +77,6 @@ class BlockEngine final : public Engine {
         bool owned = true;
         // Awake, or asleep next to an awake block: its contacts are solved.
         bool active = true;
-        bool has_features = false;
     };
 
     // A body that moves in a block where nearly all are still: where it was when the engine began to watch it, and its greatest speed
@@ -83,6 +91,19 @@ class BlockEngine final : public Engine {
         std::uint64_t since_tick = 0;
         int watch_ticks = 0;
         bool hold = false;
+    };
+
+    // A block that came from a snapshot: its bodies are in the slots from `first` on.
+    struct LoadedBlock {
+        std::uint64_t key = 0;
+        std::uint32_t first = 0, count = 0;
+        BlockState state = {};
+        std::optional<Cages> cages = {};  // Slots are counted from the first of the block.
+        std::vector<std::byte> contacts = {};
+    };
+    struct Loading {
+        GridShape shape;
+        std::vector<LoadedBlock> blocks;
     };
 
     Result<void> prepare(const StepTimes& times, Workers& workers);
@@ -153,6 +174,7 @@ class BlockEngine final : public Engine {
     // Whether this subdomain owns a block; empty if the world is not divided.
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
+    Loading loading_;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };

@@ -22,6 +22,14 @@ std::size_t jobs_for(std::size_t count, std::size_t per_job) { return (count + p
 
 }  // namespace
 
+BlockCoordinates block_of(const Place& place, double block_m) {
+    const auto at = [block_m](double position) {
+        const double block = std::floor(position * (1 / block_m));
+        return static_cast<std::int32_t>(std::clamp(block, static_cast<double>(-kFarthestBlock), static_cast<double>(kFarthestBlock)));
+    };
+    return {at(place.x), at(place.y), at(place.z)};
+}
+
 struct BlockGrid::Sorting {
     Buffer<std::uint64_t> key;
     Buffer<std::uint16_t> cell;
@@ -57,7 +65,11 @@ Result<void> BlockGrid::build(Bodies& bodies, const GridShape& shape, double rea
         shape_ = former;
         return located;
     }
-    make_blocks(workers, sorting);
+    std::vector<std::uint64_t> keys;
+    for (const auto& met : sorting.met) keys.insert(keys.end(), met.begin(), met.end());
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    make_blocks(keys);
     assign(workers, sorting, order);
     rows_.resize(blocks_.size() * kRowEntries);
     cells_.resize(order.size());
@@ -120,12 +132,22 @@ Result<void> BlockGrid::locate(const Bodies& bodies, double reach_m, Workers& wo
     return {};
 }
 
-// The blocks in the order of their keys, and the table that finds them.
-void BlockGrid::make_blocks(Workers&, Sorting& sorting) {
+void BlockGrid::restore(const GridShape& shape, std::span<const std::pair<std::uint64_t, std::uint32_t>> blocks, Workers& workers) {
+    shape_ = shape;
     std::vector<std::uint64_t> keys;
-    for (const auto& met : sorting.met) keys.insert(keys.end(), met.begin(), met.end());
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    for (const auto& [key, count] : blocks) keys.push_back(key);
+    make_blocks(keys);
+    std::uint32_t first = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        blocks_[b].first = first;
+        blocks_[b].count = blocks[b].second;
+        first += blocks_[b].count;
+    }
+    link_blocks(workers);
+}
+
+// The blocks in the order of their keys, and the table that finds them.
+void BlockGrid::make_blocks(std::span<const std::uint64_t> keys) {
     std::size_t size = 16;
     while (size < 2 * keys.size()) size *= 2;
     table_.assign(size, kNoBlock);

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "physics/bodies.h"
@@ -67,11 +68,17 @@ struct GridShape {
     static GridShape fitting(double min_radius_m, double max_radius_m, double reach_m, double paths_m = 0);
 };
 
+// The block of a position; one that is too far away gets some block, and the next sorting reports it.
+BlockCoordinates block_of(const Place& place, double block_m);
+
 class BlockGrid {
   public:
     // Sorts the bodies into blocks; those flagged kRemoved are dropped. The error names a body whose position is not a number or too far
     // away; nothing has changed then. `order` receives the former slot of each body.
     Result<void> build(Bodies& bodies, const GridShape& shape, double reach_m, Workers& workers, Buffer<std::uint32_t>& order);
+
+    // Makes the blocks of bodies that are sorted already: the key of each and how many bodies it has, by key.
+    void restore(const GridShape& shape, std::span<const std::pair<std::uint64_t, std::uint32_t>> blocks, Workers& workers);
 
     const GridShape& shape() const { return shape_; }
     std::span<const Block> blocks() const { return blocks_; }
@@ -95,7 +102,8 @@ class BlockGrid {
     struct Sorting;
 
     Result<void> locate(const Bodies& bodies, double reach_m, Workers& workers, Sorting& sorting) const;
-    void make_blocks(Workers& workers, Sorting& sorting);
+    // From their keys, sorted.
+    void make_blocks(std::span<const std::uint64_t> keys);
     void link_blocks(Workers& workers);
     void assign(Workers& workers, Sorting& sorting, Buffer<std::uint32_t>& order);
     void sort_block(const Bodies& bodies, const Sorting& sorting, std::uint32_t block, std::span<std::uint32_t> order,

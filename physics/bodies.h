@@ -118,4 +118,10 @@ class Bodies {
     std::vector<std::uint32_t> slot_of_id_;
 };
 
+inline std::vector<std::uint32_t> all_slots(const Bodies& bodies) {
+    std::vector<std::uint32_t> slots(bodies.count());
+    for (std::uint32_t slot = 0; slot < slots.size(); ++slot) slots[slot] = slot;
+    return slots;
+}
+
 }  // namespace meld::physics

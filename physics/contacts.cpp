@@ -26,16 +26,6 @@ constexpr std::size_t kSegmentPairs = 384;
 
 std::size_t jobs_for(std::size_t count, std::size_t per_job) { return (count + per_job - 1) / per_job; }
 
-std::uint32_t motionless_slot(const Bodies& bodies, std::uint32_t block) { return static_cast<std::uint32_t>(bodies.count()) + block; }
-
-float common_friction(const Material& one, const Material& other) { return std::sqrt(one.friction * other.friction); }
-
-void begin(Batch& batch) {
-    const Lanes nothing = lanes(0);
-    batch.nx = batch.ny = batch.nz = batch.friction = batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
-    batch.gap = lanes(kNoContactGap);
-}
-
 // Gives a lane the impulses it had before, if it existed; `sign` is -1 if its body a is not the one with the lower id.
 void recall(const CachedContact* was, Batch& batch, std::uint8_t& touching, int i, float sign) {
     if (!was) return;
@@ -111,23 +101,28 @@ std::size_t Contacts::Arena::colour_lanes(std::size_t bodies, std::span<const Bo
 }
 
 Contacts::BlockBatches Contacts::Arena::room(std::vector<Chunk>& chunks, std::size_t batches) const {
+    const bool obstacles = &chunks == &obstacle_chunks;
+    // Usually few bodies touch obstacles.
+    const bool few = obstacles && chunks.size() + 1 < kChunksOfFew;
+    return Contacts::room(chunks, batches, few ? kFewBatches : batches_per_chunk, obstacles);
+}
+
+Contacts::BlockBatches Contacts::room(std::vector<Chunk>& chunks, std::size_t batches, std::size_t most, bool obstacles) {
     if (batches == 0) return {};
-    MELD_EXPECT(batches_per_chunk > 0);
+    MELD_EXPECT(most > 0);
     if (chunks.empty() || chunks.back().batches.capacity() - chunks.back().batches.size() < batches) {
         Chunk& chunk = chunks.emplace_back();
-        // Usually few bodies touch obstacles.
-        const bool few = &chunks == &obstacle_chunks && chunks.size() < kChunksOfFew;
-        const std::size_t most = std::max(batches, few ? kFewBatches : batches_per_chunk);
+        most = std::max(batches, most);
         chunk.batches.reserve(most), chunk.touching.reserve(most);
-        if (&chunks == &obstacle_chunks) chunk.lanes.reserve(kLanes * most);
+        if (obstacles) chunk.lanes.reserve(kLanes * most);
     }
     Chunk& chunk = chunks.back();
     const std::size_t before = chunk.batches.size(), after = before + batches;
     chunk.batches.resize(after), chunk.touching.resize(after);
-    if (&chunks == &obstacle_chunks) chunk.lanes.resize(kLanes * after);
+    if (obstacles) chunk.lanes.resize(kLanes * after);
     return {.batches = chunk.batches.data() + before,
             .touching = chunk.touching.data() + before,
-            .lanes = chunk.lanes.data() + (&chunks == &obstacle_chunks ? kLanes * before : 0),
+            .lanes = chunk.lanes.data() + (obstacles ? kLanes * before : 0),
             .count = static_cast<std::uint32_t>(batches)};
 }
 
@@ -145,17 +140,21 @@ std::size_t Contacts::Layout::bytes() const {
     return sum;
 }
 
-void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers) {
-    const std::size_t blocks = setup.grid.blocks().size();
-    MELD_EXPECT(wanted == nullptr || wanted->size() == blocks, "{} blocks", blocks);
-    MELD_EXPECT(!setup.materials.empty());
-    Bodies& bodies = setup.bodies;
+void Contacts::add_motionless(Bodies& bodies, std::size_t blocks) {
     bodies.velocity.resize(bodies.count() + blocks);
     bodies.place.resize(bodies.count() + blocks);
     for (std::size_t b = 0; b < blocks; ++b) {
         bodies.velocity[bodies.count() + b] = {};
         bodies.place[bodies.count() + b] = {};
     }
+}
+
+void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers) {
+    const std::size_t blocks = setup.grid.blocks().size();
+    MELD_EXPECT(wanted == nullptr || wanted->size() == blocks, "{} blocks", blocks);
+    MELD_EXPECT(!setup.materials.empty());
+    Bodies& bodies = setup.bodies;
+    add_motionless(bodies, blocks);
     WarmStartCache former(cached_, setup.grid, bodies, kBlocksPerJob, workers);
     const auto threads = static_cast<std::size_t>(workers.threads());
     std::vector<Arena> arenas(threads);

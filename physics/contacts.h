@@ -15,6 +15,8 @@
 #include "physics/pair_search.h"
 #include "physics/warm_start_cache.h"
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/error.h"
 
 namespace meld::physics {
 
@@ -32,6 +34,18 @@ struct alignas(32) Batch {
 
 // The gap of a lane without a contact, m: wide enough to have no effect, small enough that its products stay finite.
 inline constexpr float kNoContactGap = 1e6f;
+
+// The slot of a block's motionless entry.
+inline std::uint32_t motionless_slot(const Bodies& bodies, std::uint32_t block) {
+    return static_cast<std::uint32_t>(bodies.count()) + block;
+}
+
+// A batch without bodies yet: gaps are wide, and nothing presses.
+inline void begin(Batch& batch) {
+    const Lanes nothing = lanes(0);
+    batch.nx = batch.ny = batch.nz = batch.friction = batch.normal_impulse = batch.tx = batch.ty = batch.tz = nothing;
+    batch.gap = lanes(kNoContactGap);
+}
 
 // Beside a batch where bodies can bounce: the share of the approach speed with which they separate, and the impulses of the
 // bounces in this tick, N s.
@@ -77,6 +91,12 @@ class Contacts {
     // Between take_out and lay_out: the cached contacts that other subdomains need.
     std::vector<CachedContact> cached_of(const std::vector<bool>& ids_wanted) const;
     void add_cached(std::vector<CachedContact> contacts);
+    // In a snapshot (saved_contacts.cpp): the batches of a block, as they lie, without lanes of bodies flagged kRemoved, which end in the
+    // next list; and back, each block from its bytes. The bodies are those of the grid then. Errors: they name what is not there.
+    void save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const;
+    Result<void> load(const Setup& setup, std::span<const std::vector<std::byte>> of_block, Workers& workers);
+    // Adds the motionless entries, one a block.
+    static void add_motionless(Bodies& bodies, std::size_t blocks);
     // Forgets impulses and touches, for a state that did not follow from the last one.
     void forget(Workers& workers);
 
@@ -142,6 +162,10 @@ class Contacts {
         std::size_t bytes() const;
     };
     struct Arena;
+    // Room for the batches of a block in the last chunk, or in a new one of `most` batches; for batches with obstacles, with their lanes.
+    static BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches, std::size_t most, bool obstacles);
+    Result<void> load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in);
+    Result<void> load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in);
     void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
     void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
 

@@ -14,6 +14,7 @@
 #include "physics/reports.h"
 #include "physics/settings.h"
 #include "physics/stage.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/exact_sum.h"
 #include "runtime/base/parallel_for.h"
@@ -84,6 +85,23 @@ class Engine {
     virtual void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const = 0;
     virtual std::size_t bytes() const = 0;
     virtual double residual() { return 0; }
+    // Those that it moves: neither asleep nor ghosts.
+    virtual std::size_t awake_bodies() const = 0;
+
+    // ---- snapshots, between two steps (physics/scene/saved_scene.h)
+    // The home of a body, and the slots of the bodies of a home, in the order in which they come back. Before the first step, a home has
+    // the bodies in `known`; after it, all that it keeps there.
+    virtual Home home(std::uint32_t) const { return 0; }
+    virtual std::vector<std::uint32_t> slots_of(Home home, std::span<const std::uint32_t> known) const = 0;
+    // What it keeps of the bodies of a home, which ghosts need too; and of their contacts, which only their owner has.
+    virtual void save_home(Home, ByteWriter& bodies, ByteWriter& contacts) const = 0;
+    // The bodies are in the slots from `first` on. Errors: they cannot be.
+    virtual Result<void> load_home(Home, std::uint32_t first, bool ghosts, ByteReader& bodies, ByteReader& contacts) = 0;
+    // What is of no home; loaded first, as often as subdomains have saved it.
+    virtual void save_rest(ByteWriter&) const = 0;
+    virtual void load_rest(ByteReader&) = 0;
+    // All homes of this subdomain and around it are loaded.
+    virtual Result<void> loaded(Workers&) = 0;
 };
 
 std::unique_ptr<Engine> make_block_engine(World& world);

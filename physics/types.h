@@ -38,6 +38,9 @@ constexpr Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
 using BodyId = std::uint32_t;
 inline constexpr BodyId kMaxBodies = 0x80000000u;
 
+// Where bodies are saved and loaded together: a block of space, by its key (block_grid.h). Engines without blocks have one home.
+using Home = std::uint64_t;
+
 struct BodyPair {
     std::uint32_t first, second;
     auto operator<=>(const BodyPair&) const = default;

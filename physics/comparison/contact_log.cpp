@@ -31,4 +31,14 @@ void ContactLog::add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_
     }
 }
 
+void ContactLog::save(ByteWriter& out) const {
+    out.write_count(touching_.size());
+    for (const Touch& touch : touching_) out.write(touch);
+}
+
+void ContactLog::load(ByteReader& in) {
+    touching_.resize(in.read_count(sizeof(Touch)));
+    for (Touch& touch : touching_) touch = in.read<Touch>();
+}
+
 }  // namespace meld::physics

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "physics/engine.h"
+#include "runtime/base/bytes.h"
 
 namespace meld::physics {
 
@@ -14,6 +15,9 @@ class ContactLog {
     const std::vector<ContactReport>& contacts() const { return contacts_; }
     // As for an engine.
     void add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const;
+    // What touches, from which the next events follow.
+    void save(ByteWriter& out) const;
+    void load(ByteReader& in);
     std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
 
   private:

@@ -90,6 +90,20 @@ class HashEngine final : public Engine {
         return impulse > 0 ? std::sqrt(change / impulse) : 0;
     }
 
+    std::size_t awake_bodies() const override { return world_.bodies.count(); }
+    std::vector<std::uint32_t> slots_of(Home, std::span<const std::uint32_t>) const override { return all_slots(world_.bodies); }
+    void save_home(Home, ByteWriter&, ByteWriter& contacts) const override { log_.save(contacts); }
+    Result<void> load_home(Home, std::uint32_t, bool, ByteReader&, ByteReader& contacts) override {
+        log_.load(contacts);
+        return {};
+    }
+    void save_rest(ByteWriter&) const override {}
+    void load_rest(ByteReader&) override {}
+    Result<void> loaded(Workers&) override {
+        removed_ = true;
+        return {};
+    }
+
   private:
     Result<void> drop_removed(Workers& workers) {
         if (!std::exchange(removed_, false)) return {};
@@ -128,9 +142,7 @@ class HashEngine final : public Engine {
         return world_.check_speeds();
     }
 
-    float friction(std::uint8_t one, std::uint8_t other) const {
-        return std::sqrt(world_.materials[one].friction * world_.materials[other].friction);
-    }
+    float friction(std::uint8_t one, std::uint8_t other) const { return common_friction(world_.materials[one], world_.materials[other]); }
 
     void add_contact(std::uint32_t a, std::uint32_t b, std::uint32_t obstacle, Vec3 normal, double gap, std::uint8_t other_material) {
         Bodies& bodies = world_.bodies;

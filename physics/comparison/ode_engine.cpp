@@ -15,6 +15,7 @@
 #include "physics/feature_wrenches.h"
 #include "physics/ode_library.h"
 #include "physics/ode_shapes.h"
+#include "physics/saved_bodies.h"
 #include "physics/terrain.h"
 
 namespace meld::physics {
@@ -22,6 +23,11 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kMaxContactsOfPair = 4;
+
+// A body as ODE has it, which has more digits than the world's copy.
+struct SavedOdeBody {
+    dReal position[3], turn[4], velocity[3], spin[3];
+};
 
 // ODE's objects for one set of bodies and obstacles.
 struct Mirror {
@@ -71,6 +77,8 @@ class OdeEngine final : public Engine {
             if (stale_) copy_in();
             const StageClock clock(world_.times.solve);
             min_bounce_speed_ = static_cast<double>(rules_for(world_.settings, times, world_.smallest_diameter_m()).bounce.min_speed);
+            // ODE shuffles contacts with random numbers of its own, which other scenes draw too.
+            dRandSetSeed(seed_);
             for (int substep = 0; substep < times.substeps; ++substep) {
                 step_once(times.substep_s(), substep + 1 == times.substeps);
                 copy_out();
@@ -83,6 +91,7 @@ class OdeEngine final : public Engine {
             return world_.wrong(fmt::format("ODE gave up ({})", failure.what()),
                                 "Check bodies that overlap or fly, or use the engine 'blocks'");
         }
+        seed_ = dRandGetSeed();
         if (world_.has_features()) account_charges(world_, workers);
         features_.discount(reports_);
         log_.update(world_, std::move(reports_));
@@ -98,7 +107,78 @@ class OdeEngine final : public Engine {
     void add_normal_forces(std::span<ExactSum> of_slot, Workers&) const override { log_.add_normal_forces(world_.bodies, of_slot); }
     std::size_t bytes() const override { return log_.bytes(); }
 
+    std::size_t awake_bodies() const override { return world_.bodies.count(); }
+    std::vector<std::uint32_t> slots_of(Home, std::span<const std::uint32_t>) const override { return all_slots(world_.bodies); }
+
+    // The order of the geoms in ODE's space is that of the contacts, and depends on which moved last.
+    void save_home(Home, ByteWriter&, ByteWriter& contacts) const override {
+        log_.save(contacts);
+        contacts.write(std::uint64_t{seed_});
+        contacts.write(mirror_ != nullptr);
+        if (!mirror_) return;
+        contacts.write(stale_);
+        for (const dBodyID body : mirror_->bodies) {
+            SavedOdeBody saved;
+            std::copy_n(dBodyGetPosition(body), 3, saved.position);
+            std::copy_n(dBodyGetQuaternion(body), 4, saved.turn);
+            std::copy_n(dBodyGetLinearVel(body), 3, saved.velocity);
+            std::copy_n(dBodyGetAngularVel(body), 3, saved.spin);
+            contacts.write(saved);
+        }
+        for (int i = 0; i < dSpaceGetNumGeoms(mirror_->space); ++i) contacts.write(number_of(dSpaceGetGeom(mirror_->space, i)));
+    }
+
+    Result<void> load_home(Home, std::uint32_t, bool, ByteReader&, ByteReader& contacts) override {
+        log_.load(contacts);
+        changed_ = true;
+        seed_ = static_cast<unsigned long>(contacts.read<std::uint64_t>());
+        if (!contacts.read<bool>()) return {};
+        const bool stale = contacts.read<bool>();
+        enter_ode_thread();
+        build();
+        copy_in();
+        for (const dBodyID body : mirror_->bodies) put_back(body, contacts.read<SavedOdeBody>());
+        return sort_space(contacts, stale);
+    }
+    void save_rest(ByteWriter&) const override {}
+    void load_rest(ByteReader&) override {}
+    Result<void> loaded(Workers&) override { return {}; }
+
   private:
+    // Bodies by their slots, then obstacles.
+    std::uint32_t number_of(dGeomID geom) const {
+        const auto index = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom)));
+        return dGeomGetBody(geom) ? index : static_cast<std::uint32_t>(mirror_->bodies.size()) + index;
+    }
+
+    // Setting a rotation would normalize it again, and change its last bits.
+    static void put_back(dBodyID body, const SavedOdeBody& saved) {
+        dBodySetPosition(body, saved.position[0], saved.position[1], saved.position[2]);
+        auto* turn = const_cast<dReal*>(dBodyGetQuaternion(body));
+        std::copy_n(saved.turn, 4, turn);
+        dRfromQ(const_cast<dReal*>(dBodyGetRotation(body)), turn);
+        dBodySetLinearVel(body, saved.velocity[0], saved.velocity[1], saved.velocity[2]);
+        dBodySetAngularVel(body, saved.spin[0], saved.spin[1], saved.spin[2]);
+    }
+
+    // What is added last comes first.
+    Result<void> sort_space(ByteReader& in, bool stale) {
+        const std::size_t bodies = mirror_->spheres.size();
+        std::vector<std::uint32_t> order(bodies + mirror_->obstacles.count());
+        for (std::uint32_t& number : order) number = in.read<std::uint32_t>();
+        std::vector<std::uint32_t> sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        for (std::uint32_t i = 0; i < sorted.size(); ++i)
+            if (sorted[i] != i) return damaged_snapshot("has other bodies in ODE's space");
+        for (auto number = order.rbegin(); number != order.rend(); ++number) {
+            const dGeomID geom = *number < bodies ? mirror_->spheres[*number] : mirror_->obstacles[*number - bodies];
+            dSpaceRemove(mirror_->space, geom);
+            dSpaceAdd(mirror_->space, geom);
+        }
+        stale_ = stale;
+        return {};
+    }
+
     void drop_removed(Workers& workers) {
         if (!std::exchange(changed_, false)) return;
         Bodies& bodies = world_.bodies;
@@ -278,6 +358,7 @@ class OdeEngine final : public Engine {
     PairwiseFeatures features_;
     ContactLog log_;
     double min_bounce_speed_ = 0;
+    unsigned long seed_ = 0;
     bool stale_ = true, changed_ = false, keep_reports_ = false;
 };
 

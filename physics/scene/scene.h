@@ -22,6 +22,7 @@
 #include "physics/reports.h"
 #include "physics/settings.h"
 #include "physics/types.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/exact_sum.h"
 #include "runtime/base/hash.h"
@@ -58,6 +59,15 @@ struct SwitchedFeatures {
 
 class Engine;
 struct World;
+
+// A home in a snapshot. The bytes are those of the reader.
+struct SavedHome {
+    Home home = 0;
+    std::span<const std::byte> bodies = {}, contacts = {};
+
+    void write(ByteWriter& out) const;
+    static SavedHome read(ByteReader& in);
+};
 
 class Scene {
   public:
@@ -102,6 +112,7 @@ class Scene {
     double pressure(BodyId body);
     double energy_drawn_j(BodyId body) const;
     bool asleep(BodyId body) const;
+    std::size_t awake_bodies() const;
 
     // The slot of the body, below slot_count(); valid until the next step.
     std::uint32_t slot(BodyId body) const;
@@ -134,6 +145,20 @@ class Scene {
     std::size_t bytes() const;
     // Residual of the contact equations at the present velocities (see docs/physics.md); for studies.
     double residual();
+
+    // ---- snapshots between two steps (saved_scene.cpp)
+    // Bodies are saved by their homes, with all that the next steps depend on. A new scene with the same settings, materials, obstacles and
+    // feature tables, and without bodies, loads the rest first, then homes in any order, then all is `loaded`: its steps are those of the
+    // scene that was saved, bit for bit. The engine Hash is the same with one worker only.
+    Home home(BodyId body) const;
+    // `bodies`: those that live there. Also saves those that were removed since the last step.
+    void save_home(Home home, std::span<const BodyId> bodies, ByteWriter& out) const;
+    void save_rest(ByteWriter& out) const;
+    // In a divided world, what each subdomain has saved, one after the other.
+    void load_rest(ByteReader& in);
+    // `ghosts`: it belongs to another subdomain, and its contacts are not needed. Errors: what cannot be.
+    Result<void> load_home(const SavedHome& saved, bool ghosts);
+    Result<void> loaded(Workers& workers);
 
     // For code that steps by stages (subdomain.h): drops the contacts that contacts() has computed.
     void forget_contacts() { contacts_known_ = false; }

@@ -79,6 +79,7 @@ double Scene::energy_drawn_j(BodyId body) const {
 }
 
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
+std::size_t Scene::awake_bodies() const { return engine_->awake_bodies(); }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
 void Scene::forget_events() {
     world_->events.clear();

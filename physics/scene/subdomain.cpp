@@ -47,15 +47,6 @@ struct PackedRest {
     std::uint64_t rests;
 };
 
-// The block of a position; a position that is too far away gets some block, and the rebuild reports it.
-BlockCoordinates block_of(const Place& place, double block_m) {
-    const auto at = [block_m](double position) {
-        const double block = std::floor(position * (1 / block_m));
-        return static_cast<std::int32_t>(std::clamp(block, static_cast<double>(-kFarthestBlock), static_cast<double>(kFarthestBlock)));
-    };
-    return {at(place.x), at(place.y), at(place.z)};
-}
-
 }  // namespace
 
 Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self)
@@ -186,6 +177,12 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
 }
 
 void Subdomain::unpacked() { engine_.rebuild_ = true; }
+
+void Subdomain::loaded() {
+    if (engine_.last_dt_s_ == 0) return;
+    times_ = {engine_.last_dt_s_, static_cast<int>(std::lround(engine_.last_dt_s_ / engine_.last_substep_s_))};
+    plan_exchange();
+}
 
 std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
     times_ = {dt_s, substeps};

@@ -61,6 +61,8 @@ class Subdomain {
     const std::vector<std::pair<BodyId, int>>& departed() const { return departed_; }
     Result<void> unpack_bodies(Bytes bytes);
     void unpacked();
+    // After Scene::loaded: the bodies of our blocks and, as ghosts, those around them came from a snapshot.
+    void loaded();
 
     std::vector<Stage> stages(double dt_s, int substeps);
     Result<void> run(const Stage& stage, Workers& workers);
@@ -87,9 +89,10 @@ class Subdomain {
     // Our blocks next to blocks of others.
     std::vector<BlockCoordinates> border_blocks() const;
 
-  private:
-    // Subdomains other than ours that hold a block.
+    // Subdomains other than ours that hold a block. Ascending.
     std::vector<int> holders(BlockCoordinates block) const;
+
+  private:
     // The index of the block in which a body was at the last rebuild.
     std::size_t block_with(BodyId body) const;
     // For a block that contains one of our bodies: its owner and the subdomains that hold it.

@@ -60,6 +60,8 @@ class Ensemble {
     void link(Catom a, int port_of_a, Catom b, int port_of_b);
     void unlink(Catom catom, int port);
     std::optional<Catom> linked(Catom catom, int port) const;
+    // The port at the other end of a link.
+    int port_there(Catom catom, int port) const { return link_back_[site_[catom] + static_cast<std::uint32_t>(port)]; }
     // The lowest port without a link, or none.
     std::optional<int> vacant_port(Catom catom) const;
     std::optional<int> port_towards(Catom catom, Catom other) const;

@@ -1,4 +1,4 @@
-"""Every data member of a run has an entry in members.toml that says where a snapshot finds it, or why it needs none: members_test.py ROOT.
+"""Every data member of a run has an entry in members.toml or members_of_bodies.toml that says where a snapshot finds it, or why it needs none: members_test.py ROOT.
 
 Whoever adds a member, or a module that acts in every tick, is asked here whether snapshots know of it. docs/internals.md, "The state of a
 run", tells the same by its homes.
@@ -19,7 +19,7 @@ def without_comments(text):
 
 def body_of(text, name):
     """What stands between the braces of a class."""
-    found = re.search(r"\b(?:class|struct)\s+" + re.escape(name) + r"\b[^;{(]*\{", text)
+    found = re.search(r"\b(?:class|struct)\s+(?:alignas\(\w+\)\s+)?" + re.escape(name) + r"\b[^;{(]*\{", text)
     if not found:
         return None
     depth, start = 1, found.end()
@@ -76,14 +76,17 @@ def modules(root):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    table = tomllib.loads((pathlib.Path(__file__).parent / "members.toml").read_text())
+    table = {}
+    for file in ("members.toml", "members_of_bodies.toml"):
+        table |= tomllib.loads((pathlib.Path(__file__).parent / file).read_text())
     problems = []
     for name, path in modules(root):
         if name not in table:
             problems.append(f"{path}: {name} acts in a run, and tests/state/members.toml has no table of its members")
     for name, entries in table.items():
         path = root / entries.pop("file")
-        body = body_of(without_comments(path.read_text()), name)
+        # A table may say the namespace of a class whose name two have.
+        body = body_of(without_comments(path.read_text()), name.split("::")[-1])
         if body is None:
             problems.append(f"{path.relative_to(root)} has no class {name}")
             continue

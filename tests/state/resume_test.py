@@ -102,6 +102,17 @@ class Ways(Case):
             self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
         self.assertEqual(self.outcome(), wanted)
 
+    def test_bodies_go_on(self):
+        options = ["doze.meld" if word == "waiting.meld" else word for word in until(80)]
+        self.fine("meldsim", *options)
+        wanted = self.outcome()
+        for name in "df":
+            (self.folder / name).unlink()
+        self.fine("meldsim", *["20" if word == "80" else word for word in options], *KEEP)
+        for processes, ticks in ((3, 21), (2, 50), (4, 80)):
+            self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
+        self.assertEqual(self.outcome(), wanted)
+
     def test_resume_of_a_run_that_is_over_does_nothing(self):
         self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
         before = self.outcome()
@@ -157,10 +168,11 @@ class Kills(Case):
     """SIGKILL at any moment, also while a checkpoint is written."""
 
     def kill_and_resume(self, rng, loops):
-        for program, ticks in (("waiting", 3000), ("storm", 300)):
+        for program, ticks in (("waiting", 3000), ("storm", 300), ("doze", 200)):
             run = [program + ".meld" if word == "waiting.meld" else word for word in until(ticks)]
             self.fine("meldsim", *run)
-            self.kills_of(rng, loops, run, self.outcome())
+            # Ticks of bodies are long.
+            self.kills_of(rng, loops if program != "doze" else (loops + 1) // 2, run, self.outcome())
 
     def kills_of(self, rng, loops, run_words, wanted):
         every = ("--checkpoint", "kept", "--checkpoint-every", "7ticks", "--retries", "0")
@@ -330,10 +342,10 @@ class Refusals(Case):
             with self.subTest(wrong):
                 self.refused("meldsim", *RUN, "--checkpoint", "kept", f"--checkpoint-every={wrong}", code=2, says=["interval", "10min"])
 
-    def test_bodies(self):
-        self.write("b.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(2, 2, 2)"\n[motion]\nkind = "bodies"\n')
-        self.refused("meldsim", "run", "p.meld", "--world", "b.toml", "--ticks", 2, "--quiet", "--checkpoint", "kept", code=2,
-                     says=["no checkpoint can be made", "bodies"])
+    def test_an_engine_of_one_process(self):
+        self.write("doze.toml", self.read("doze.toml").decode().replace("[motion]", '[motion]\nengine = "ode"'))
+        self.fine("meldsim", "run", "doze.meld", "--ticks", 5, "--quiet", "--checkpoint", "kept")
+        self.refused("meldsim", "resume", "kept", "--ticks", 6, "-n", 2, code=2, says=['the engine "ode" runs on one process'])
 
     def test_one_run_at_a_time(self):
         run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "100000000",

@@ -19,19 +19,25 @@ struct Program {
     std::int64_t ticks = 60;
     std::string component = {};  // An interface that the world chooses another implementation for, and which.
     std::string implementation = {};
+    std::string program = {};  // If it has another name than its world.
+    std::string engine = {};   // Of the physics, if it is not the one of the world.
+    std::string solver = {};
 };
 
-inline std::ostream& operator<<(std::ostream& out, const Program& p) { return out << p.name << p.implementation; }
+inline std::ostream& operator<<(std::ostream& out, const Program& p) { return out << p.name << p.implementation << p.engine << p.solver; }
 
 class ProgramTest : public testing::TestWithParam<Program> {
   protected:
     void SetUp() override {
         const std::string file = (GetParam().name.find('/') == std::string::npos ? CLAYMELD_EXAMPLES "/" : "") + GetParam().name;
+        const std::string program = GetParam().program.empty() ? file : GetParam().program;
         Result<world::World> world = world::read_world(file + ".toml");
         ASSERT_TRUE(world.has_value()) << world.error().message();
         world_ = std::move(*world);
         if (!GetParam().component.empty()) world_.components[GetParam().component] = GetParam().implementation;
-        const Result<std::string> path = driver::compile_program({.program = file + ".meld"});
+        if (!GetParam().engine.empty()) world_.physics.engine = GetParam().engine;
+        if (!GetParam().solver.empty()) world_.physics.solver = GetParam().solver;
+        const Result<std::string> path = driver::compile_program({.program = program + ".meld"});
         ASSERT_TRUE(path.has_value()) << path.error().message();
         Result<Module> module = load_module(*path, kAbiVersion);
         ASSERT_TRUE(module.has_value()) << module.error().message();
@@ -50,7 +56,8 @@ inline const std::string kOwn = CLAYMELD_STATE_TESTS "/programs/";
 
 inline std::string program_name(const testing::TestParamInfo<Program>& program) {
     const std::string& name = program.param.name;
-    return name.substr(name.rfind('/') + 1) + program.param.implementation;
+    const Program& p = program.param;
+    return name.substr(name.rfind('/') + 1) + p.implementation + p.engine + p.solver;
 }
 
 }  // namespace meld

@@ -112,7 +112,7 @@ TEST_P(TimelineOf, BeginsAtASnapshot) {
 INSTANTIATE_TEST_SUITE_P(Programs, TimelineOf,
                          testing::Values(Program{"gradient"}, Program{"heat", 30}, Program{"walk"}, Program{"thermometer"},
                                          Program{"mutual_exclusion"}, Program{"shape_change", 25}, Program{kOwn + "waiting"},
-                                         Program{kOwn + "storm", 40}),
+                                         Program{kOwn + "storm", 40}, Program{kOwn + "doze", 40}),
                          program_name);
 
 // Each process saves a text of its own for a tick; chunks that do not change are alike.

@@ -78,27 +78,46 @@ Result<void> agree_on_error(Subdomain& subdomain, const Result<void>& mine) {
     return {};
 }
 
+// Blocks are ordered by the curve of a lattice's bricks, however the catoms were placed.
+world::BrickKey place_on_curve(physics::BlockCoordinates block) {
+    static const world::Lattice curve(world::LatticeKind::Cubic);
+    const auto within = [](std::int32_t x) { return std::clamp(x, -kFarthest, kFarthest); };
+    return curve.brick_key({within(block.x), within(block.y), within(block.z)});
+}
+
 DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene) {
     subdomain_ = std::make_unique<physics::Subdomain>(
         scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
     partition_.emplace(weigh_all(subdomain), subdomain.comm.processes());
 }
 
-world::BrickKey DividedBodies::key_of(physics::BlockCoordinates block) const {
-    const auto within = [](std::int32_t x) { return std::clamp(x, -kFarthest, kFarthest); };
-    return curve_.brick_key({within(block.x), within(block.y), within(block.z)});
+DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition) : partition_(partition) {
+    subdomain_ = std::make_unique<physics::Subdomain>(
+        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
+}
+
+Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<KeptHome>& ours) {
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
+    for (const KeptHome& home : ours)
+        for (const int holder : subdomain_->holders(physics::unpack(home.home)))
+            physics::SavedHome{home.home, home.bodies, {}}.write(out[static_cast<std::size_t>(holder)]);
+    Result<void> fine;
+    for (const comm::Packet& packet : exchange_bytes(subdomain, out))
+        for (ByteReader in(packet.bytes, "homes of a snapshot"); fine && !in.done();)
+            fine = scene.load_home(physics::SavedHome::read(in), true);
+    return fine;
 }
 
 int DividedBodies::owner(physics::BlockCoordinates block) const {
     const auto [at, made] = owners_.try_emplace(physics::pack(block), 0);
-    if (made) at->second = partition_->owner(key_of(block));
+    if (made) at->second = partition_->owner(place_on_curve(block));
     MELD_ENSURE(at->second >= 0, "block {} {} {}", block.x, block.y, block.z);
     return at->second;
 }
 
 DividedBodies::Weights DividedBodies::weigh_all(Subdomain& subdomain) const {
     std::map<world::BrickKey, std::uint32_t> mine, all;
-    for (const auto& [block, weight] : subdomain_->weights()) mine[key_of(block)] += weight;
+    for (const auto& [block, weight] : subdomain_->weights()) mine[place_on_curve(block)] += weight;
     ByteWriter bytes;
     for (const auto& [key, weight] : mine) {
         bytes.write(key);

@@ -14,10 +14,26 @@
 
 namespace meld::sim {
 
+// A home of a snapshot (physics/scene/scene.h), kept until the scene is there.
+struct KeptHome {
+    physics::Home home = 0;
+    std::vector<std::byte> bodies = {}, contacts = {};
+    physics::SavedHome view() const { return {home, bodies, contacts}; }
+};
+
+// The place of a block of space on the curve by which processes divide it.
+world::BrickKey place_on_curve(physics::BlockCoordinates block);
+
 class DividedBodies {
   public:
     // Every process calls it; the scene has this process's bodies, wherever they are.
     DividedBodies(Subdomain& subdomain, physics::Scene& scene);
+    // Of a run that goes on: space is divided as its catoms have been, and the scene is still empty.
+    DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition);
+    // On every process, before Scene::loaded: our homes of a snapshot become ghosts of those who hold them, and theirs become ghosts here.
+    Result<void> load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<KeptHome>& ours);
+    // After Scene::loaded.
+    void loaded() { subdomain_->loaded(); }
 
     // Before a step, on every process: returns whether bodies have migrated. Bodies that are no longer ours are in departed(). Space is
     // divided along a curve through the blocks so that all processes have about the same work, and divided again when one has too much.
@@ -39,15 +55,12 @@ class DividedBodies {
 
   private:
     int owner(physics::BlockCoordinates block) const;
-    world::BrickKey key_of(physics::BlockCoordinates block) const;
     // Divides space again if the process with the most work has too much.
     void balance(Subdomain& subdomain);
     // The work in each block, the same on all processes.
     using Weights = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
     Weights weigh_all(Subdomain& subdomain) const;
 
-    // Blocks are ordered by the curve of a lattice's bricks, however the catoms were placed.
-    world::Lattice curve_{world::LatticeKind::Cubic};
     std::optional<partition::Partition> partition_;
     mutable std::unordered_map<std::uint64_t, int> owners_;  // The owners of blocks that were asked for.
     std::unique_ptr<physics::Subdomain> subdomain_;

@@ -18,19 +18,34 @@
 namespace meld::sim {
 
 Result<void> FreeMotion::start(Subdomain& subdomain) {
+    if (auto fine = check(subdomain); !fine) return fine;
+    if (auto done = agree_on_error(subdomain, make_scene(subdomain)); !done) return done;
+    if (auto found = look_up(subdomain); !found) return found;
+    if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene);
+    bodies_ = awake_ = subdomain.ensemble.owned_count();
+    subdomain.set_moving(true);
+    return {};
+}
+
+Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (subdomain.next_id() > physics::kMaxBodies)
         return fail(fmt::format("the world has {} catoms, and the physics moves {} at most", subdomain.next_id(), physics::kMaxBodies),
                     "Make the body smaller", ExitCode::LimitHit);
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    if (auto done = agree_on_error(subdomain, make_scene(subdomain)); !done) return done;
-    actions_.start(subdomain, world_);
-    if (auto started = senses_.start(subdomain, world_); !started) return started;
-    if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene);
-    bodies_ = awake_ = subdomain.ensemble.owned_count();
-    subdomain.set_moving(true);
     return {};
+}
+
+Result<void> FreeMotion::look_up(Subdomain& subdomain) {
+    actions_.start(subdomain, world_);
+    subdomain.set_homes([this, &subdomain, last = std::pair<physics::Home, world::BrickKey>(), any = false](Catom catom) mutable {
+        const physics::Home home = physics_.scene->home(static_cast<physics::BodyId>(subdomain.ensemble.id(catom)));
+        // Mostly that of the catom before; the walk along the curve is longer.
+        if (!any || last.first != home) last = {home, place_on_curve(physics::unpack(home))}, any = true;
+        return last.second;
+    });
+    return senses_.start(subdomain, world_);
 }
 
 namespace {
@@ -88,6 +103,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
+    kinds_ = {radii, surfaces};
     auto done = bodies.add_materials(physics_, surfaces);
     physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
     for (Catom c = 0; done && c < subdomain.ensemble.index_count(); ++c)
@@ -95,11 +111,15 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
-    if (radii.min != world_.radius || radii.max != world_.radius)
-        subdomain.set_diameters([this, &subdomain](Catom c) {
-            return physics_.scene->radius(static_cast<physics::BodyId>(subdomain.ensemble.id(c))) / world_.radius;
-        });
+    tell_diameters(subdomain);
     return {};
+}
+
+void FreeMotion::tell_diameters(Subdomain& subdomain) {
+    if (kinds_.radii.min == world_.radius && kinds_.radii.max == world_.radius) return;
+    subdomain.set_diameters([this, &subdomain](Catom c) {
+        return physics_.scene->radius(static_cast<physics::BodyId>(subdomain.ensemble.id(c))) / world_.radius;
+    });
 }
 
 Result<void> FreeMotion::step(Subdomain& subdomain) {
@@ -242,10 +262,6 @@ SimModule::Stages FreeMotion::stages() const {
                      {"move", t.move}, {"touches", t.events}, {"links", linking_s_},   {"senses", sensing_s_}};
     if (divided_) stages.emplace_back("hand_over", handing_over_s_);
     return stages;
-}
-
-Result<void> FreeMotion::saveable() const {
-    return fail("the bodies of a world with [motion] kind = \"bodies\" cannot be saved yet", "Run it without checkpoints");
 }
 
 std::string FreeMotion::outcome() const {

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/sim/bodies/body_actions.h"
@@ -25,13 +27,37 @@ class FreeMotion : public SimModule {
     Result<void> start(Subdomain& subdomain) override;
     // Carries out the actions of the last tick, moves the bodies for the duration of a tick, and updates what the programs sense.
     Result<void> step(Subdomain& subdomain) override;
-    Result<void> saveable() const override;
+    // In a snapshot (saved_motion.cpp): the scene goes by its homes, and what contact links and fixed touches wait for by pairs.
+    Result<void> saveable() const override { return {}; }
+    Result<void> resume(Subdomain& subdomain) override;
+    void save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const override;
+    void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;
+    void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
+    Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override;
+    Result<void> resumed(Subdomain& subdomain) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
     Stages stages() const override;
 
   private:
+    // What all bodies of all processes are made of, which the scene must fit.
+    struct Kinds {
+        RadiusRange radii;
+        std::set<Surface> surfaces;
+    };
+    // What a snapshot has brought, until the scene is made of it.
+    struct Loading {
+        std::vector<KeptHome> homes;
+        std::vector<std::vector<std::byte>> scenes;  // What the scene of each process has kept besides.
+        std::vector<std::pair<Catom, world::Vec3>> positions, sensed;
+    };
+    Result<void> check(const Subdomain& subdomain) const;
+    // Finds what the program acts on and senses.
+    Result<void> look_up(Subdomain& subdomain);
+    Result<void> load_scene(Subdomain& subdomain);
+    Result<void> place_catoms(Subdomain& subdomain);
+    void tell_diameters(Subdomain& subdomain);
     // Makes the same scene on all processes, with the bodies of this one.
     Result<void> make_scene(Subdomain& subdomain);
     Result<void> step_once(Subdomain& subdomain);
@@ -47,6 +73,7 @@ class FreeMotion : public SimModule {
 
     const world::World& world_;
     PhysicsScene physics_;
+    Kinds kinds_;
     BodyActions actions_;
     BodySenses senses_;
     ContactLinks links_;
@@ -57,6 +84,7 @@ class FreeMotion : public SimModule {
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
     std::vector<physics::TouchEvent> events_;  // If some catoms are lost.
     std::uint64_t lost_count_ = 0;
+    Loading loading_;
     bool moved_ = false;
     double energy_j_ = 0;
     double handing_over_s_ = 0, linking_s_ = 0, sensing_s_ = 0;

@@ -190,13 +190,21 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     if (spec.fixed && spec.linear_velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
 }
 
-Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
+Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
+    std::map<Surface, std::uint8_t> materials;
     for (const Surface& s : surfaces) {
         const auto made =
             scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
         if (!made) return tl::unexpected<Error>(made.error());
-        materials_[s] = *made;
+        materials[s] = *made;
     }
+    return materials;
+}
+
+Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
+    auto added = sim::add_materials(scene, surfaces);
+    if (!added) return tl::unexpected<Error>(added.error());
+    materials_ = std::move(*added);
     return {};
 }
 

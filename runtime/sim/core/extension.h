@@ -55,6 +55,8 @@ class SimModule {
     virtual void save_rest(const Subdomain&, ByteWriter&) const {}
     // Errors: what it wrote to is not as it was.
     virtual Result<void> load_rest(Subdomain&, ByteReader&) { return {}; }
+    // When all of it is read, on every process at the same time: it may exchange.
+    virtual Result<void> resumed(Subdomain&) { return {}; }
     // A few words for the progress line and the summary, e.g. "1,204 outside the target"; process 0 is asked.
     virtual std::string status() const { return ""; }
     // The result of the run, after finish(), as a line for the summary, e.g. "target reached in 400 ticks".

@@ -51,6 +51,7 @@ class Subdomain {
     const world::Lattice& lattice = members_.ensemble.lattice();
     const tuple::Columns& columns = facts_.columns;
     const Totals& totals = status_.totals;
+    const std::optional<partition::Partition>& partition = members_.partition;
     const std::optional<partition::Halo>& halo = members_.halo;
 
     std::int64_t tick() const { return abi_.now; }
@@ -149,6 +150,9 @@ class Subdomain {
     // Derivations of views that have no value are errors at once.
     void set_strict(bool strict) { abi_.strict = strict; }
     void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }
+    // Catoms at arbitrary positions are saved by their homes: places on the curve that orders bricks, which processes own as they own
+    // bricks of a lattice.
+    void set_homes(std::function<world::BrickKey(Catom)> of) { home_of_ = std::move(of); }
     void set_motion_bytes(std::size_t bytes) { motion_bytes_ = bytes; }
 
   private:
@@ -160,9 +164,10 @@ class Subdomain {
     friend class Saver;
     friend class Loader;
 
-    SubdomainView abi_;                         // As the compiled module sees it.
-    std::function<double(Catom)> diameter_of_;  // Empty if all have the world's.
-    std::size_t motion_bytes_ = 0;              // The memory of the motion module.
+    SubdomainView abi_;                              // As the compiled module sees it.
+    std::function<double(Catom)> diameter_of_;       // Empty if all have the world's.
+    std::function<world::BrickKey(Catom)> home_of_;  // Empty on a lattice.
+    std::size_t motion_bytes_ = 0;                   // The memory of the motion module.
 };
 
 }  // namespace meld::sim

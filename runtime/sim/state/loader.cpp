@@ -4,32 +4,13 @@
 
 #include <algorithm>
 #include <optional>
-#include <unordered_map>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/bytes.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/sim/core/setup.h"
+#include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
-
-namespace {
-
-tl::unexpected<Error> damaged(std::string what) {
-    return fail("the snapshot " + std::move(what), "It is damaged, or was made by another version", ExitCode::RecordingRefused);
-}
-
-// A reader of a block that came from a file.
-ByteReader reader(const Block& block, const char* what) { return {block, what, ByteReader::Origin::Outside}; }
-
-// All was read, and no more than there was.
-Result<void> read_to_its_end(const ByteReader& in, const char* what) {
-    if (in.failed()) return tl::unexpected<Error>(in.outcome().error());
-    if (!in.done()) return damaged(fmt::format("has {} bytes too many in {}", in.left(), what));
-    return {};
-}
-
-}  // namespace
 
 Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
@@ -45,6 +26,8 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     Result<void> loaded = load_catoms(&modules);
     if (loaded) loaded = load_rest(modules, codes, counters);
     if (auto all = comm::outcome_of_all(subdomain_.comm, loaded); !all) return tl::unexpected<Error>(all.error());
+    for (SimModule* module : modules)
+        if (auto done = module->resumed(subdomain_); !done) return tl::unexpected<Error>(done.error());
     subdomain_.refresh();
     return counters;
 }
@@ -59,14 +42,6 @@ Result<void> Loader::facts() {
     return done;
 }
 
-template <class Visit>
-Result<void> Loader::each_chunk(const Visit& visit) const {
-    for (std::size_t share = 0; share < shares_.count(); ++share)
-        for (std::size_t chunk = 0; chunk < shares_.chunks(share); ++chunk)
-            if (Result<void> done = visit(share, chunk); !done) return done;
-    return {};
-}
-
 Result<Loader::Places> Loader::places(std::size_t share, std::size_t chunk) const {
     const Result<Block> block = shares_.places(share, chunk);
     if (!block) return tl::unexpected<Error>(block.error());
@@ -79,11 +54,10 @@ Result<Loader::Places> Loader::places(std::size_t share, std::size_t chunk) cons
     return out;
 }
 
-// Counts the catoms by brick. Most catoms stand in the brick of the one before.
-Result<void> Loader::divide() {
+// Most catoms stand in the brick of the one before.
+Result<void> Loader::count_bricks(CountOf& count_of) const {
     const world::Lattice& lattice = subdomain_.lattice;
-    std::unordered_map<world::BrickKey, std::uint32_t> count_of;
-    const Result<void> counted = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<Places> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
         std::optional<Cell> last;
@@ -96,6 +70,12 @@ Result<void> Loader::divide() {
         }
         return {};
     });
+}
+
+Result<void> Loader::divide() {
+    const bool free = subdomain_.ensemble.is_free();
+    CountOf count_of;
+    const Result<void> counted = free ? count_homes(count_of) : count_bricks(count_of);
     if (!counted) return counted;
     Setup::Counts counts(count_of.begin(), count_of.end());
     std::sort(counts.begin(), counts.end());
@@ -106,12 +86,16 @@ Result<void> Loader::divide() {
         mine += count;
         ++bricks;
     }
-    subdomain_.members_.ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
+    if (free)
+        subdomain_.members_.reserve_freely(0, subdomain_.alone() ? mine : mine + mine / 16);
+    else
+        subdomain_.members_.ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
     return {};
 }
 
 Result<void> Loader::add_catoms() {
     found_.resize(shares_.count());
+    if (subdomain_.ensemble.is_free()) return add_freely();
     const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<Places> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());

@@ -2,8 +2,12 @@
 // are its own now, and ghosts of those next to them.
 #pragma once
 
+#include <span>
+#include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
+#include "runtime/sim/state/free_places.h"
 #include "runtime/sim/state/saver.h"
 
 namespace meld::sim {
@@ -15,7 +19,7 @@ class Loader {
 
     // Catoms, what they hold, the tick, and what modules keep, which are resumed when the catoms are there. Returns what the run had
     // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
-    // catoms are read twice on each process, and the chunks that have something for it once.
+    // catoms are read twice on each process, at arbitrary positions three times, and the chunks that have something for it once.
     Result<Block> run(const Modules& modules, CodeModules& codes);
     // Only the catoms, where they are and the facts that they hold, for somebody who looks at them and does not go on.
     Result<void> facts();
@@ -31,12 +35,27 @@ class Loader {
     Result<Places> places(std::size_t share, std::size_t chunk) const;
     // Calls visit(share, chunk) for each, until one fails.
     template <class Visit>
-    Result<void> each_chunk(const Visit& visit) const;
+    Result<void> each_chunk(const Visit& visit) const {
+        for (std::size_t share = 0; share < shares_.count(); ++share)
+            for (std::size_t chunk = 0; chunk < shares_.chunks(share); ++chunk)
+                if (Result<void> done = visit(share, chunk); !done) return done;
+        return {};
+    }
+    // Catoms by brick or home.
+    using CountOf = std::unordered_map<world::BrickKey, std::uint32_t>;
+    Result<void> count_bricks(CountOf& count_of) const;
     Result<void> divide();
     Result<void> add_catoms();
     Result<Found> add(const Places& all);
     // Without modules what they keep is passed over.
     Result<void> load_catoms(const Modules* modules);
+    // Catoms at arbitrary positions (free_loader.cpp).
+    Result<FreePlaces> free_places(std::size_t share, std::size_t chunk) const;
+    Result<void> count_homes(CountOf& count_of) const;
+    Result<void> add_freely();
+    Result<void> add_own(const FreePlaces& all, Found& found, std::unordered_set<std::uint64_t>& beside);
+    Result<void> add_ghosts(const FreePlaces& all, Found& found, const std::unordered_set<std::uint64_t>& beside);
+    Result<void> link(Catom catom, std::span<const FreePlaces::Link> links);
     Result<void> load_rest(const Modules& modules, CodeModules& codes, Block& counters);
 
     Subdomain& subdomain_;

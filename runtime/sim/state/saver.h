@@ -23,7 +23,11 @@ class Saver {
     Result<void> run(std::span<const std::byte> counters, ShareSink& sink) const;
 
   private:
-    Chunk chunk(std::span<const Catom> catoms) const;
+    Result<void> save_cells(ShareSink& sink) const;
+    // Catoms at arbitrary positions: those of one home are in one chunk.
+    Result<void> save_homes(ShareSink& sink) const;
+    Block places(std::span<const Catom> catoms) const;
+    Block state(std::span<const Catom> catoms) const;
     Block rest(std::span<const std::byte> counters) const;
 
     const Subdomain& subdomain_;

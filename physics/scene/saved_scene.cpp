@@ -1,0 +1,64 @@
+// A scene in a snapshot.
+#include <vector>
+
+#include "physics/engine.h"
+#include "physics/saved_bodies.h"
+#include "physics/scene/scene.h"
+
+namespace meld::physics {
+
+void SavedHome::write(ByteWriter& out) const {
+    out.write(home);
+    out.write_block(bodies);
+    out.write_block(contacts);
+}
+
+SavedHome SavedHome::read(ByteReader& in) {
+    SavedHome saved{.home = in.read<Home>()};
+    saved.bodies = in.read_block();
+    saved.contacts = in.read_block();
+    return saved;
+}
+
+Home Scene::home(BodyId body) const { return engine_->home(world_->bodies.slot(body)); }
+
+void Scene::save_home(Home home, std::span<const BodyId> bodies, ByteWriter& out) const {
+    std::vector<std::uint32_t> slots;
+    for (const BodyId body : bodies) slots.push_back(slot(body));
+    ByteWriter saved, contacts;
+    save_bodies(*world_, engine_->slots_of(home, slots), saved);
+    engine_->save_home(home, saved, contacts);
+    SavedHome{home, saved.view(), contacts.view()}.write(out);
+}
+
+void Scene::save_rest(ByteWriter& out) const {
+    out.write(world_->tick);
+    out.write(world_->last_step_s);
+    engine_->save_rest(out);
+}
+
+void Scene::load_rest(ByteReader& in) {
+    world_->tick = in.read<std::uint64_t>();
+    world_->last_step_s = in.read<double>();
+    engine_->load_rest(in);
+}
+
+Result<void> Scene::load_home(const SavedHome& saved, bool ghosts) {
+    ByteReader bodies(saved.bodies, "the bodies of a snapshot", ByteReader::Origin::Outside),
+        contacts(ghosts ? std::span<const std::byte>() : saved.contacts, "the contacts of a snapshot", ByteReader::Origin::Outside);
+    const auto first = static_cast<std::uint32_t>(slot_count());
+    if (auto done = load_bodies(*world_, ghosts, bodies); !done) return done;
+    if (auto done = engine_->load_home(saved.home, first, ghosts, bodies, contacts); !done) return done;
+    for (const ByteReader* in : {&bodies, &contacts}) {
+        if (in->failed()) return damaged_snapshot(in->outcome().error().problem);
+        if (!in->done()) return damaged_snapshot("has too many bytes");
+    }
+    return {};
+}
+
+Result<void> Scene::loaded(Workers& workers) {
+    contacts_known_ = false;
+    return engine_->loaded(workers);
+}
+
+}  // namespace meld::physics

@@ -1,0 +1,156 @@
+// The bodies of a run in a snapshot. What catoms sense of them are facts, which are saved as such; positions follow from bodies but in the
+// first tick, before anything has moved.
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/give_back.h"
+#include "runtime/sim/bodies/free_motion.h"
+
+namespace meld::sim {
+
+namespace {
+
+bool same_bits(const world::Vec3& one, const world::Vec3& other) { return std::memcmp(&one, &other, sizeof one) == 0; }
+
+tl::unexpected<Error> damaged(const std::string& what) {
+    return fail("the snapshot " + what, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
+}
+
+// Of some catoms of a chunk, by their places in it.
+void load_some(ByteReader& in, std::span<const tuple::SavedCatom> catoms, std::vector<std::pair<Catom, world::Vec3>>& to) {
+    for (ByteReader some(in.read_block(), "positions of a snapshot", ByteReader::Origin::Outside); !some.done();) {
+        const auto at = some.read<std::uint32_t>();
+        const auto position = some.read<world::Vec3>();
+        if (at < catoms.size() && catoms[at].here()) to.emplace_back(catoms[at].catom, position);
+    }
+}
+
+}  // namespace
+
+Result<void> FreeMotion::resume(Subdomain& subdomain) {
+    if (auto fine = check(subdomain); !fine) return fine;
+    return look_up(subdomain);
+}
+
+void FreeMotion::save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const {
+    const physics::Scene& scene = *physics_.scene;
+    ByteWriter positions, sensed;
+    std::map<physics::Home, std::vector<physics::BodyId>> homes;
+    for (std::uint32_t i = 0; i < catoms.size(); ++i) {
+        const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(catoms[i]));
+        homes[scene.home(id)].push_back(id);
+        const world::Vec3 at = subdomain.ensemble.position(catoms[i]);
+        if (!same_bits(at, to_diameters(world_, scene.state(id).position_m))) positions.write(i), positions.write(at);
+        if (!subdomain.senses_positions() || same_bits(at, subdomain.sensed_position(catoms[i]))) continue;
+        sensed.write(i);
+        sensed.write(subdomain.sensed_position(catoms[i]));
+    }
+    out.write_block(positions.view());
+    out.write_block(sensed.view());
+    for (const auto& [home, bodies] : homes) scene.save_home(home, bodies, out);
+}
+
+void FreeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
+    load_some(in, catoms, loading_.positions);
+    load_some(in, catoms, loading_.sensed);
+    while (!in.done()) {
+        const auto home = physics::SavedHome::read(in);
+        if (subdomain.partition->owner(place_on_curve(physics::unpack(home.home))) != subdomain.comm.process()) continue;
+        loading_.homes.push_back({home.home, {home.bodies.begin(), home.bodies.end()}, {home.contacts.begin(), home.contacts.end()}});
+    }
+}
+
+void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
+    out.write(kinds_.radii);
+    out.write_count(kinds_.surfaces.size());
+    for (const Surface& surface : kinds_.surfaces) out.write(surface);
+    ByteWriter scene;
+    physics_.scene->save_rest(scene);
+    out.write_block(scene.view());
+    out.write_count(links_.waiting().size());
+    for (const ContactLinks::Pair& pair : links_.waiting()) out.write(pair);
+    out.write_count(fixed_touches_.size());
+    for (const physics::TouchEvent& e : fixed_touches_) out.write(ContactLinks::Pair{e.touch.body, e.touch.other});
+    out.write(crossed_);
+    out.write(lost_count_);
+}
+
+Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
+    kinds_.radii = in.read<RadiusRange>();
+    for (auto left = in.read_count(sizeof(Surface)); left > 0; --left) kinds_.surfaces.insert(in.read<Surface>());
+    const auto scene = in.read_block();
+    loading_.scenes.emplace_back(scene.begin(), scene.end());
+    std::vector<ContactLinks::Pair> waiting(in.read_count(sizeof(ContactLinks::Pair)));
+    for (ContactLinks::Pair& pair : waiting) pair = in.read<ContactLinks::Pair>();
+    links_.change_hands(subdomain, waiting);
+    // Before the first tick, every process knows all of them.
+    fixed_touches_.clear();
+    for (auto left = in.read_count(sizeof(ContactLinks::Pair)); left > 0; --left) {
+        const auto pair = in.read<ContactLinks::Pair>();
+        fixed_touches_.push_back({{pair.first, pair.second, false}, true});
+    }
+    // Of the whole run, which process 0 remembers.
+    const auto crossed = in.read<std::uint64_t>();
+    if (subdomain.comm.process() == 0) crossed_ += crossed;
+    lost_count_ = in.read<std::uint64_t>();
+    return {};
+}
+
+Result<void> FreeMotion::resumed(Subdomain& subdomain) {
+    if (auto done = agree_on_error(subdomain, load_scene(subdomain)); !done) return done;
+    // Before the first tick no body is in a block yet, and none is a ghost.
+    const bool begun = subdomain.tick() > 0;
+    if (divided_ && begun)
+        if (auto done = agree_on_error(subdomain, divided_->load_ghosts(subdomain, *physics_.scene, loading_.homes)); !done) return done;
+    Result<void> placed = physics_.scene->loaded(subdomain.workers);
+    if (placed && divided_) divided_->loaded();
+    if (placed) placed = place_catoms(subdomain);
+    if (auto done = agree_on_error(subdomain, placed); !done) return done;
+    loading_ = {};
+    moved_ = begun;
+    bodies_ = subdomain.ensemble.owned_count();
+    awake_ = begun ? physics_.scene->awake_bodies() : bodies_;
+    subdomain.set_moving(awake_ > 0);
+    subdomain.set_motion_bytes(physics_.scene->bytes());
+    return {};
+}
+
+Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
+    if (loading_.scenes.empty()) return damaged("has no bodies");
+    auto made = make_physics_scene(world_, kinds_.radii, BodySenses::senses_acceleration(subdomain));
+    if (!made) return tl::unexpected<Error>(made.error());
+    physics_ = std::move(*made);
+    if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
+    tell_diameters(subdomain);
+    physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
+    if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene, *subdomain.partition);
+    for (const std::vector<std::byte>& kept : loading_.scenes) {
+        ByteReader in(kept, "the scene of a snapshot", ByteReader::Origin::Outside);
+        physics_.scene->load_rest(in);
+        if (in.failed() || !in.done()) return damaged("has a scene that cannot be");
+    }
+    for (KeptHome& home : loading_.homes) {
+        if (auto loaded = physics_.scene->load_home(home.view(), false); !loaded) return loaded;
+        // The scene has them now; the bodies may be needed elsewhere.
+        give_back(home.contacts);
+    }
+    return {};
+}
+
+Result<void> FreeMotion::place_catoms(Subdomain& subdomain) {
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
+        if (!physics_.scene->has(id)) return damaged("has a catom @" + std::to_string(id) + " without a body");
+        subdomain.place(c, to_diameters(world_, physics_.scene->state(id).position_m));
+    }
+    for (const auto& [catom, position] : loading_.positions) subdomain.place(catom, position);
+    if (!subdomain.senses_positions()) return {};
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) subdomain.sense_position(c, subdomain.ensemble.position(c));
+    for (const auto& [catom, position] : loading_.sensed) subdomain.sense_position(catom, position);
+    return {};
+}
+
+}  // namespace meld::sim

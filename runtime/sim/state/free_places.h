@@ -1,0 +1,38 @@
+// Where catoms at arbitrary positions are in a snapshot: their homes, which processes own as they own bricks of a lattice, and their
+// links with their ports, from which follows who is a ghost where. Positions are the motion's.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "runtime/base/bytes.h"
+#include "runtime/world/ensemble.h"
+
+namespace meld::sim {
+
+class FreePlaces {
+  public:
+    struct Link {
+        std::uint32_t other = 0;  // Its number: catoms that are linked have fewer than 2^32.
+        std::uint8_t port = 0, port_there = 0;
+    };
+    // `homes` are those of the catoms.
+    static void save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
+                     ByteWriter& out);
+    static FreePlaces read(ByteReader& in);
+
+    const std::vector<std::uint64_t>& ids() const { return ids_; }
+    const std::vector<world::BrickKey>& homes() const { return homes_; }
+    std::span<const Link> links(std::size_t i) const {
+        return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);
+    }
+
+  private:
+    std::vector<std::uint64_t> ids_;
+    std::vector<world::BrickKey> homes_;
+    std::vector<std::size_t> first_link_;
+    std::vector<Link> links_;
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,199 @@
+// A scene that is saved and loaded between any two steps goes on as if nothing had happened: the same bits, events and lists.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <set>
+
+#include "tests/unit/physics/scenes.h"
+
+namespace meld::physics {
+namespace {
+
+using Make = std::function<std::unique_ptr<Scene>()>;
+
+std::unique_ptr<Scene> saved_and_loaded(const Scene& scene, const Make& make, Workers& workers) {
+    std::map<Home, std::vector<BodyId>> homes;
+    for (const BodyId body : scene.bodies()) homes[scene.home(body)].push_back(body);
+    ByteWriter rest, bodies;
+    scene.save_rest(rest);
+    for (const auto& [home, ids] : homes) scene.save_home(home, ids, bodies);
+    auto loaded = make();
+    ByteReader from_rest(rest.view(), "the rest");
+    loaded->load_rest(from_rest);
+    EXPECT_TRUE(from_rest.done());
+    for (ByteReader in(bodies.view(), "the homes"); !in.done();) need(loaded->load_home(SavedHome::read(in), false));
+    need(loaded->loaded(workers));
+    return loaded;
+}
+
+// Steps a scene, and beside it scenes that were loaded from what it was after these ticks, for a while. `act` acts on all of them before a
+// step.
+void follow(Scene& scene, const Make& make, int ticks, const std::set<int>& saved_after, const std::function<void(Scene&, int)>& act,
+            double dt_s = kTick) {
+    constexpr int kFor = 25;
+    Workers workers(1), two(2);
+    std::map<int, std::unique_ptr<Scene>> loaded;
+    for (int tick = 0; tick <= ticks; ++tick) {
+        act(scene, tick);
+        if (saved_after.contains(tick)) loaded[tick] = saved_and_loaded(scene, make, workers);
+        std::erase_if(loaded, [&](const auto& each) { return each.first + kFor < tick; });
+        const auto report = scene.step(dt_s, 2, workers);
+        ASSERT_TRUE(report) << report.error().message();
+        for (auto& [since, other] : loaded) {
+            SCOPED_TRACE("tick " + std::to_string(tick) + ", loaded after tick " + std::to_string(since));
+            if (since != tick) act(*other, tick);
+            const auto again = other->step(dt_s, 2, since % 2 == 0 ? two : workers);
+            ASSERT_TRUE(again) << again.error().message();
+            EXPECT_EQ(again->rebuilt, report->rebuilt);
+            EXPECT_EQ(again->candidates, report->candidates);
+            EXPECT_EQ(again->awake_bodies, report->awake_bodies);
+            EXPECT_EQ(again->tick, report->tick);
+            EXPECT_TRUE(std::ranges::equal(other->events(), scene.events()));
+            ASSERT_EQ(other->digest(), scene.digest());
+        }
+    }
+}
+
+std::set<int> every(int ticks, int until) {
+    std::set<int> all = {0, 1};
+    for (int tick = ticks; tick < until; tick += ticks) all.insert(tick);
+    return all;
+}
+
+std::unique_ptr<Scene> cloud_scene(const Settings& settings) {
+    auto scene = scene_on_plane(settings);
+    const auto bouncy = need(scene->add_material({.friction = 0.3f, .restitution = 0.4f}));
+    need(scene->add_obstacle(Box{.centre = {4, 4, 0.8}, .size_m = {3, 2, 2}, .orientation = {std::cos(0.2), 0, 0, std::sin(0.2)}}, bouncy));
+    std::vector<Feature> features;
+    for (const Vec3 direction : feature_directions(12))
+        features.push_back({.direction = direction, .strength = 200, .depth_m = 0.05, .range_m = 0.2, .power_w = 1});
+    features.push_back({.direction = {0, 0, 1}, .kind = FeatureKind::Latch, .strength = 50, .range_m = 0.3});
+    features.push_back(
+        {.direction = {0, 0, -1}, .kind = FeatureKind::Plate, .strength = 500, .area_m2 = 0.1, .cover_m = 1e-3, .range_m = 0.2});
+    need(scene->add_feature_table(features));
+    return scene;
+}
+
+struct Kind {
+    const char* name;
+    EngineKind engine;
+    SolverSettings solver;
+};
+
+class SnapshotOfEngine : public testing::TestWithParam<Kind> {};
+
+// Bodies of several sizes with magnets, plates and latches; some are removed, pushed and switched, also right before it is saved.
+TEST_P(SnapshotOfEngine, GoesOn) {
+    Settings settings;
+    settings.engine = GetParam().engine;
+    settings.solver = GetParam().solver;
+    const Make make = [&] { return cloud_scene(settings); };
+    auto scene = make();
+    const int side = settings.engine == EngineKind::Blocks ? 8 : 5;
+    add_cloud(*scene, side, 1.2, 23);
+    const auto bodies = static_cast<BodyId>(side * side * side);
+    for (BodyId id = 0; id < bodies; id += 2) {
+        need(scene->set_feature_table(id, 1));
+        need(scene->set_features(id, 0x3fff, id % 3 == 0 ? 0x555 : 0));
+    }
+    // One comes from far away, faster than its diameter in a step.
+    need(scene->add_body({.id = bodies, .position_m = {60, 4, 4}, .linear_velocity_m_s = {-300, 0, 0}, .radius_m = 0.4}));
+    const auto act = [](Scene& one, int tick) {
+        if (tick == 20) need(one.remove_body(77));
+        if (tick == 21) need(one.remove_body(30));
+        if (tick == 28) need(one.set_features(10, 0, 0));
+        if (tick == 33) need(one.set_wrench(12, {0, 0, 60}, {1, 0, 0}));
+        if (tick == 35) need(one.set_wrench(12, {0, 0, 0}, {}));
+    };
+    follow(*scene, make, 60, {0, 1, 10, 20, 21, 25, 34, 35, 48}, act);
+    if (HasFailure()) return;
+    EXPECT_GT(scene->energy_drawn_j(0), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, SnapshotOfEngine,
+                         testing::Values(Kind{"soft", EngineKind::Blocks, {}}, Kind{"pgs", EngineKind::Blocks, SolverSettings::pgs20()},
+                                         Kind{"ode", EngineKind::Ode, {}}),
+                         [](const auto& kind) { return kind.param.name; });
+
+// A pile that falls asleep around a ball that swings in the field of a magnet, and is then hit.
+TEST(Snapshot, KnowsWhatSleepsAndRattles) {
+    const Make make = [] {
+        auto scene = scene_on_plane();
+        need(scene->add_material({.friction = 0}));
+        need(scene->add_feature_table(
+            {{.direction = {0, 0, 1}, .strength = 50, .range_m = 0.5}, {.direction = {0, 0, -1}, .strength = 50, .range_m = 0.5}}));
+        return scene;
+    };
+    auto scene = make();
+    add_cube(*scene, 4);
+    need(scene->add_body({.id = 64, .position_m = {6, 1.5, 1.6}, .material = 1, .fixed = true}));
+    need(scene->add_body({.id = 65, .position_m = {6.004, 1.5, 0.5}, .material = 1}));
+    for (const BodyId id : {64u, 65u}) need(scene->set_feature_table(id, 1));
+    need(scene->set_features(64, 2, 0));
+    need(scene->set_features(65, 1, 1));
+    bool slept = false, woke = false;
+    const auto act = [&](Scene& one, int tick) {
+        slept = slept || one.awake_bodies() == 0;
+        woke = woke || (slept && one.awake_bodies() > 0);
+        if (tick != 1000) return;
+        BodyState state = one.state(63);
+        state.linear_velocity_m_s = {3, 0, 4};
+        need(one.set_state(63, state));
+    };
+    std::set<int> saved = every(37, 1030);
+    saved.insert({999, 1000, 1001, 1002, 1010});
+    follow(*scene, make, 1060, saved, act);
+    EXPECT_TRUE(slept && woke);
+}
+
+// A list that is made while a pile sleeps knows no gaps of its contacts until it wakes.
+TEST(Snapshot, KnowsAListThatWasMadeWhileAPileSlept) {
+    const Make make = [] { return scene_on_plane({.sleep_ticks = 5}); };
+    auto scene = make();
+    add_cube(*scene, 4);
+    need(scene->add_body({.id = 100, .position_m = {80, 0, 60}}));
+    bool slept = false;
+    const auto act = [&](Scene& one, int tick) {
+        slept = slept || one.asleep(0);
+        if (tick != 200) return;
+        BodyState state = one.state(63);
+        state.linear_velocity_m_s = {0, 0, -2};
+        need(one.set_state(63, state));
+    };
+    follow(*scene, make, 240, {0, 1, 40, 80, 120, 160, 190, 199, 200, 201, 210}, act);
+    EXPECT_TRUE(slept);
+}
+
+TEST(Snapshot, RefusesWhatCannotBe) {
+    const Make make = [] { return scene_on_plane(); };
+    auto scene = make();
+    add_cube(*scene, 3);
+    Workers workers(1);
+    run(*scene, 3, 2, workers);
+    ByteWriter rest, bodies;
+    scene->save_rest(rest);
+    scene->save_home(scene->home(0), {}, bodies);
+    ByteReader in(bodies.view(), "the home");
+    const SavedHome saved = SavedHome::read(in);
+    const auto load = [&](const SavedHome& home) {
+        auto other = make();
+        ByteReader from_rest(rest.view(), "the rest");
+        other->load_rest(from_rest);
+        if (auto done = other->load_home(home, false); !done) return done;
+        return other->loaded(workers);
+    };
+    need(load(saved));
+    for (std::size_t size = 0; size < saved.bodies.size(); size += 7)
+        EXPECT_FALSE(load({saved.home, saved.bodies.first(size), saved.contacts})) << size;
+    for (std::size_t size = 1; size < saved.contacts.size(); size += 7)
+        EXPECT_FALSE(load({saved.home, saved.bodies, saved.contacts.first(size)})) << size;
+    auto twice = make();
+    ByteReader again(rest.view(), "the rest");
+    twice->load_rest(again);
+    need(twice->load_home(saved, false));
+    EXPECT_FALSE(twice->load_home(saved, false));
+}
+
+}  // namespace
+}  // namespace meld::physics
