@@ -87,8 +87,9 @@ class Calls(Case):
 
     def test_checkpoints(self):
         """The run goes on without that checkpoint, and says so."""
-        for on in (False, True):
-            for done, call in self.each_failure("/kept/", [*RUN, *KEEP], lambda: None, on=on):
+        for processes, on in ((1, False), (1, True), (2, False)):
+            command = [*RUN, *KEEP, "-n", processes]
+            for done, call in self.each_failure("/kept/", command, lambda: None, on=on, many=processes > 1):
                 if done.returncode != 0:
                     # The folder could not be taken: nothing has begun.
                     self.assertEqual(done.returncode, LIMIT, done)

@@ -151,6 +151,18 @@ class Ways(Case):
         self.assertEqual(done.returncode, 0, done)
         self.assertEqual(self.outcome(), wanted)
 
+    def test_names_that_are_no_text(self):
+        wanted = self.undisturbed()
+        name = os.fsdecode(b"kept \xff\n")
+        there = self.folder / os.fsdecode(b"\xfe")
+        there.mkdir()
+        for file in PROGRAMS.iterdir():
+            shutil.copy(file, there)
+        self.folder = there
+        self.fine("meldsim", *until(50), "--checkpoint", name)
+        self.fine("meldsim", "resume", there / name, "--ticks", 300, "--quiet", "-n", 2)
+        self.assertEqual(self.outcome(), wanted)
+
     def test_checkpoints_by_time(self):
         self.fine("meldsim", *RUN, "--checkpoint", "kept", "--checkpoint-every", "1ms", "-n", 2)
         self.assertEqual(len(self.manifests()), 2)
