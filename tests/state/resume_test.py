@@ -180,7 +180,7 @@ class Kills(Case):
     """SIGKILL at any moment, also while a checkpoint is written."""
 
     def kill_and_resume(self, rng, loops):
-        for program, ticks in (("waiting", 3000), ("storm", 300), ("doze", 200)):
+        for program, ticks in (("waiting", 1500), ("storm", 200), ("doze", 120)):
             run = [program + ".meld" if word == "waiting.meld" else word for word in until(ticks)]
             self.fine("meldsim", *run)
             # Ticks of bodies are long.
