@@ -1,7 +1,10 @@
 #!/usr/bin/env python3
 """What a checkpoint costs: the same run without and with one at its end, the bytes on the disk, and how soon a run goes on from it.
 
-Usage: bench_checkpoint.py BIN_DIR EXAMPLES_DIR [CATOMS ...]      prints medians of wall milliseconds
+Usage: bench_checkpoint.py BIN_DIR EXAMPLES_DIR [--bodies] [CATOMS ...]      prints medians of wall milliseconds
+
+Each is measured on the disk and in memory, beside the time that the disk takes for as many bytes. With --bodies, catoms are a pile of
+bodies that sense and act.
 """
 import json
 import os
@@ -9,14 +12,42 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
-RUNS = 5
+import bench_bodies
+
+RUNS, RUNS_OF_SMALL = 5, 1
+SMALL = 100_000
+CUBE = """lattice = "cubic"
+[[body]]
+shape = "box({side}, {side}, {side})"
+[facts]
+source = ["id == 0"]
+"""
+# The first ticks of a pile make most of its contacts.
+TICKS_OF_BODIES = ("--ticks", "4")
+
+
+def seconds_of_disk(folder, size):
+    """How long the disk takes for as many bytes."""
+    path = f"{folder}/disk"
+    data = os.urandom(1 << 20) * (size // (1 << 20) + 1)
+    begin = time.perf_counter()
+    with open(path, "wb", buffering=0) as file:
+        file.write(data[:size])
+        os.fsync(file.fileno())
+    taken = time.perf_counter() - begin
+    os.unlink(path)
+    return taken
 
 
 def main():
-    bin_dir, examples = sys.argv[1:3]
-    sizes = [int(float(n)) for n in sys.argv[3:]] or [1000**2, 4 * 1000**2]
-    with tempfile.TemporaryDirectory() as folder:
+    bin_dir, examples, *rest = sys.argv[1:]
+    bin_dir = os.path.abspath(bin_dir)
+    bodies = "--bodies" in rest
+    sizes = [int(float(n)) for n in rest if n != "--bodies"] or ([63**3] if bodies else [1000**2, 4 * 1000**2])
+    program = bench_bodies.PROGRAM.resolve() if bodies else os.path.abspath(f"{examples}/gradient.meld")
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory(dir="/dev/shm") as memory:
         environment = dict(os.environ, CLAYMELD_CACHE=f"{folder}/cache")
 
         def run(*arguments):
@@ -24,27 +55,34 @@ def main():
                                   cwd=folder)
             return json.loads(done.stdout)
 
-        program = os.path.abspath(f"{examples}/gradient.meld")
         for catoms in sizes:
             side = round(catoms ** (1 / 3))
             world = f"{folder}/world.toml"
-            open(world, "w").write(f'lattice = "cubic"\n[[body]]\nshape = "box({side}, {side}, {side})"\n[facts]\nsource = ["id == 0"]\n')
-            plain, kept, setup, again, size = [], [], [], [], 0
+            says = {"engine": "blocks", "half": side / 2, **bench_bodies.SOFT} if bodies else {}
+            open(world, "w").write((bench_bodies.WORLD if bodies else CUBE).format(side=side, **says))
+            command = ("run", program, "--world", world, "--quiet", *(TICKS_OF_BODIES if bodies else ()))
+            plain, setup, disk, kept, again = [], [], [], {folder: [], memory: []}, {folder: [], memory: []}
+            size = state = 0
             run("run", program, "--world", world, "--ticks", "1")
-            for i in range(RUNS):
-                kept_in = f"{folder}/kept{side}-{i}"
-                without = run("run", program, "--world", world)
-                whole = run("run", program, "--world", world, "--checkpoint", kept_in, "--checkpoint-every", "1000000ticks")
-                resumed = run("resume", kept_in, "--quiet")
+            for i in range(RUNS if catoms >= SMALL else RUNS_OF_SMALL):
+                without = run(*command)
                 plain.append(without["run_seconds"])
-                kept.append(whole["run_seconds"])
                 setup.append(without["setup_seconds"])
-                again.append(resumed["setup_seconds"])
-                size = sum(os.path.getsize(f"{kept_in}/{name}") for name in os.listdir(kept_in))
-                subprocess.run(["rm", "-r", kept_in], check=True)
-            cost = statistics.median(b - a for a, b in zip(plain, kept))
-            print(f"{side**3} catoms: checkpoint {cost * 1000:.0f} ms, {size / side**3:.1f} bytes a catom; "
-                  f"resumed in {statistics.median(again) * 1000:.0f} ms, set up in {statistics.median(setup) * 1000:.0f} ms")
+                state = without["bytes_per_catom"]
+                for place in (folder, memory):
+                    kept_in = f"{place}/kept{side}-{i}"
+                    whole = run(*command, "--checkpoint", kept_in, "--checkpoint-every", "1000000ticks")
+                    kept[place].append(whole["run_seconds"])
+                    again[place].append(run("resume", kept_in, "--quiet")["setup_seconds"])
+                    size = sum(os.path.getsize(f"{kept_in}/{name}") for name in os.listdir(kept_in))
+                    subprocess.run(["rm", "-r", kept_in], check=True)
+                disk.append(seconds_of_disk(folder, size))
+            cost = {place: statistics.median(kept[place]) - statistics.median(plain) for place in kept}
+            resumed = {place: statistics.median(again[place]) for place in again}
+            print(f"{side**3} catoms: checkpoint {cost[folder] * 1000:.0f} ms, in memory {cost[memory] * 1000:.0f} ms, the disk alone "
+                  f"{statistics.median(disk) * 1000:.0f} ms; {size / side**3:.1f} bytes a catom, and {state:.1f} in the run; "
+                  f"resumed in {resumed[folder] * 1000:.0f} ms, from memory {resumed[memory] * 1000:.0f} ms, "
+                  f"set up in {statistics.median(setup) * 1000:.0f} ms")
 
 
 if __name__ == "__main__":

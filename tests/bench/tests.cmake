@@ -12,6 +12,9 @@ add_test(NAME bench_latency_small
 add_test(NAME bench_checkpoint_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_checkpoint.py
                  $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
+add_test(NAME bench_checkpoint_bodies_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_checkpoint.py
+                 $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --bodies 1000)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 
 add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
