@@ -12,6 +12,7 @@
 #include "compiler/build/build.h"
 #include "compiler/driver/embedded.h"
 #include "compiler/driver/front_end.h"
+#include "compiler/driver/question.h"
 #include "compiler/emit/emit.h"
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
@@ -113,6 +114,8 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         return {};
     }
     ParsedProgram parsed = parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
+    if (!options.question.empty())
+        if (auto asked = add_question(out.files, options.question, out.report, parsed.program); !asked) return asked;
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};

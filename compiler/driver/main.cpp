@@ -205,6 +205,8 @@ int run_program(int argc, char** argv) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
+    // Passed by meldsim bisect.
+    compile->add_option("--ask", options.compile.question)->group("");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain =

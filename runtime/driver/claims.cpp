@@ -41,6 +41,12 @@ Claim files(std::string name, const std::vector<std::string>& paths) {
     return all;
 }
 
+// With the option that it was given by.
+std::string body_of(const RunOptions& options) {
+    if (!options.question) return "";
+    return (options.question->asks == Question::Asks::Until ? "--until " : "--while ") + options.question->body;
+}
+
 }  // namespace
 
 std::vector<Claim> claims(const RunOptions& options, const Module& module, const world::World& world) {
@@ -55,6 +61,7 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
             claim("the seed", std::to_string(world.seed)),
             files("--extension", options.extensions),
             option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
+            option("the body", body_of(options)),
             option("--facts-out", options.facts_out),
             option("--record", options.record),
             option("--digest", options.digest),

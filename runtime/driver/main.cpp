@@ -22,54 +22,64 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Diff, World } command = Command::Run;
+    enum class Command { Run, Resume, Diff, Bisect, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     DiffOptions diff = {};
+    RunOptions bisect = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
 };
+
+// What is run, and how: the options that commands which run a program share.
+void add_program(CLI::App& command, RunOptions& run) {
+    command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
+    command
+        .add_option("--world", run.world,
+                    "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms")
+        ->type_name("FILE");
+    command.add_option("-I,--library", run.library_paths, "Search this folder for the program's includes and libraries; repeatable")
+        ->type_name("DIR")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--ticks", run.ticks, "Stop after this many ticks")
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
+    command.add_option("-n,--processes", run.processes, "Number of processes, started through mpirun")
+        ->check(cli::whole_number(1, 100000))
+        ->capture_default_str();
+    command.add_option("--threads", run.threads, "Worker threads in each process")
+        ->check(cli::whole_number(1, 1024))
+        ->capture_default_str();
+    command.add_option("--set", run.set, "Replace the value of a constant of the program; repeatable")
+        ->type_name("NAME=VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--arg", run.given, "The value of @arg1 in the program; the next --arg sets @arg2, and so on")
+        ->type_name("VALUE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--extension", run.extensions, "A shared object with components in C++, which the world can choose; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
+        ->check(cli::whole_number(0, 3))
+        ->type_name("N");
+    command.add_option("--seed", run.seed, "The seed of all random numbers")
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
+}
 
 CLI::App* add_run(CLI::App& app, RunOptions& run) {
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
                                      "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
-    r->add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
-    r->add_option("--world", run.world, "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms")
-        ->type_name("FILE");
-    r->add_option("-I,--library", run.library_paths, "Search this folder for the program's includes and libraries; repeatable")
-        ->type_name("DIR")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("--ticks", run.ticks, "Stop after this many ticks")
-        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
-        ->type_name("INT");
-    r->add_option("-n,--processes", run.processes, "Number of processes, started through mpirun")
-        ->check(cli::whole_number(1, 100000))
-        ->capture_default_str();
-    r->add_option("--threads", run.threads, "Worker threads in each process")->check(cli::whole_number(1, 1024))->capture_default_str();
-    r->add_option("--set", run.set, "Replace the value of a constant of the program; repeatable")
-        ->type_name("NAME=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("--arg", run.given, "The value of @arg1 in the program; the next --arg sets @arg2, and so on")
-        ->type_name("VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("--extension", run.extensions, "A shared object with components in C++, which the world can choose; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
-        ->check(cli::whole_number(0, 3))
-        ->type_name("N");
-    r->add_option("--seed", run.seed, "The seed of all random numbers")
-        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
-        ->type_name("INT");
+    add_program(*r, run);
     r->add_option("--facts-out", run.facts_out,
                   "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
         ->type_name("FILE");
@@ -123,6 +133,28 @@ CLI::App* add_diff(CLI::App& app, DiffOptions& diff) {
     return d;
 }
 
+// The bodies of both options; one is given.
+struct Bodies {
+    std::string until = {}, holding = {};
+};
+
+CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
+    CLI::App* b = app.add_subcommand("bisect",
+                                     "Find the first tick in which a body, in Meld, holds at some catom.\nExample: meldsim bisect "
+                                     "examples/meld/gradient.meld --until 'dist(A, D), D > 20'");
+    add_program(*b, run);
+    CLI::Option* until = b->add_option("--until", bodies.until, "Find the first tick in which this body holds at some catom");
+    CLI::Option* holding =
+        b->add_option("--while", bodies.holding, "Find the first tick in which this body no longer holds at a catom at which it held");
+    until->type_name("BODY")->excludes(holding);
+    holding->type_name("BODY");
+    b->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
+    b->add_flag("--json", run.json, "Print the answer as JSON");
+    b->add_flag("--quiet", run.quiet, "Print no progress line");
+    b->add_option("--module", run.module)->group("");
+    return b;
+}
+
 CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
@@ -139,18 +171,28 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 4 limit, memory or disk, "
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, 4 limit, memory or disk, "
         "5 an unusable module, 6 an unusable "
         "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated. Of diff: 1 if there is a difference.");
     add_run(app, line.run);
     const CLI::App* resume = add_resume(app, line.resume);
     const CLI::App* diff = add_diff(app, line.diff);
+    Bodies bodies;
+    const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
     if (*resume) line.command = CommandLine::Command::Resume;
     if (*diff) line.command = CommandLine::Command::Diff;
+    if (*bisect) {
+        line.command = CommandLine::Command::Bisect;
+        line.bisect.arguments = line.run.arguments;
+        using Asks = Question::Asks;
+        const bool until = bisect->count("--until") > 0;
+        if (until || bisect->count("--while") > 0)
+            line.bisect.question = {until ? Asks::Until : Asks::While, until ? bodies.until : bodies.holding};
+    }
     if (*world) line.command = CommandLine::Command::World;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
@@ -179,6 +221,8 @@ int run_program(int argc, char** argv) {
             return resume_command(line.resume, run_options);
         case CommandLine::Command::Diff:
             return diff_command(line.diff, run_options);
+        case CommandLine::Command::Bisect:
+            return bisect_command(std::move(line.bisect));
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

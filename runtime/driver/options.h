@@ -1,4 +1,4 @@
-// The options of `meldsim run` and `meldsim resume`.
+// The options of `meldsim run`, and of the commands that run a program in another way.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,12 @@
 #include <vector>
 
 namespace meld::driver {
+
+// What `meldsim bisect` asks about a run.
+struct Question {
+    enum class Asks { Until, While } asks = Asks::Until;
+    std::string body;  // In Meld.
+};
 
 struct RunOptions {
     std::string program = {};                     // A .meld file, or a compiled .so.
@@ -30,6 +36,7 @@ struct RunOptions {
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
+    std::optional<Question> question = {};   // The run goes on until it is answered, and writes nothing else.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
     bool json = false;

@@ -20,6 +20,7 @@
 #include "runtime/comm/launch.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/agreement.h"
+#include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
 #include "runtime/driver/inputs.h"
@@ -117,8 +118,10 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     }
     // The output of catoms and the summary go to standard output, unless results are written there.
     std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
-    simulation.add(std::make_unique<sim::Printer>(talk));
-    simulation.add(std::make_unique<sim::Watcher>(talk));
+    if (!options.question) {
+        simulation.add(std::make_unique<sim::Printer>(talk));
+        simulation.add(std::make_unique<sim::Watcher>(talk));
+    }
     if (!options.digest.empty())
         simulation.add(std::make_unique<record::DigestFile>(options.digest, durability(options), std::move(outputs.digest)));
     Result<std::optional<Checkpoints>> opened_checkpoints = open_checkpoints(options, simulation, *mine);
@@ -130,6 +133,8 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (checkpoints)
         if (const auto can = simulation.saveable(); !can) return tl::unexpected<Error>(can.error());
     if (goes_on && speaks && !options.quiet) log::info("goes on after tick {}", simulation.subdomain().tick());
+
+    if (options.question) return find_tick(options, simulation);
 
     // From here on there are results to lose.
     patiently.emplace(interrupt::Answer::Patiently);
@@ -303,6 +308,12 @@ int run_command(RunOptions options) {
     if (!module) return tell(module.error());
     if (const auto world = choose_world(options); !world) return tell(world.error());
     return launch(options, *module);
+}
+
+int bisect_command(RunOptions options) {
+    if (!options.question || options.question->body.empty())
+        return tell({"there is nothing to look for", "Give --until 'body' or --while 'body'"});
+    return run_command(std::move(options));
 }
 
 int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {

@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""`meldsim bisect`: the tick that it finds is the first one, on any number of processes, and asking changes nothing.
+
+Usage: bisect_test.py --meldc FILE --meldsim FILE [TEST ...]
+"""
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples/meld"
+OWN = Path(__file__).resolve().parent / "programs"
+
+
+class Bisect(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def call(self, tool, *arguments):
+        return subprocess.run([str(tool), *map(str, arguments)], capture_output=True, text=True, cwd=self.folder.name)
+
+    def bisect(self, *arguments, code=0):
+        done = self.call(OPTIONS.meldsim, "bisect", *arguments, "--json", "--quiet")
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def refused(self, code, *arguments):
+        done = self.call(OPTIONS.meldsim, "bisect", *arguments)
+        self.assertEqual((done.returncode, done.stdout), (code, ""))
+        return done.stderr
+
+    def facts(self, program, ticks, name):
+        done = self.call(OPTIONS.meldsim, "run", program, "--ticks", ticks, "--quiet", "--facts-out", "-")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return re.findall(rf"^{name}\(@(\d+)(?:, (.*))?\)\.$", done.stdout, re.M)
+
+    def test_a_planted_fault_is_found(self):
+        """A rule that counts wrong from 12 on: neighbours differ by more than one."""
+        text = (EXAMPLES / "gradient.meld").read_text()
+        faulty = text.replace("dist(B, D + 1)", "dist(B, D + 1 + D / 12)")
+        self.assertNotEqual(text, faulty)
+        program = Path(self.folder.name, "faulty.meld")
+        program.write_text(faulty)
+        program.with_suffix(".toml").write_text((EXAMPLES / "gradient.toml").read_text())
+        body = "neighbor(A, B), dist(A, X), dist(B, Y), X > Y + 1"
+        answers = [self.bisect(program, "--until", body, "-n", n) for n in (1, 2, 3)]
+        self.assertEqual(answers[0]["tick"], 14)
+        # Twelve steps from the source in the corner, and the thirteenth is too long.
+        self.assertEqual((answers[0]["catom"], answers[0]["witness"]), (63, {"B": "@55", "X": "14", "Y": "12"}))
+        self.assertEqual(answers[1:], answers[:1] * 2)
+        self.assertFalse(self.bisect(EXAMPLES / "gradient.meld", "--until", body, code=3)["found"])
+
+    def test_it_is_the_first_tick(self):
+        program = OWN / "waiting.meld"
+        for body, name, holds in (("rung(A, N, S), N > 3", "rung", lambda v: int(v.split(",")[0]) > 3), ("lit(A)", "lit", lambda v: True)):
+            found = self.bisect(program, "--until", body)
+            now = [int(a) for a, v in self.facts(program, found["tick"], name) if holds(v)]
+            before = [int(a) for a, v in self.facts(program, found["tick"] - 1, name) if holds(v)]
+            self.assertEqual((min(now), len(now), before), (found["catom"], found["catoms"], []), body)
+
+    def test_it_ceases_to_hold(self):
+        """While catoms come, go and move between processes."""
+        program = OWN / "storm.meld"
+        for body, name, holds in (("last(A, N), N > 1", "last", lambda v: int(v) > 1), ("last(A, _)", "last", lambda v: True)):
+            answers = [self.bisect(program, "--ticks", 30, "--while", body, "-n", n) for n in (1, 2, 3)]
+            self.assertEqual(answers[1:], answers[:1] * 2)
+            found = answers[0]
+            held = [{int(a) for a, v in self.facts(program, t, name) if holds(v)} for t in range(found["tick"] + 1)]
+            lost = [sorted(before - now) for before, now in zip(held, held[1:])]
+            self.assertEqual(([t + 1 for t, ids in enumerate(lost) if ids], lost[-1][0], len(lost[-1])),
+                             ([found["tick"]], found["catom"], found["catoms"]), body)
+
+    def test_asking_changes_nothing(self):
+        for program, body in ((EXAMPLES / "gradient.meld", "neighbor(A, B), dist(A, X), dist(B, Y), X > Y"),
+                              (EXAMPLES / "walk.meld", "neighbor(A, B), neighbor(B, C), position(C, X, _, _), X > 1.0"),
+                              (OWN / "waiting.meld", "N = count : { neighbor(A, B), dist(B, _) }, dist(A, D), D > N"),
+                              (OWN / "storm.meld", "last(A, N), not neighborCount(A, 3), seen(A, B, 1)")):
+            module = Path(self.folder.name, "asked.so")
+            done = self.call(OPTIONS.meldc, "compile", program, "--ask", body, "-o", module)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            results = []
+            for what in (program, module):
+                done = self.call(OPTIONS.meldsim, "run", what, "--world", program.with_suffix(".toml"), "--ticks", 40, "--quiet",
+                                 "--digest", "run.digest", "--facts-out", "run.facts")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                results.append([Path(self.folder.name, name).read_text() for name in ("run.digest", "run.facts")])
+            self.assertEqual(results[0], results[1], program.name)
+            self.assertNotIn("question", results[1][1])
+
+    def test_mistakes_have_their_place(self):
+        program = EXAMPLES / "gradient.meld"
+        for body, code, message in (("dst(A, D), D > 3", 1, "the body:1:1"),
+                                    ("dist(A, D), D > E", 1, "the body:1:17"),
+                                    ("dist(A, D), D +", 1, "the body:1:15"),
+                                    ("dist(A, D", 1, "found the end of the body"),
+                                    ("dist(A, D). dist(A, D)", 2, "is not one body"),
+                                    ("3 > 2", 2, "has no fact of a catom"),
+                                    ("", 2, "there is nothing to look for")):
+            for processes in (1, 2):
+                self.assertIn(message, self.refused(code, program, "--until", body, "-n", processes))
+        self.assertIn("asks about a linear fact, token", self.refused(2, OWN / "waiting.meld", "--until", "token(A, N, _)"))
+        self.assertIn("--until 'body' or --while 'body'", self.refused(2, program))
+        self.refused(2, program, "--until", "source(A)", "--while", "source(A)")
+        module = Path(self.folder.name, "gradient.so")
+        self.call(OPTIONS.meldc, "compile", program, "-o", module)
+        self.assertIn("a module has no room for a body", self.refused(2, module, "--until", "source(A)"))
+
+    def test_a_program_that_fails_is_no_answer(self):
+        program = Path(self.folder.name, "fails.meld")
+        program.write_text("type linear n(node, int).\nn(A, 5).\nn(A, N) -o n(A, 10 / N - 2).\n")
+        self.assertIn("divided by zero", self.refused(1, program, "--until", "id(A, -1)"))
+
+
+def main():
+    global OPTIONS
+    parser = argparse.ArgumentParser()
+    for tool in ("meldc", "meldsim"):
+        parser.add_argument(f"--{tool}", required=True, type=Path)
+    OPTIONS, rest = parser.parse_known_args()
+    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
+    unittest.main(argv=[sys.argv[0], *rest])
+
+
+if __name__ == "__main__":
+    main()
