@@ -30,7 +30,7 @@ std::atomic<int> first{0};
 std::atomic<std::int64_t> first_ns{0};
 std::atomic<Answer> answer{Answer::AtOnce};
 std::atomic<const char*> last_words{nullptr};
-std::atomic<int> repeated_signal{0};
+std::atomic<std::uint64_t> repeated_signals{0};  // A bit for each.
 std::atomic<bool> by_signal{false};
 timer_t patience;
 timer_t time_limit;
@@ -82,7 +82,7 @@ void on_interrupt(int signal) {
     int none = 0;
     const bool is_first = first.compare_exchange_strong(none, signal);
     const Answer now = answer.load();
-    if (!is_first && signal == repeated_signal.load()) return;
+    if (!is_first && (repeated_signals.load() >> signal & 1) != 0) return;
     if (!is_first) leave(first.load());
     if (now == Answer::AtOnce) leave(signal);
     first_ns.store(now_ns());
@@ -109,9 +109,9 @@ void make(Timer which, timer_t& timer) {
 
 }  // namespace
 
-void handle(std::initializer_list<int> signals, int repeated) {
+void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated) {
     MELD_CHECK(!handling.exchange(true), "interrupts are handled already");
-    repeated_signal.store(repeated);
+    for (const int signal : repeated) repeated_signals.fetch_or(std::uint64_t{1} << signal);
     make(kPatienceEnds, patience);
     make(kTimeIsUp, time_limit);
     struct sigaction action{};
@@ -126,6 +126,10 @@ void handle(std::initializer_list<int> signals, int repeated) {
         sigaction(signal, nullptr, &before);
         if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
     }
+    sigset_t waiting;
+    sigemptyset(&waiting);
+    for (const int signal : signals) sigaddset(&waiting, signal);
+    pthread_sigmask(SIG_UNBLOCK, &waiting, nullptr);
 }
 
 void end_by_signal() { by_signal.store(true); }

@@ -23,9 +23,9 @@ inline constexpr double kPatience_s = 1.7;
 inline constexpr double kStep_s = 0.7;
 
 // From now on these signals are answered, AtOnce at first; not those that the process was started to ignore, as `nohup` asks for.
-// `repeated` is one that its sender may repeat, or send by two ways: it is never the second. Call it once, from the main thread, before
-// there are others.
-void handle(std::initializer_list<int> signals, int repeated = 0);
+// `repeated` are those that their sender may repeat, or send by two ways: none is ever the second. Those that were blocked until now come.
+// Call it once, from the main thread, before there are others.
+void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated = {});
 
 // From now on an end at once is by the signal itself, not by an exit code: a shell then ends the loop in which the command stands.
 void end_by_signal();

@@ -17,6 +17,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/interrupt.h"
+#include "runtime/base/pulse.h"
 
 namespace meld {
 
@@ -250,6 +251,7 @@ bool OutputFile::make_file() {
 
 void OutputFile::give_to_system() {
     if (waiting_.empty() || !make_file()) return;
+    pulse::beat();
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
     if (error_ == 0 && !write_all(descriptor_, waiting_)) set_error(errno);
     offset_ += waiting_.size();

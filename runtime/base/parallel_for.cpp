@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/pulse.h"
 
 namespace meld {
 
@@ -82,6 +83,7 @@ struct Workers::Shared {
             if (index >= count) return;
             try {
                 (*body)(worker, index);
+                pulse::beat();
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (!failed.exchange(true)) failure = std::current_exception();

@@ -31,8 +31,6 @@ constexpr milliseconds kAfterOthers{1500};
 // It gives the processes a second from SIGTERM to SIGKILL.
 constexpr milliseconds kUntilKilled{1200};
 constexpr milliseconds kUntilGone{1000};
-// To learn in good time what is to be removed if mpirun crashes.
-constexpr int kMostLooksUnasked = 100;
 
 // The file that execvp() finds.
 ProgramFile find_program(const std::string& name) {
@@ -72,6 +70,11 @@ void Ending::insist() {
     kill(mpirun_, SIGTERM);
 }
 
+void Ending::kill_now() {
+    asked_ = insisted_ = true;
+    kill_all();
+}
+
 std::vector<pid_t> Ending::processes() const {
     std::vector<pid_t> found = offspring_of(getpid());
     std::erase_if(found, [&](pid_t process) { return program_of(process) != program_; });
@@ -91,14 +94,9 @@ void Ending::tell(const std::vector<pid_t>& processes) {
 
 void Ending::look() {
     const Clock::time_point now = Clock::now();
-    if (now < next_look_ || (!asked_ && (looks_unasked_ == kMostLooksUnasked || knows_files_))) return;
+    if (!asked_ || now < next_look_) return;
     next_look_ = now + kBetweenLooks;
     const std::vector<pid_t> here = processes();
-    const std::size_t known = exchange_files_.size();
-    for (const pid_t process : here) exchange_files_.merge(exchange_files_of(process));
-    knows_files_ = known > 0 && exchange_files_.size() == known;
-    looks_unasked_ += asked_ ? 0 : 1;
-    if (!asked_) return;
     if (killed_ || (insisted_ && now > insisted_at_ + kUntilKilled)) return kill_all();
     if (insisted_) return;
 
@@ -134,7 +132,6 @@ void Ending::remove_session() const {
 }
 
 void Ending::clean_up() {
-    for (const pid_t process : processes()) exchange_files_.merge(exchange_files_of(process));
     const Clock::time_point end = Clock::now() + kUntilGone;
     bool left = true;
     while (left && Clock::now() < end) {
@@ -144,7 +141,6 @@ void Ending::clean_up() {
         left = waitpid(-1, nullptr, WNOHANG) == 0 || errno == EINTR;
         if (left) std::this_thread::sleep_for(milliseconds(5));
     }
-    for (const std::string& file : exchange_files_) unlink(file.c_str());
     remove_session();
 }
 

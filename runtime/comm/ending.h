@@ -28,6 +28,8 @@ class Ending {
     void ask();
     // They are to end at once.
     void insist();
+    // They do nothing any more, and are killed, mpirun too.
+    void kill_now();
     // To be called every few milliseconds until mpirun has ended: goes on with what was asked.
     void look();
     // mpirun has ended and has been waited for. Whatever has outlived it, and what it has left behind, goes.
@@ -56,9 +58,6 @@ class Ending {
     Clock::time_point asked_at_, insisted_at_, next_look_;
     Clock::time_point all_there_at_;  // When the last look had found all that were told.
     std::set<pid_t> told_;
-    std::set<std::string> exchange_files_;
-    bool knows_files_ = false;
-    int looks_unasked_ = 0;
 };
 
 }  // namespace meld::comm

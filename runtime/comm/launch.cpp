@@ -19,6 +19,7 @@
 #include "runtime/base/progress.h"
 #include "runtime/comm/ending.h"
 #include "runtime/comm/relay.h"
+#include "runtime/comm/shared_folder.h"
 
 extern char** environ;
 
@@ -32,7 +33,7 @@ constexpr int kLookMilliseconds = 20;
 constexpr int kLooksUntilToldToEnd = 25;
 
 // Settings for mpirun, each only if the user has not set it.
-std::map<std::string, std::string> settings_for(int processes) {
+std::map<std::string, std::string> settings_for(int processes, const Heartbeat* heartbeat) {
     std::map<std::string, std::string> settings = {
         {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
         {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
@@ -41,6 +42,7 @@ std::map<std::string, std::string> settings_for(int processes) {
         // direct copy between processes is forbidden in many containers.
         {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
     };
+    if (heartbeat != nullptr) settings[pulse::kVariable] = heartbeat->place();
     if (processes > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
     if (stderr_is_terminal()) {
         settings[kTerminalVariable] = "1";
@@ -55,12 +57,15 @@ bool tells_place_in_another_run(std::string_view variable) {
                                [&](std::string_view prefix) { return variable.starts_with(prefix); });
 }
 
-std::vector<std::string> environment_for(int processes) {
-    std::map<std::string, std::string> settings = settings_for(processes);
+std::vector<std::string> environment_for(int processes, const Heartbeat* heartbeat, const SharedFolder& shared) {
+    std::map<std::string, std::string> settings = settings_for(processes, heartbeat);
+    if (!shared.path().empty()) settings[SharedFolder::kVariable] = shared.path();
     std::vector<std::string> result;
     for (char** variable = environ; *variable != nullptr; ++variable) {
         const std::string_view text = *variable;
         if (tells_place_in_another_run(text)) continue;
+        // It lies in the folder that the user has chosen.
+        if (!shared.path().empty() && text.starts_with(std::string(SharedFolder::kVariable) + "=")) continue;
         settings.erase(std::string(text.substr(0, text.find('='))));
         result.emplace_back(text);
     }
@@ -127,10 +132,12 @@ std::optional<LaunchOutcome> outcome_of(pid_t child) {
 }
 
 // Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
-LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& awaited, Relay& relay) {
+LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& awaited, Relay& relay, Heartbeat* heartbeat) {
     Ending ending(child, program);
     int interrupted_by = 0;
     int looks_unheard = 0;
+    bool hung = false;
+    Heartbeat::Standing standing;
     while (true) {
         std::optional<LaunchOutcome> outcome = outcome_of(child);
         const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
@@ -148,7 +155,10 @@ LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& 
             outcome->interrupted_by = interrupted_by;
             outcome->heard = ending.heard();
             const bool killed = ending.killed();
-            if (killed || outcome->launcher_signal != 0) ending.clean_up();
+            if (killed || outcome->exit_code > 128) ending.clean_up();
+            if (heartbeat != nullptr) outcome->standing = hung ? standing : heartbeat->standing();
+            outcome->hung = hung;
+            if (hung) return *outcome;
             if (killed) *outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .heard = ending.heard()};
             // Whatever mpirun makes of processes that it had to end.
             if (ending.insisted() && outcome->exit_code != 0) outcome->exit_code = 128 + SIGTERM;
@@ -158,19 +168,25 @@ LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& 
         // Nobody hears what the processes say: they end as if the user had asked for it, unless they are at their end anyway. A signal
         // that reaches mpirun while it ends makes it crash.
         if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) ending.ask();
+        if (heartbeat != nullptr && !ending.asked() && heartbeat->missed()) {
+            hung = true;
+            standing = heartbeat->standing();
+            ending.kill_now();
+        }
         ending.look();
     }
 }
 
 }  // namespace
 
-LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command) {
+LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat) {
     MELD_CHECK(processes >= 1 && !command.empty(), "processes = {}, words in the command = {}", processes, command.size());
     // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own remarks about a
     // failed process are suppressed, because the caller reports it better.
     std::vector<std::string> words = {"mpirun", "--quiet", "--bind-to", "none", "-n", std::to_string(processes)};
     words.insert(words.end(), command.begin(), command.end());
-    std::vector<std::string> variables = environment_for(processes);
+    const SharedFolder shared;
+    std::vector<std::string> variables = environment_for(processes, heartbeat, shared);
     const std::vector<char*> arguments = pointers_to(words);
     const std::vector<char*> environment = pointers_to(variables);
 
@@ -181,12 +197,13 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command)
     child_default.sa_handler = SIG_DFL;
     sigaction(SIGCHLD, &child_default, &child_before);
 
+    if (heartbeat != nullptr) heartbeat->begin();
     Relay relay;
     const pid_t launcher = getpid();
     const pid_t child = fork();
     if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);
     relay.leave_child();
-    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, command[0], awaited, relay);
+    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, command[0], awaited, relay, heartbeat);
     relay.finish();
     outcome.output_error = relay.output_error();
 

@@ -5,11 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "runtime/comm/heartbeat.h"
+
 namespace meld::comm {
 
 // What the processes receive when the user wants the run to end well: at the next tick boundary, with checkpoint and summary.
 // (An interrupt itself would make mpirun end them at once.) Programs that may be started here handle it like SIGINT; it may come twice.
 inline constexpr int kEndWellSignal = SIGUSR1;
+// What a process that is alone receives when the user insists. It takes the user's own signals, which the terminal gives to it as well, for
+// the first request, however often they come.
+inline constexpr int kEndNowSignal = SIGUSR2;
 
 struct LaunchOutcome {
     // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; 127 when mpirun cannot be
@@ -24,6 +29,10 @@ struct LaunchOutcome {
     int launcher_signal = 0;
     // Why the processes' standard output could not be passed on, an errno, or 0.
     int output_error = 0;
+    // The processes gave no sign of life and were killed.
+    bool hung = false;
+    // Where they were at the end.
+    Heartbeat::Standing standing = {};
 };
 
 // Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
@@ -32,7 +41,13 @@ struct LaunchOutcome {
 // kEndWellSignal, the second ends them at once. Processes that do not handle it yet are ended; what does not end is killed within two
 // seconds, but for a process that takes its time for its results. If this process dies, so do they; if its standard output takes nothing
 // any more, they end as at a first signal. Call it from a process that has no other threads and children and has not started MPI itself.
-LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command);
+// The processes find the table of the heartbeat, if there is one, and are killed when they miss it. What a killed run leaves in shared
+// memory and in the folder of its session is removed.
+LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat = nullptr);
+
+// Runs `command` as one process, with all streams of this one and in its process group, and waits; the rest as above. If this process dies,
+// so does that one. It must handle kEndWellSignal and kEndNowSignal; until then they wait, as do SIGINT, SIGTERM and SIGHUP.
+LaunchOutcome launch_alone(const std::vector<std::string>& command, Heartbeat& heartbeat);
 
 // Why a run of processes ended with this code, if none of our commands documents it: "a process was killed (signal 9), ...". Empty for all
 // other codes.

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "runtime/base/pulse.h"
 #include "runtime/comm/peers.h"
 
 namespace meld::comm {
@@ -15,9 +16,17 @@ namespace meld::comm {
 // three processes on two cores took 14 milliseconds a tick of five exchanges when they polled, and 0.6 when they sleep at once.
 class Backoff {
   public:
-    void reset() { idle_polls_ = 0; }
+    Backoff() = default;
+    ~Backoff() { reset(); }
+    Backoff(const Backoff&) = delete;
+    Backoff& operator=(const Backoff&) = delete;
+    void reset() {
+        if (idle_polls_ > hard_polls) pulse::wait(false);
+        idle_polls_ = 0;
+    }
     void wait() {
         if (++idle_polls_ <= hard_polls) return;
+        if (idle_polls_ == hard_polls + 1) pulse::wait(true);
         std::this_thread::sleep_for(kNap);
         if (idle_polls_ % kPollsPerLook == 0 && peers != nullptr) peers->look();
     }

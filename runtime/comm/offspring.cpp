@@ -81,14 +81,4 @@ bool catches(pid_t process, int signal) {
     return false;
 }
 
-std::set<std::string> exchange_files_of(pid_t process) {
-    std::set<std::string> paths;
-    std::ifstream file(fmt::format("/proc/{}/maps", process));
-    for (std::string line; std::getline(file, line);) {
-        const std::size_t path = line.find('/');
-        if (path != std::string::npos && line.find("/vader_segment.") != std::string::npos) paths.insert(line.substr(path));
-    }
-    return paths;
-}
-
 }  // namespace meld::comm

@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +22,5 @@ ProgramFile program_of(pid_t process);
 
 // Whether it has a handler for the signal.
 bool catches(pid_t process, int signal);
-
-// The files in memory by which Open MPI's processes on a machine exchange messages, as far as this one has opened them.
-std::set<std::string> exchange_files_of(pid_t process);
 
 }  // namespace meld::comm

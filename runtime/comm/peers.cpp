@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "runtime/base/progress.h"
+#include "runtime/base/pulse.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/offspring.h"
 
@@ -85,6 +86,7 @@ bool Peers::speaks() const {
 
 void Peers::begin_operation() {
     ++operations_;
+    pulse::beat();
     if (table_ != nullptr) table_[process_].operations.store(operations_, std::memory_order_relaxed);
     if (!waits_since_) return;
     for (const std::size_t process : told_)

@@ -8,6 +8,7 @@
 
 #include "runtime/base/interrupt.h"
 #include "runtime/base/log.h"
+#include "runtime/base/pulse.h"
 #include "runtime/base/units.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/state/share_file.h"
@@ -78,6 +79,7 @@ void Checkpoints::at_end() {
 void Checkpoints::write() {
     sim::Subdomain& subdomain = simulation_.subdomain();
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
+    pulse::enter(pulse::Phase::Checkpoint);
     sim::Manifest manifest{.tick = subdomain.tick(), .digest = record::state_digest(subdomain).to_string(), .run = run_, .shares = {}};
     Result<void> written = simulation_.secure();
     if (written) written = folder_.write(std::move(manifest), [&](sim::ShareSink& sink) { return simulation_.save(sink); }, subdomain.comm);

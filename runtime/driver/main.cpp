@@ -92,9 +92,13 @@ CLI::App* add_run(CLI::App& app, RunOptions& run) {
     r->add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
         ->type_name("INTERVAL")
         ->capture_default_str();
-    r->add_option("--retries", run.retries, "With --checkpoint and several processes: how often to go on when one is killed or crashes")
+    r->add_option("--retries", run.retries, "With --checkpoint: how often to go on from it when a process is killed, crashes or hangs")
         ->check(cli::whole_number(0, 1000000))
         ->type_name("INT")
+        ->capture_default_str();
+    r->add_option("--heartbeat", run.heartbeat,
+                  "With --checkpoint: a run without a sign of life for so long hangs; off: it may take any time")
+        ->type_name("TIME")
         ->capture_default_str();
     r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
     r->add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")

@@ -14,6 +14,13 @@ struct Question {
     std::string body;  // In Meld.
 };
 
+// Why a run was started again, and where.
+struct Restart {
+    std::string reason;
+    std::int64_t in_tick = 0;    // 0: before the first.
+    std::int64_t from_tick = 0;  // 0: from the start.
+};
+
 struct RunOptions {
     std::string program = {};                     // A .meld file, or a compiled .so.
     std::string world = {};                       // Empty: PROGRAM.toml if it exists, otherwise a cube of 1,000 catoms.
@@ -33,6 +40,7 @@ struct RunOptions {
     std::string checkpoint = {};             // A folder.
     std::string checkpoint_every = "10min";  // Or "1000ticks".
     int retries = 3;                         // After a process was killed or has crashed.
+    std::string heartbeat = "10min";         // The longest time without a sign of life, or "off".
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
@@ -41,6 +49,7 @@ struct RunOptions {
     bool strict = false;
     bool json = false;
     bool quiet = false;
+    std::vector<Restart> restarts = {};       // Of this run so far.
     std::vector<std::string> command = {};    // As typed where the run began, for the recording and for checkpoints.
     std::vector<std::string> arguments = {};  // Of the processes: of this command, which may go on with that run.
 };

@@ -66,7 +66,8 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     return text;
 }
 
-std::string summary_table(const sim::Summary& s, const std::string& world, int processes, int threads) {
+std::string summary_table(const sim::Summary& s, const std::vector<Restart>& restarts, const std::string& world, int processes,
+                          int threads) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
     row("world", world);
@@ -83,6 +84,10 @@ std::string summary_table(const sim::Summary& s, const std::string& world, int p
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
+    for (const Restart& each : restarts)
+        row("restarted",
+            fmt::format("from {}, after {} in tick {}",
+                        each.from_tick > 0 ? fmt::format("tick {}", each.from_tick) : std::string("the start"), each.reason, each.in_tick));
     for (const std::string& outcome : s.outcomes) text += visible(outcome) + "\n";
     return text;
 }
@@ -95,7 +100,11 @@ std::string warning_of_dropped(const sim::Summary& s) {
         grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
 }
 
-std::string summary_json(const sim::Summary& s, const std::string& world, int processes, int threads) {
+std::string summary_json(const sim::Summary& s, const std::vector<Restart>& restarts, const std::string& world, int processes,
+                         int threads) {
+    nlohmann::ordered_json again = nlohmann::ordered_json::array();
+    for (const Restart& each : restarts)
+        again.push_back({{"reason", each.reason}, {"in_tick", each.in_tick}, {"from_tick", each.from_tick}});
     nlohmann::ordered_json stages = nlohmann::ordered_json::object();
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
     const nlohmann::ordered_json json = {{"world", world},
@@ -115,6 +124,7 @@ std::string summary_json(const sim::Summary& s, const std::string& world, int pr
                                          {"stage_seconds", stages},
                                          {"processes", processes},
                                          {"threads", threads},
+                                         {"restarts", again},
                                          {"outcomes", s.outcomes}};
     // Escapes text that is not visible, and everything that is not ASCII.
     return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "runtime/driver/options.h"
 #include "runtime/sim/simulation.h"
 
 namespace meld::driver {
@@ -10,9 +12,11 @@ namespace meld::driver {
 // "tick 120  2,304 awake  1.2 M derivations/s  3.4 M messages/s  74 bytes/catom  ..."; seconds: since the run began.
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick);
 // `world`: the path of its file, or a text if there is none.
-std::string summary_table(const sim::Summary& summary, const std::string& world, int processes, int threads);
+std::string summary_table(const sim::Summary& summary, const std::vector<Restart>& restarts, const std::string& world, int processes,
+                          int threads);
 // The message that linear facts were dropped; empty: none were.
 std::string warning_of_dropped(const sim::Summary& summary);
-std::string summary_json(const sim::Summary& summary, const std::string& world, int processes, int threads);
+std::string summary_json(const sim::Summary& summary, const std::vector<Restart>& restarts, const std::string& world, int processes,
+                         int threads);
 
 }  // namespace meld::driver

@@ -14,6 +14,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/log.h"
 #include "runtime/base/progress.h"
+#include "runtime/base/pulse.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 #include "runtime/comm/communicator.h"
@@ -26,6 +27,8 @@
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/report.h"
+#include "runtime/driver/supervise.h"
+#include "runtime/driver/tell.h"
 #include "runtime/record/digest_file.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
@@ -37,16 +40,15 @@ namespace meld::driver {
 
 namespace {
 
-// The process that reports for the run also reports when it is ended at once.
-void handle_interrupts(bool speaks) {
-    interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal}, comm::kEndWellSignal);
+// The process that reports for the run also reports when it is ended at once. One that is looked after gets every request twice, from the
+// terminal and from the process that looks after it.
+void handle_interrupts(bool speaks, bool looked_after = false) {
+    if (looked_after)
+        interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal, comm::kEndNowSignal},
+                          {SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal});
+    else
+        interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal}, {comm::kEndWellSignal});
     if (speaks) interrupt::set_last_words("meldsim: interrupted before its end\n");
-}
-
-int tell(const Error& error) {
-    clear_progress();
-    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(error.message()))));
-    return static_cast<int>(error.code);
 }
 
 // The facts of the last tick that went well, if they are still there, and what there is to say. On every process.
@@ -176,9 +178,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
                      simulation.summary().dead_link);
     Result<void> printed;
     if (speaks && options.json)
-        printed = print(stdout, summary_json(simulation.summary(), world.path, comm.processes(), options.threads));
+        printed = print(stdout, summary_json(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        printed = print(talk, summary_table(simulation.summary(), world.path, comm.processes(), options.threads));
+        printed = print(talk, summary_table(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));
     if (!printed) return tl::unexpected<Error>(printed.error());
     // All messages have been printed: a signal that ends the process now interrupts nothing.
     interrupt::set_last_words(nullptr);
@@ -222,73 +224,17 @@ int run_processes(const RunOptions& options, comm::Communicator& comm) {
     return code == static_cast<int>(ExitCode::Interrupted) ? interrupt::exit_code() : code;
 }
 
-// The processes report themselves that they were interrupted, unless they had not got that far.
-int after_interrupt(const comm::LaunchOutcome& outcome) {
-    const int interrupted = static_cast<int>(ExitCode::Interrupted), terminated = 128 + SIGTERM;
-    if (!outcome.heard || (outcome.exit_code != interrupted && outcome.exit_code != terminated)) tell({"interrupted before its end"});
-    return outcome.interrupted_by == SIGTERM ? terminated : interrupted;
-}
-
-// The command line of a process that goes on with the run in this folder.
-std::vector<std::string> resume_arguments(const std::string& folder, const RunOptions& options) {
-    std::vector<std::string> out = {
-        "meldsim", "resume", folder, "--processes", std::to_string(options.processes), "--threads", std::to_string(options.threads)};
-    if (options.ticks >= 0) out.insert(out.end(), {"--ticks", std::to_string(options.ticks)});
-    if (options.json) out.emplace_back("--json");
-    if (options.quiet) out.emplace_back("--quiet");
-    return out;
-}
-
-// Tells how the processes ended, and returns the code of the command.
-int after_launch(const comm::LaunchOutcome& outcome) {
-    // However the run ended, its results have not reached their reader.
-    if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
-    if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
-    if (outcome.launcher_signal != 0)
-        return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
-                     "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
-    if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
-        return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
-    return outcome.exit_code;
-}
-
-// A process was killed, crashed, or mpirun did, and nobody asked for it.
-bool ended_by_accident(const comm::LaunchOutcome& outcome) {
-    if (outcome.output_error != 0 || outcome.interrupted_by != 0) return false;
-    if (outcome.launcher_signal != 0) return true;
-    const int signal = outcome.exit_code - 128;
-    return signal == SIGKILL || signal == SIGSEGV || signal == SIGBUS || signal == SIGABRT || signal == SIGILL || signal == SIGFPE;
-}
-
-// Starts the processes, and with --checkpoint again, from the last checkpoint, after an accident.
-int launch(RunOptions& options, const std::string& module) {
-    // Where a crash came after: the same crash after the same checkpoint will come again.
-    std::optional<std::int64_t> crashed_after;
-    for (int restarts = 0;; ++restarts) {
-        std::vector<std::string> command{std::filesystem::read_symlink("/proc/self/exe").string()};
-        command.insert(command.end(), options.arguments.begin() + 1, options.arguments.end());
-        command.insert(command.end(), {"--module", module});
-        const comm::LaunchOutcome outcome = comm::launch_mpi(options.processes, command);
-        if (options.checkpoint.empty() || restarts >= options.retries || !ended_by_accident(outcome)) return after_launch(outcome);
-        const Result<sim::Manifest> newest = sim::newest_manifest(options.checkpoint);
-        const std::int64_t from = newest ? newest->tick : 0;
-        const bool crashed = outcome.launcher_signal == 0 && outcome.exit_code != 128 + SIGKILL;
-        if (crashed && crashed_after == from) return after_launch(outcome);
-        crashed_after = crashed ? std::optional(from) : std::nullopt;
-        const std::string why = outcome.launcher_signal != 0 ? fmt::format("mpirun was ended by signal {}", outcome.launcher_signal)
-                                                             : comm::describe_launch_failure(outcome.exit_code);
-        log::warning("{}; restart {} of {}, from {}", why, restarts + 1, options.retries,
-                     newest ? fmt::format("the checkpoint of tick {}", from) : "the start");
-        if (newest) options.arguments = resume_arguments(std::filesystem::absolute(options.checkpoint).string(), options);
-    }
-}
-
 }  // namespace
 
 int run_command(RunOptions options) {
     if (const auto distinct = check_outputs(options, world_path(options)); !distinct) return tell(distinct.error());
     if (const auto every = parse_interval(options.checkpoint_every); !every) return tell(every.error());
-    if (comm::under_mpi()) {
+    if (const auto seconds = parse_heartbeat(options.heartbeat); !seconds) return tell(seconds.error());
+    const bool under_mpi = comm::under_mpi();
+    const char* const rank = under_mpi ? std::getenv("OMPI_COMM_WORLD_RANK") : nullptr;
+    const bool looked_after = pulse::attach(rank != nullptr ? static_cast<std::size_t>(std::atoi(rank)) : 0) && !under_mpi;
+    options.restarts = restarts_so_far();
+    if (under_mpi) {
         // Outlives the communicator, whose end waits for mpirun.
         std::optional<interrupt::Answering> soon;
         const auto comm = comm::make_mpi();
@@ -298,16 +244,18 @@ int run_command(RunOptions options) {
         soon.emplace(interrupt::Answer::Soon);
         return code;
     }
-    handle_interrupts(true);
-    if (options.processes == 1) {
+    handle_interrupts(true, looked_after);
+    if (options.processes == 1 && (looked_after || !is_supervised(options))) {
         const auto comm = comm::make_single();
         return run_processes(options, *comm);
     }
     // Compiled before the processes start, so that a program's mistakes are reported once and soon.
     const Result<std::string> module = compile_program(options);
     if (!module) return tell(module.error());
-    if (const auto world = choose_world(options); !world) return tell(world.error());
-    return launch(options, *module);
+    // Where there is one process, it is soon told by that; the world may be large.
+    if (options.processes > 1)
+        if (const auto world = choose_world(options); !world) return tell(world.error());
+    return supervise(std::move(options), *module);
 }
 
 int bisect_command(RunOptions options) {

@@ -10,7 +10,7 @@ add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_D
 add_test(NAME state_bisect COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bisect_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(state_bisect PROPERTIES TIMEOUT 300 PROCESSORS 2)
-foreach(class Ways Kills Supervision Damage Refusals)
+foreach(class Ways Kills Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
@@ -19,6 +19,16 @@ endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
+# Runs that are looked after; the campaign kills them at hundreds of moments, and a change of shape too.
+foreach(class Crashes Hangs Alone Killed)
+  string(TOLOWER ${class} name)
+  add_test(NAME supervision_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+endforeach()
+add_test(NAME supervision_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 30 --kills 10 Killed ShapeChange)
+set_tests_properties(supervision_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)
 
 # Calls that write fail, one after the other: some, and all of them.
 add_library(state_fail_calls MODULE ${CMAKE_CURRENT_LIST_DIR}/fail_calls.cpp)

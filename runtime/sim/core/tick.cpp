@@ -5,6 +5,7 @@
 #include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/base/pulse.h"
 #include "runtime/base/stage_clock.h"
 
 namespace meld::sim {
@@ -12,6 +13,7 @@ namespace meld::sim {
 void Tick::begin() {
     Subdomain& s = subdomain_;
     const i64 now = ++s.abi_.now;
+    pulse::begin_tick(now);
     const auto here = [&](u32 catom) { return catom < s.ensemble.index_count() && s.owned(catom); };
     const auto wake = [&](u32 catom, u64 bits) {
         if (here(catom)) s.mark(catom, bits);
@@ -34,12 +36,15 @@ const Totals& Tick::end() {
     eval::Failure failure;
     {
         const StageClock clock(evaluation_s_);
+        pulse::enter(pulse::Phase::Evaluation);
         failure =
             s.facts_.evaluator.evaluate(s.abi_, [&](int worker, u32 catom, u16 column) { exchange_.note_export(worker, catom, column); });
     }
     const StageClock clock(exchange_s_);
+    pulse::enter(pulse::Phase::Exchange);
     exchange_.run();
     s.status_.totals = agree(totals_of_this_process(failure));
+    pulse::enter(pulse::Phase::Recording);
     s.status_.end_tick(s.tick(), s.totals.failure.trap == Trap::None && !s.totals.tick.cut);
     return s.totals;
 }

@@ -5,6 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/base/pulse.h"
 #include "runtime/sim/state/free_places.h"
 
 namespace meld::sim {
@@ -71,6 +72,7 @@ Block Saver::places(std::span<const Catom> catoms) const {
 }
 
 Block Saver::state(std::span<const Catom> catoms) const {
+    pulse::beat();
     ByteWriter state;
     subdomain_.facts_.save(catoms, state);
     for (const SimModule* module : modules_) {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "runtime/base/hash.h"
+#include "runtime/base/pulse.h"
 
 namespace meld::sim {
 
@@ -106,6 +107,7 @@ Result<void> ShareFiles::check() const {
 }
 
 Result<Block> ShareFiles::read(std::size_t share, std::size_t block) const {
+    pulse::beat();
     const File& file = files_[share];
     const Place& place = file.blocks[block];
     Block out(place.size);

@@ -31,7 +31,7 @@ class InterruptTest : public testing::Test {
     const fs::path folder_ = fs::temp_directory_path() / ("interrupt_test_" + std::to_string(getpid()));
 };
 
-void handle() { interrupt::handle({SIGTERM, SIGUSR1}, SIGUSR1); }
+void handle() { interrupt::handle({SIGTERM, SIGUSR1}, {SIGUSR1}); }
 
 TEST_F(InterruptTest, LeavesNothingThatIsNoResult) {
     const auto run = [&] {

@@ -1,0 +1,53 @@
+// Signs of life of a run, for the process that supervises it: a table in shared memory with a place for each process. A sign is given
+// wherever work gets on: a block of catoms, an operation between processes, a piece of a file. Without a supervisor nothing is stored.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace meld::pulse {
+
+// What a process is at.
+enum class Phase : std::uint32_t { SetUp, Modules, Evaluation, Exchange, Recording, Checkpoint };
+
+struct alignas(64) Place {
+    std::atomic<std::uint64_t> beats;  // Whether it changes is all that counts.
+    std::atomic<std::int64_t> tick;    // 0 before the first.
+    std::atomic<Phase> phase;
+    std::atomic<std::int32_t> process;  // The system's number; 0: nobody is here yet.
+    std::atomic<bool> waits;            // For other processes.
+};
+
+// The variable by which a supervisor tells its processes where the table is.
+inline constexpr const char* kVariable = "CLAYMELD_PULSE";
+
+// Takes the place with this number in the supervisor's table, if there is one; further processes started from here have none. Call it once,
+// before other threads start. Returns whether the supervisor is the parent of this process.
+bool attach(std::size_t place);
+
+namespace detail {
+extern Place* own;
+}
+
+// Any thread may call these. Cost: a comparison, and a store or two where somebody looks.
+inline void beat() {
+    if (detail::own == nullptr) [[likely]]
+        return;
+    // Two threads may lose a beat; one of both is enough.
+    detail::own->beats.store(detail::own->beats.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+inline void enter(Phase phase) {
+    if (detail::own != nullptr) detail::own->phase.store(phase, std::memory_order_relaxed);
+    beat();
+}
+inline void begin_tick(std::int64_t tick) {
+    if (detail::own != nullptr) detail::own->tick.store(tick, std::memory_order_relaxed);
+    enter(Phase::Modules);
+}
+inline void wait(bool waits) {
+    if (detail::own != nullptr) detail::own->waits.store(waits, std::memory_order_relaxed);
+}
+
+}  // namespace meld::pulse
