@@ -289,7 +289,12 @@ struct Stratum {
 
 struct Program {
     std::string name;
-    std::string source_text;
+    // The files that it was read from, the program's own first: where each is, from the folder of that one, and its text. Not those that
+    // are part of the compiler.
+    struct Source {
+        std::string path, text;
+    };
+    std::vector<Source> sources;
     Table<Predicate> predicates;
     Table<Constant> constants;
     Table<Function> functions;

@@ -20,6 +20,25 @@ std::vector<syntax::Library> libraries() {
     return result;
 }
 
+std::vector<check::Program::Source> sources_of(const source::FileSet& files, std::uint32_t main) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path folder = fs::absolute(files.file(main).path(), error).lexically_normal().parent_path();
+    std::vector<check::Program::Source> sources;
+    const auto add = [&](std::uint32_t i) {
+        const source::File& file = files.file(i);
+        if (!file.on_disk()) return;
+        const std::string path = fs::absolute(file.path(), error).lexically_normal().lexically_relative(folder).string();
+        sources.push_back({path, file.text()});
+    };
+    add(main);
+    for (std::uint32_t i = 0; i < files.count(); ++i)
+        if (i != main) add(i);
+    // A text without a file, as an editor has.
+    if (sources.empty()) sources.push_back({files.file(main).path(), files.file(main).text()});
+    return sources;
+}
+
 }  // namespace
 
 std::uint32_t add_prelude(source::FileSet& files) {
@@ -48,7 +67,7 @@ check::Program check_program(const source::FileSet& files, std::uint32_t file, s
     add_witness(program);
     lint::lint(program, file, unused_names, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
-    program.source_text = files.file(file).text();
+    program.sources = sources_of(files, file);
     return program;
 }
 

@@ -277,8 +277,12 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     emit_link_table(plan, w);
     const auto& p = plan.program;
     w.raw("");
+    w.open("static constexpr SourceInfo kSources[] = {");
+    for (const check::Program::Source& source : p.sources) w.line("{{{}, {}}},", quoted(source.path), quoted(source.text));
+    w.close("};");
+    w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
-    w.line("kAbiVersion, {}, {}, {},", hex(schema_hash(plan)), quoted(p.name), quoted(p.source_text));
+    w.line("kAbiVersion, {}, {}, {}, kSources,", hex(schema_hash(plan)), quoted(p.name), p.sources.size());
     w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate,", types.count(),
            p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick);
     w.close("};");

@@ -16,7 +16,7 @@ constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20;
 
 }  // namespace
 
-File::File(std::string path, std::string text) : path_(std::move(path)), text_(std::move(text)) {
+File::File(std::string path, std::string text, From from) : path_(std::move(path)), text_(std::move(text)), from_(from) {
     MELD_CHECK(text_.size() < std::numeric_limits<std::uint32_t>::max(), "{} bytes", text_.size());
     line_starts_.push_back(0);
     for (std::size_t i = 0; i < text_.size(); ++i) {
@@ -38,15 +38,15 @@ std::string_view File::line(std::uint32_t number) const {
     return std::string_view(text_).substr(begin, end - begin);
 }
 
-std::uint32_t FileSet::add(std::string path, std::string text) {
-    files_.push_back(std::make_unique<File>(std::move(path), std::move(text)));
+std::uint32_t FileSet::add(std::string path, std::string text, File::From from) {
+    files_.push_back(std::make_unique<File>(std::move(path), std::move(text), from));
     return static_cast<std::uint32_t>(files_.size() - 1);
 }
 
 Result<std::uint32_t> FileSet::read(const std::string& path, InputKind kind) {
     Result<std::string> text = read_input(path, kMaxFileBytes, kind);
     if (!text) return tl::unexpected(text.error());
-    return add(path, std::move(*text));
+    return add(path, std::move(*text), File::From::Disk);
 }
 
 std::string_view FileSet::text(Span span) const {

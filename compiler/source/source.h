@@ -30,7 +30,9 @@ struct Place {
 
 class File {
   public:
-    File(std::string path, std::string text);
+    enum class From { Memory, Disk };
+    File(std::string path, std::string text, From from = From::Memory);
+    bool on_disk() const { return from_ == From::Disk; }
     const std::string& path() const { return path_; }
     const std::string& text() const { return text_; }
     Place place(std::uint32_t offset) const;
@@ -41,6 +43,7 @@ class File {
   private:
     std::string path_;
     std::string text_;
+    From from_;
     std::vector<std::uint32_t> line_starts_;
 };
 
@@ -48,7 +51,7 @@ class File {
 class FileSet {
   public:
     // Adds text under a name that need not exist on disk; returns its index.
-    std::uint32_t add(std::string path, std::string text);
+    std::uint32_t add(std::string path, std::string text, File::From from = File::From::Memory);
     // Reads a file of at most 64 MiB; the errors are those of read_input.
     Result<std::uint32_t> read(const std::string& path, InputKind kind = InputKind::File);
     const File& file(std::uint32_t index) const { return *files_[index]; }

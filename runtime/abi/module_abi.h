@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 9;
+inline constexpr u32 kAbiVersion = 10;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -291,11 +291,18 @@ struct Host {
     void (*stop_undefined)(Eval*, u32 number);
 };
 
+// A file of the program: where it is, from the folder of the program's own, and its text.
+struct SourceInfo {
+    const char* path;
+    const char* text;
+};
+
 struct ModuleInfo {
     u32 abi_version;
     u64 schema_hash;
     const char* program_name;
-    const char* program_text;
+    u32 source_count;
+    const SourceInfo* sources;  // The files that the program was read from, its own first.
     u32 type_count;
     const TypeInfo* types;
     u32 predicate_count;

@@ -63,7 +63,7 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
             option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
             option("the body", body_of(options)),
             option("--facts-out", options.facts_out),
-            option("--record", options.record),
+            option("--record", options.replay.empty() ? options.record : ""),
             option("--digest", options.digest),
             option("--checkpoint", options.checkpoint),
             option("--checkpoint-every", options.checkpoint_every)};

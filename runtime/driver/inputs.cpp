@@ -9,6 +9,7 @@
 
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
+#include "runtime/driver/replay.h"
 
 namespace meld::driver {
 
@@ -20,6 +21,7 @@ std::string world_path(const RunOptions& options) {
 }
 
 Result<world::World> choose_world(const RunOptions& options) {
+    if (!options.replay.empty()) return recorded_world(options.replay);
     const std::string path = world_path(options);
     Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
                                                                    "the default, a cube of 1,000 catoms")

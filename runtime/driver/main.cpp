@@ -12,6 +12,7 @@
 #include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
 #include "runtime/driver/diff_command.h"
+#include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
 
@@ -22,11 +23,12 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Diff, Bisect, World } command = Command::Run;
+    enum class Command { Run, Resume, Diff, Bisect, Replay, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     DiffOptions diff = {};
     RunOptions bisect = {};
+    ReplayOptions replay = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
 };
@@ -159,6 +161,37 @@ CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
     return b;
 }
 
+CLI::App* add_replay(CLI::App& app, ReplayOptions& replay) {
+    CLI::App* r = app.add_subcommand("replay",
+                                     "Make the run of a recording again, from what the recording carries, and compare it in every recorded "
+                                     "step.\nExample: meldsim replay run.vtkhdf --to 40");
+    r->add_option("RECORDING", replay.recording, "What meldsim run --record has written")->required();
+    r->add_option("--to", replay.to, "Stop after this tick; otherwise after the last one of the recording")
+        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
+    r->add_option("-n,--processes", replay.run.processes, "Number of processes, started through mpirun")
+        ->check(cli::whole_number(1, 100000))
+        ->capture_default_str();
+    r->add_option("--threads", replay.run.threads, "Worker threads in each process")
+        ->check(cli::whole_number(1, 1024))
+        ->capture_default_str();
+    r->add_option("--link", replay.link, "A C or C++ file with extern functions of the run, if it is not where it was; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("--extension", replay.extensions, "An extension of the run, if it is not where it was; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    r->add_option("--facts-out", replay.run.facts_out, "Write all facts after the last tick, as meldsim run does")->type_name("FILE");
+    r->add_option("--digest", replay.run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
+    r->add_flag("--json", replay.run.json, "Print the outcome as JSON");
+    r->add_flag("--quiet", replay.run.quiet, "Print no progress line, and nothing if the run is the same");
+    r->add_option("--module", replay.run.module)->group("");
+    r->add_option("--scratch", replay.scratch)->group("");
+    return r;
+}
+
 CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
@@ -175,7 +208,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, 4 limit, memory or disk, "
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, or not as recorded, 4 limit, memory or disk, "
         "5 an unusable module, 6 an unusable "
         "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated. Of diff: 1 if there is a difference.");
     add_run(app, line.run);
@@ -183,6 +216,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     const CLI::App* diff = add_diff(app, line.diff);
     Bodies bodies;
     const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
+    const CLI::App* replay = add_replay(app, line.replay);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
@@ -196,6 +230,10 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         const bool until = bisect->count("--until") > 0;
         if (until || bisect->count("--while") > 0)
             line.bisect.question = {until ? Asks::Until : Asks::While, until ? bodies.until : bodies.holding};
+    }
+    if (*replay) {
+        line.command = CommandLine::Command::Replay;
+        line.replay.run.arguments = line.run.arguments;
     }
     if (*world) line.command = CommandLine::Command::World;
     // The processes are told where the module is; nobody has typed that.
@@ -227,6 +265,8 @@ int run_program(int argc, char** argv) {
             return diff_command(line.diff, run_options);
         case CommandLine::Command::Bisect:
             return bisect_command(std::move(line.bisect));
+        case CommandLine::Command::Replay:
+            return replay_command(std::move(line.replay));
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

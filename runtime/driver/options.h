@@ -44,6 +44,7 @@ struct RunOptions {
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
+    std::string replay = {};                 // The recording whose run is made again.
     std::optional<Question> question = {};   // The run goes on until it is answered, and writes nothing else.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;

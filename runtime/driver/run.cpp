@@ -26,6 +26,7 @@
 #include "runtime/driver/claims.h"
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/outputs.h"
+#include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/supervise.h"
 #include "runtime/driver/tell.h"
@@ -108,19 +109,28 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     std::optional<interrupt::Answering> patiently;
     sim::Simulation simulation(info, world, inputs->target, comm, options.threads);
     const bool speaks = comm.process() == 0;
+    const bool again = !options.replay.empty();
     if (!options.record.empty()) {
-        const record::RecordingInfo about{.program = info.program_text,
+        const Result<record::Provenance> how = again ? record::Provenance{} : provenance(options, info, world);
+        if (const auto all = comm::outcome_of_all(comm, how.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
+        const record::RecordingInfo about{.program = info.sources[0].text,
                                           .world = world.text,
                                           .seed = world.seed,
                                           .arguments = options.command,
                                           .lattice = std::string(world::Lattice(world.lattice).name()),
                                           .radius = world.radius,
+                                          .provenance = again ? "" : record::to_json(*how),
                                           .durability = options.sync ? Durability::Machine : Durability::Process};
         simulation.add(std::make_unique<record::Recorder>(options.record, world.record.every, world.record.predicates, about));
     }
     // The output of catoms and the summary go to standard output, unless results are written there.
     std::FILE* const talk = results_at_standard_output(options) ? stderr : stdout;
-    if (!options.question) {
+    if (again) {
+        auto check = make_check(options.replay);
+        if (const auto all = comm::outcome_of_all(comm, check.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
+        simulation.add(std::move(*check));
+    }
+    if (!options.question && !again) {
         simulation.add(std::make_unique<sim::Printer>(talk));
         simulation.add(std::make_unique<sim::Watcher>(talk));
     }
@@ -160,6 +170,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each, at_end);
     progress.reset();
     const bool too_long = time_is_up(options, comm);
+    if (!ran && again) return end_replay(options, ran, simulation.subdomain().tick(), comm);
     if (!ran) {
         const Error why = too_long ? with_time_limit(options, ran.error()) : ran.error();
         return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, why));
@@ -176,6 +187,8 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (speaks && !simulation.summary().dead_link.empty())
         log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
                      simulation.summary().dead_link);
+    if (again && simulation.summary().ending != sim::Ending::Interrupted)
+        return end_replay(options, ran, simulation.subdomain().tick(), comm);
     Result<void> printed;
     if (speaks && options.json)
         printed = print(stdout, summary_json(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));

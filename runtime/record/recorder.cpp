@@ -10,6 +10,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/record/state_digest.h"
 
 namespace meld::record {
 
@@ -189,7 +190,7 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(sim::Subdomain& subdomain, const std::vector<std::vector<std::byte>>& all) {
+Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state, const std::vector<std::vector<std::byte>>& all) {
     Step step;
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
@@ -197,12 +198,13 @@ Result<void> Recorder::write_step(sim::Subdomain& subdomain, const std::vector<s
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
-    return file_->step(static_cast<double>(subdomain.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables);
+    return file_->step(static_cast<double>(subdomain.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables, state);
 }
 
 // Process 0 gets all data and writes them.
 Result<void> Recorder::write(sim::Subdomain& subdomain) {
     last_step_ = subdomain.tick();
+    const Digest state = state_digest(subdomain);
     std::vector<std::byte> mine = pack(subdomain);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
@@ -214,7 +216,7 @@ Result<void> Recorder::write(sim::Subdomain& subdomain) {
         for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
     Result<void> done;
     if (file_) {
-        done = write_step(subdomain, all);
+        done = write_step(subdomain, state, all);
         if (done) ++steps_;
     }
     return comm::outcome_of_first(subdomain.comm, done);

@@ -40,7 +40,7 @@ class Recorder : public sim::SimModule {
     std::vector<std::byte> pack(sim::Subdomain& subdomain);
     void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
-    Result<void> write_step(sim::Subdomain& subdomain, const std::vector<std::vector<std::byte>>& all);
+    Result<void> write_step(sim::Subdomain& subdomain, const Digest& state, const std::vector<std::vector<std::byte>>& all);
 
     std::string path_;
     int every_;

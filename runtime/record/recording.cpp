@@ -110,6 +110,9 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     cell_offsets = steps->add_column("CellOffsets", ElementType::Int64, 4);
     connectivity_offsets = steps->add_column("ConnectivityIdOffsets", ElementType::Int64, 4);
 
+    digest_low = steps->add_column("StateDigestLow", ElementType::Int64);
+    digest_high = steps->add_column("StateDigestHigh", ElementType::Int64);
+
     parts.emplace(*hdf5);
 
     hdf5->set_attribute("/meld", "format", std::string_view("claymeld recording"));
@@ -121,6 +124,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     hdf5->write_text("/meld/program", info.program);
     hdf5->write_text("/meld/world", info.world);
     hdf5->write_texts("/meld/arguments", info.arguments);
+    hdf5->write_text("/meld/provenance", info.provenance);
     hdf5->write_text("/meld/predicates", info.predicates);
 }
 
@@ -168,7 +172,9 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
     known->second.write(*hdf5, rows, array.data);
 }
 
-void Recording::State::write_row_of_step(double time, const Part& part) {
+void Recording::State::write_row_of_step(double time, const Part& part, const Digest& state) {
+    steps->set(digest_low, static_cast<std::int64_t>(state.low()));
+    steps->set(digest_high, static_cast<std::int64_t>(state.high()));
     steps->set(values, time);
     steps->set(part_offsets, part.index);
     steps->set(number_of_parts, std::int64_t{1});
@@ -231,7 +237,7 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
 
 Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                              std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines,
-                             std::span<const RecordedTable> tables) {
+                             std::span<const RecordedTable> tables, const Digest& digest) {
     MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());
     MELD_EXPECT(std::ranges::is_sorted(ids));
     State& state = *state_;
@@ -257,7 +263,7 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     state.write_points(positions);
     for (const RecordedArray& array : all) state.write_array(array, rows);
     for (const RecordedTable& table : all_tables) state.write_table(table);
-    state.write_row_of_step(time, state.parts->part_with(rows, lines));
+    state.write_row_of_step(time, state.parts->part_with(rows, lines), digest);
     state.write_array_offsets(all, rows);
     state.steps->commit();
     if (state.hdf5->failed()) {

@@ -11,6 +11,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
+#include "runtime/base/hash.h"
 #include "runtime/base/output_file.h"
 
 namespace meld::record {
@@ -28,6 +29,7 @@ struct RecordingInfo {
     std::string lattice;
     double radius = 0;              // In metres.
     bool lines = false;             // Steps may have lines.
+    std::string provenance = {};    // What it takes to run it again, as JSON; see provenance.h.
     std::string predicates = "[]";  // What arrays and tables hold, as JSON.
     Durability durability = Durability::Process;
 };
@@ -71,14 +73,14 @@ class Recording {
     Recording& operator=(Recording&&) noexcept;
     ~Recording();
 
-    // Appends a step: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
+    // Appends a step with the digest of the whole state: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
     // when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An array
     // that is missing in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
     // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
     // after which every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {},
-                      std::span<const RecordedTable> tables = {});
+                      std::span<const RecordedTable> tables = {}, const Digest& state = {});
 
     // The state after the last step, for reopen(). There is one, and all arrays are in the first.
     void save(ByteWriter& out) const;

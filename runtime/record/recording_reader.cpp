@@ -120,7 +120,7 @@ Result<void> RecordingReader::State::read_about() {
         return fail(path + " is no recording of meldsim", "Give a file that `meldsim run --record` has written",
                     ExitCode::RecordingRefused);
     for (const char* name : {"version", "seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
-    for (const char* name : {"program", "world", "predicates"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    for (const char* name : {"program", "world", "predicates", "provenance"}) about[name] = text_at(*file, std::string("/meld/") + name);
     return {};
 }
 
@@ -263,6 +263,19 @@ std::string RecordingReader::about(const std::string& name) const {
     return known == state_->about.end() ? "" : known->second;
 }
 const std::vector<std::int64_t>& RecordingReader::ticks() const { return state_->ticks; }
+
+Result<std::vector<Digest>> RecordingReader::digests() const {
+    const Result<std::vector<std::int64_t>> low = state_->numbers("/VTKHDF/Steps/StateDigestLow");
+    if (!low) return tl::unexpected(low.error());
+    const Result<std::vector<std::int64_t>> high = state_->numbers("/VTKHDF/Steps/StateDigestHigh");
+    if (!high) return tl::unexpected(high.error());
+    if (low->size() < state_->ticks.size() || high->size() < state_->ticks.size())
+        return state_->damaged("its table of digests is too short");
+    std::vector<Digest> out;
+    for (std::size_t i = 0; i < state_->ticks.size(); ++i)
+        out.emplace_back(static_cast<std::uint64_t>((*low)[i]), static_cast<std::uint64_t>((*high)[i]));
+    return out;
+}
 const std::vector<Series>& RecordingReader::series() const { return state_->series; }
 const std::vector<SeriesIndex>& RecordingReader::arrays() const { return state_->arrays; }
 SeriesIndex RecordingReader::line_ends() const { return state_->line_ends; }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/hash.h"
 #include "runtime/record/hdf5_file.h"
 
 namespace meld::record {
@@ -43,10 +44,12 @@ class RecordingReader {
     ~RecordingReader();
 
     const std::string& path() const;
-    // What the run was: texts by name, such as "program" and "seed".
+    // What the run was: texts by name, such as "program" and "seed"; "provenance" is what provenance.h reads.
     std::string about(const std::string& name) const;
     // The tick of each step.
     const std::vector<std::int64_t>& ticks() const;
+    // The digest of the whole state in each step. Errors: it has none.
+    Result<std::vector<Digest>> digests() const;
     const std::vector<Series>& series() const;
     // Of each catom: positions, then ids, then all others by name. The ends of lines, as indices of catoms in the step.
     SeriesIndex points() const { return 0; }

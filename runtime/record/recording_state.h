@@ -43,6 +43,7 @@ struct Recording::State {
     std::optional<StepTable> steps;
     std::uint64_t most_rows = 0;
     StepColumn values = 0, part_offsets = 0, number_of_parts = 0, point_offsets = 0, cell_offsets = 0, connectivity_offsets = 0;
+    StepColumn digest_low = 0, digest_high = 0;
     std::optional<PartTable> parts;
     std::optional<SeriesColumn> points;
     std::map<std::string, SeriesColumn> arrays;
@@ -55,7 +56,7 @@ struct Recording::State {
     SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
     void write_points(std::span<const std::array<double, 3>> positions);
     void write_array(const RecordedArray& array, std::uint64_t rows);
-    void write_row_of_step(double time, const Part& part);
+    void write_row_of_step(double time, const Part& part, const Digest& state);
     void write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
     void write_table(const RecordedTable& table);
     void each_step(const std::function<void(const XdmfStep&)>& visit) const;

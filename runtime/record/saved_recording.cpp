@@ -44,8 +44,8 @@ void Recording::save(ByteWriter& out) const {
     state.steps->save(out);
     state.parts->save(out);
     out.write(state.most_rows);
-    for (const StepColumn column :
-         {state.values, state.part_offsets, state.number_of_parts, state.point_offsets, state.cell_offsets, state.connectivity_offsets})
+    for (const StepColumn column : {state.values, state.part_offsets, state.number_of_parts, state.point_offsets, state.cell_offsets,
+                                    state.connectivity_offsets, state.digest_low, state.digest_high})
         out.write(column);
     out.write(*state.points);
     const auto write_all = [&](const auto& map, const auto& write) {
@@ -64,7 +64,8 @@ void Recording::State::load(ByteReader& saved) {
     steps.emplace(*hdf5, saved);
     parts.emplace(*hdf5, saved);
     most_rows = saved.read<std::uint64_t>();
-    for (StepColumn* column : {&values, &part_offsets, &number_of_parts, &point_offsets, &cell_offsets, &connectivity_offsets})
+    for (StepColumn* column :
+         {&values, &part_offsets, &number_of_parts, &point_offsets, &cell_offsets, &connectivity_offsets, &digest_low, &digest_high})
         *column = saved.read<StepColumn>();
     points = saved.read<SeriesColumn>();
     const auto read_all = [&](auto& map, const auto& read) {

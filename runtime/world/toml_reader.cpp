@@ -86,7 +86,14 @@ std::string TomlReader::place(const toml::source_region& source) const {
 std::string TomlReader::beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
 
 Result<std::string> TomlReader::read_file(const std::string& path, std::uint64_t most_bytes) {
-    Result<std::string> text = read_input(path, most_bytes);
+    files_read_.push_back(path);
+    Result<std::string> text;
+    if (files_ == nullptr)
+        text = read_input(path, most_bytes);
+    else if (const auto given = files_->find(path); given != files_->end())
+        text = given->second;
+    else
+        return fail(path + " is missing");
     if (text) source_hash_ = hash_combine(source_hash_, hash_text(*text));
     return text;
 }

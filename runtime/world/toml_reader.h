@@ -15,6 +15,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
 #include "runtime/world/expression.h"
+#include "runtime/world/world_file.h"
 
 namespace meld::world {
 
@@ -24,7 +25,9 @@ Result<void> check_key_depth(std::string_view text, const std::string& path);
 
 class TomlReader {
   public:
-    TomlReader(std::string_view text, const std::string& path) : text_(text), path_(path), source_hash_(hash_text(text)) {}
+    // `files`: those that the text names, if they are not to be read from the disk.
+    TomlReader(std::string_view text, const std::string& path, const WorldFiles* files)
+        : text_(text), path_(path), files_(files), source_hash_(hash_text(text)) {}
 
     const std::optional<Error>& error() const { return error_; }
     std::string place(const toml::source_region& source) const;  // "world.toml:12:5".
@@ -38,6 +41,8 @@ class TomlReader {
     std::string beside(const std::string& name) const;
     // Reads such a file; the errors are those of read_input.
     Result<std::string> read_file(const std::string& path, std::uint64_t most_bytes);
+    // Their paths, in order.
+    const std::vector<std::string>& files_read() const { return files_read_; }
     // Of the text and of all files read so far.
     std::uint64_t source_hash() const { return source_hash_; }
 
@@ -45,6 +50,8 @@ class TomlReader {
     std::string_view line(std::size_t number) const;
     std::string_view text_;
     const std::string& path_;
+    const WorldFiles* files_;
+    std::vector<std::string> files_read_;
     std::uint64_t source_hash_;
     std::optional<Error> error_;
 };

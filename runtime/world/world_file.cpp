@@ -268,6 +268,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_names(reader, table_at(reader, table, "components"), "components", world.components);
     if (!reader.error()) check_whole(reader, top, world);
     world.source_hash = reader.source_hash();
+    world.files = reader.files_read();
     return world;
 }
 
@@ -283,9 +284,9 @@ std::string cure_of(std::string_view mistake) {
 
 }  // namespace
 
-Result<World> parse_world(const std::string& text, const std::string& path) {
+Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files) {
     if (const Result<void> shallow = check_key_depth(text, path); !shallow) return tl::unexpected<Error>(shallow.error());
-    TomlReader reader(text, path);
+    TomlReader reader(text, path, files);
     toml::table table;
     // The library's parser reports mistakes only by an exception.
     try {

@@ -84,6 +84,7 @@ struct World {
     // The text of the file, and a hash of it and of the files it names, by which processes check that they have the same world.
     std::string text;
     std::uint64_t source_hash = 0;
+    std::vector<std::string> files;  // The paths of these, in the order in which the hash takes them.
 
     // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }
@@ -91,8 +92,10 @@ struct World {
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.
 Result<World> read_world(const std::string& path);
-// The same from text; `path` is only for messages.
-Result<World> parse_world(const std::string& text, const std::string& path);
+// Files that a world names, by path.
+using WorldFiles = std::map<std::string, std::string>;
+// The same from text; `path` is only for messages, and for finding what it names, unless `files` has all of that.
+Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files = nullptr);
 
 // Sorts cells into the order of World::cells.
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);

@@ -7,9 +7,11 @@ target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_
 add_dependencies(test_state meldc)
 
 add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/members_test.py ${CMAKE_SOURCE_DIR})
-add_test(NAME state_bisect COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bisect_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(state_bisect PROPERTIES TIMEOUT 300 PROCESSORS 2)
+foreach(name bisect replay)
+  add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${name}_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+  set_tests_properties(state_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+endforeach()
 foreach(class Ways Kills Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
