@@ -73,6 +73,9 @@ Result<std::string> compile_program(const RunOptions& options) {
     // A Ctrl-C reaches the child too; any other signal that ends it is a bug of ours.
     if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM))
         return fail("interrupted", "", ExitCode::Interrupted);
+    if (WIFSIGNALED(status))
+        return fail(fmt::format("meldc was ended by signal {}", WTERMSIG(status)), "It may have needed more memory than there is",
+                    ExitCode::OurBug);
     // meldc has printed the reason.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -16,7 +14,6 @@
 #include "runtime/base/progress.h"
 #include "runtime/base/pulse.h"
 #include "runtime/base/standard_streams.h"
-#include "runtime/base/visible.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/comm/launch.h"
 #include "runtime/comm/outcome.h"
