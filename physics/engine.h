@@ -88,7 +88,7 @@ class Engine {
     // Those that it moves: neither asleep nor ghosts.
     virtual std::size_t awake_bodies() const = 0;
 
-    // ---- snapshots, between two steps (physics/scene/saved_scene.h)
+    // ---- snapshots, between two steps (physics/scene/saved_scene.cpp)
     // The home of a body, and the slots of the bodies of a home, in the order in which they come back. Before the first step, a home has
     // the bodies in `known`; after it, all that it keeps there.
     virtual Home home(std::uint32_t) const { return 0; }

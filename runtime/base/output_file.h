@@ -53,8 +53,8 @@ class OutputFile {
 
     // Appends. After the first failure nothing more is written, and flush() and commit() report it.
     void write(std::string_view text);
-    // Takes so much space on the disk for what is to be written, so that it does not become full in the middle; without effect where the file
-    // system cannot do that. Errors: there is not so much.
+    // Takes so much space on the disk for what is to be written, so that it does not become full in the middle; without effect where the
+    // file system cannot do that. Errors: there is not so much.
     Result<void> reserve(std::uint64_t bytes);
     // Overwrites the bytes at this position and after it. Only for regular files, see names_stream().
     void replace_from(std::uint64_t offset, std::string_view text);

@@ -17,7 +17,8 @@ namespace meld::record {
 Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
     : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
 
-// A name stands for all predicates that have it; where there are several, the arrays of each have the number of its arguments in their names.
+// A name stands for all predicates that have it; where there are several, the arrays of each have the number of its arguments in their
+// names.
 Result<void> Recorder::add_predicates(const sim::Subdomain& subdomain) {
     const ModuleInfo& module = subdomain.module;
     std::map<std::string_view, std::vector<u32>> stored;

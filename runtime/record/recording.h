@@ -65,17 +65,17 @@ class Recording {
     static Result<Recording> create(const std::string& path, const RecordingInfo& info);
 
     // Goes on with a recording from the state that save() wrote, perhaps in a process that is gone: the next step follows those of that
-    // state. What the file has beyond it is cut off with that step, and nothing changes before. Errors: the file is gone, shorter, of another
-    // run, or its last step is not the one that was written.
+    // state. What the file has beyond it is cut off with that step, and nothing changes before. Errors: the file is gone, shorter, of
+    // another run, or its last step is not the one that was written.
     static Result<Recording> reopen(const std::string& path, const RecordingInfo& info, ByteReader& saved);
 
     Recording(Recording&&) noexcept;
     Recording& operator=(Recording&&) noexcept;
     ~Recording();
 
-    // Appends a step with the digest of the whole state: catoms sorted by id, as many positions as ids. Afterwards the file is complete up to this step, also
-    // when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An array
-    // that is missing in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
+    // Appends a step with the digest of the whole state: catoms sorted by id, as many positions as ids. Afterwards the file is complete up
+    // to this step, also when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An
+    // array that is missing in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
     // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
     // after which every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,

@@ -1,5 +1,6 @@
-// Loaded into a program by LD_PRELOAD: calls that write a file fail. FAIL_PATH is a part of the file's path, FAIL_AT which of the calls fails,
-// from 1; with FAIL_ON all later ones fail too, as on a disk that broke. FAIL_ERRNO is how. A call that fails is added to the file FAIL_LOG.
+// Loaded into a program by LD_PRELOAD: calls that write a file fail. FAIL_PATH is a part of the file's path, FAIL_AT which of the calls
+// fails, from 1; with FAIL_ON all later ones fail too, as on a disk that broke. FAIL_ERRNO is how. A call that fails is added to the
+// file FAIL_LOG.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>

@@ -1,4 +1,6 @@
-"""Every data member of a run has an entry in members.toml or members_of_bodies.toml that says where a snapshot finds it, or why it needs none: members_test.py ROOT.
+"""Every data member of a run has an entry that says where a snapshot finds it, or why it needs none: members_test.py ROOT.
+
+The entries are in members.toml and members_of_bodies.toml.
 
 Whoever adds a member, or a module that acts in every tick, is asked here whether snapshots know of it. docs/internals.md, "The state of a
 run", tells the same by its homes.
@@ -86,7 +88,8 @@ def main():
     for name, entries in table.items():
         path = root / entries.pop("file")
         # A table may say the namespace of a class whose name two have.
-        body = body_of(without_comments(path.read_text()), name.split("::")[-1])
+        text = without_comments(path.read_text())
+        body = body_of(text, name) or body_of(text, name.split("::")[-1])
         if body is None:
             problems.append(f"{path.relative_to(root)} has no class {name}")
             continue

@@ -375,7 +375,8 @@ def check_same(path, wanted):
 
 
 def write_some(writer, *words, **environment):
-    done = subprocess.run([writer, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **environment})
+    done = subprocess.run([writer, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          env={**os.environ, **environment})
     return done.returncode, done.stderr
 
 
@@ -452,7 +453,8 @@ def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (
 
 
 def check_reopened_every_write_long(writer, folder):
-    check_reopened_every_write(writer, folder, stride=1, cases=((6, 6, False), (6, 7, False), (6, 9, True), (10, 13, False), (11, 40, True)))
+    cases = ((6, 6, False), (6, 7, False), (6, 9, True), (10, 13, False), (11, 40, True))
+    check_reopened_every_write(writer, folder, stride=1, cases=cases)
 
 
 def check_full_disk(writer, folder):
