@@ -21,11 +21,12 @@ constexpr double kMostBetweenLooks_s = 1;
 Heartbeat::Heartbeat(int processes, double seconds) : count_(static_cast<std::size_t>(processes)), seconds_(seconds) {
     const std::size_t bytes = count_ * sizeof(pulse::Place);
     file_ = memfd_create("claymeld-pulse", MFD_CLOEXEC);
+    // Also without a table: it tells a child that it has somebody who looks after it.
+    place_ = fmt::format("/proc/{}/fd/{}", getpid(), file_);
     if (file_ < 0 || ftruncate(file_, static_cast<off_t>(bytes)) != 0) return;
     void* const table = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
     if (table == MAP_FAILED) return;
     table_ = static_cast<pulse::Place*>(table);
-    place_ = fmt::format("/proc/{}/fd/{}", getpid(), file_);
     begin();
 }
 

@@ -316,14 +316,16 @@ class Killed(Case):
     def test_at_random(self):
         generator = random.Random(TOOLS.seed)
         wanted = self.whole(*WAITING)
-        kills = 0
-        for turn in range(TOOLS.runs):
+        takes_s = {n: self.takes(n) for n in (1, 2)}
+        kills = turns = 0
+        while turns < TOOLS.runs or (kills == 0 and turns < 50):
+            turns += 1
             n = generator.choice((1, 2, 2))
-            with self.subTest(turn=turn, n=n):
+            with self.subTest(turn=turns, n=n):
                 self.begin_again()
                 run = self.start(*WAITING, *KEEP, "-n", n, "--retries", 10)
                 for _ in range(TOOLS.kills):
-                    time.sleep(generator.uniform(0, 1 if n == 2 else 0.3))
+                    time.sleep(generator.uniform(0, takes_s[n]))
                     # The processes that compute, and mpirun.
                     self.wait_for(lambda run=run: self.victims(run), run)
                     victims = self.victims(run)
@@ -339,8 +341,15 @@ class Killed(Case):
                 self.assertEqual(self.outcome(), wanted, err)
                 self.assertEqual(os.listdir(self.folder / "shm"), [], "shared memory is left")
                 self.assertEqual(processes_of(run.pid), set())
-        print(f"{kills} kills in {TOOLS.runs} runs", file=sys.stderr)
+        print(f"{kills} kills in {turns} runs", file=sys.stderr)
         self.assertGreater(kills, 0)
+
+    def takes(self, n):
+        """Seconds of a run with checkpoints that nobody disturbs."""
+        self.begin_again()
+        start = time.monotonic()
+        self.ended(self.start(*WAITING, *KEEP, "-n", n), [0])
+        return time.monotonic() - start
 
     def test_the_supervisor_of_several(self):
         """Its processes go with it, and the next run removes what is left in shared memory."""
