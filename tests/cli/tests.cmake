@@ -38,7 +38,7 @@ foreach(class Interrupts Launcher UsersOwn Random Stopped)
   string(TOLOWER ${class} name)
   add_test(NAME signals_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
-  set_tests_properties(signals_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(signals_${name} PROPERTIES TIMEOUT 300)
 endforeach()
 add_test(NAME signals_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 150 Random)

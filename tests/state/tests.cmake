@@ -10,13 +10,13 @@ add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_D
 foreach(name bisect replay)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${name}_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-  set_tests_properties(state_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
 foreach(class Ways Kills Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
-  set_tests_properties(state_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
@@ -26,7 +26,7 @@ foreach(class Crashes Hangs Alone Killed)
   string(TOLOWER ${class} name)
   add_test(NAME supervision_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
-  set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300)
 endforeach()
 add_test(NAME supervision_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 30 --kills 10 Killed ShapeChange)
