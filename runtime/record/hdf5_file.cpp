@@ -204,10 +204,12 @@ std::string Hdf5File::linked(const std::string& group, const std::string& name) 
 
 void Hdf5File::write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data) {
     if (failed()) return;
-    const Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
-    const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
+    Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     check(attribute);
     if (!failed()) check(H5Awrite(attribute, type, data));
+    check(attribute.close());
+    check(object.close());
 }
 
 void Hdf5File::set_attribute(const std::string& group, const std::string& name, std::string_view text) {
@@ -259,9 +261,10 @@ void Hdf5File::write_text(const std::string& path, std::string_view text) {
     if (failed()) return;
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const Handle type = text_type(text, H5T_CSET_UTF8);
-    const Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
     check(dataset);
     if (!failed()) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.empty() ? "" : text.data()));
+    check(dataset.close());
 }
 
 void Hdf5File::write_texts(const std::string& path, const std::vector<std::string>& texts) {
@@ -271,11 +274,12 @@ void Hdf5File::write_texts(const std::string& path, const std::vector<std::strin
     const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_size(type, H5T_VARIABLE);
     H5Tset_cset(type, H5T_CSET_UTF8);
-    const Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    Handle dataset(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
     check(dataset);
     std::vector<const char*> pointers;
     for (const std::string& text : texts) pointers.push_back(text.c_str());
     if (!failed() && count > 0) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()));
+    check(dataset.close());
 }
 
 ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows) {

@@ -6,6 +6,7 @@
 #include <hdf5.h>
 
 #include <string>
+#include <utility>
 
 namespace meld::record {
 
@@ -19,6 +20,8 @@ class Handle {
     Handle(const Handle&) = delete;
     Handle& operator=(const Handle&) = delete;
     operator hid_t() const { return id_; }
+    // Negative on failure. Closing a dataset may write what was not written before.
+    herr_t close() { return id_ >= 0 ? release_(std::exchange(id_, -1)) : 0; }
 
   private:
     hid_t id_;

@@ -29,7 +29,7 @@ foreach(class Crashes Hangs Alone Killed)
   set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300)
 endforeach()
 add_test(NAME supervision_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 30 --kills 10 Killed ShapeChange)
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 10 --kills 10 Killed ShapeChange)
 set_tests_properties(supervision_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)
 
 # Calls that write fail, one after the other: some, and all of them.
@@ -40,5 +40,5 @@ set(state_faults ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/faults_test.py 
   --meldsim $<TARGET_FILE:meldsim> --fail-calls $<TARGET_FILE:state_fail_calls>)
 add_test(NAME state_faults COMMAND ${state_faults} --stride 13)
 set_tests_properties(state_faults PROPERTIES TIMEOUT 300)
-add_test(NAME state_faults_campaign COMMAND ${state_faults})
+add_test(NAME state_faults_campaign COMMAND ${state_faults} --stride 3)
 set_tests_properties(state_faults_campaign PROPERTIES TIMEOUT 3000 LABELS campaign)

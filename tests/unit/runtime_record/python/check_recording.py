@@ -454,7 +454,7 @@ def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (
 
 def check_reopened_every_write_long(writer, folder):
     cases = ((6, 6, False), (6, 7, False), (6, 9, True), (10, 13, False), (11, 40, True))
-    check_reopened_every_write(writer, folder, stride=1, cases=cases)
+    check_reopened_every_write(writer, folder, stride=3, cases=cases)
 
 
 def check_full_disk(writer, folder):
