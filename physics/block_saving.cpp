@@ -87,7 +87,8 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, bool ghosts,
     state.owned = !ghosts;
     if (s.has_cages != 0) {
         const auto saved = bodies.read<SavedCages>();
-        Cages& cages = block.cages.emplace();
+        // Clang 19 takes a class within a class for one that cannot be made without arguments until the outer one ends.
+        Cages& cages = *(block.cages = Cages{});
         cages.since_tick = saved.since_tick, cages.watch_ticks = saved.watch_ticks, cages.hold = saved.hold != 0;
         cages.rattlers.resize(bodies.read_count(sizeof(Rattler)));
         for (Rattler& rattler : cages.rattlers)

@@ -25,7 +25,7 @@ struct MakeFact {
 //        -> seen(A, D)
 struct ForAll {
     std::vector<Step> steps = {};
-    std::vector<HeadPlan> heads = {};
+    std::vector<HeadPlan> heads;
 };
 
 // -> for all                              the same; then the results of all ways, and once the last heads
@@ -33,9 +33,9 @@ struct ForAll {
 //    S = sum D
 // -> total(A, S)
 struct AggregateAll {
-    ForAll each = {};
+    ForAll each;
     std::vector<check::HeadAggregate> aggregates = {};
-    std::vector<HeadPlan> results = {};
+    std::vector<HeadPlan> results;
 };
 
 // -> if D > 3
@@ -44,8 +44,8 @@ struct AggregateAll {
 //      -> near(A)
 struct Choose {
     Term condition = {};
-    std::vector<HeadPlan> heads = {};
-    std::vector<HeadPlan> others = {};
+    std::vector<HeadPlan> heads;
+    std::vector<HeadPlan> others;
 };
 
 // -> D = X + 1                            a value for the heads
@@ -53,7 +53,7 @@ struct Choose {
 struct With {
     VariableId variable = {};
     Term value = {};
-    std::vector<HeadPlan> heads = {};
+    std::vector<HeadPlan> heads;
 };
 
 struct HeadPlan {
