@@ -13,6 +13,20 @@
 #include "runtime/base/error.h"
 #include "runtime/base/leftovers.h"
 
+// LLVM gives the thread that calls it a stack for signals. AddressSanitizer takes that one for its own when the thread ends, and fails to
+// return it to the system; unless it leaves such stacks alone.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define MELD_ADDRESS_SANITIZER
+#endif
+#elif defined(__SANITIZE_ADDRESS__)
+#define MELD_ADDRESS_SANITIZER
+#endif
+#ifdef MELD_ADDRESS_SANITIZER
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() { return "use_sigaltstack=0"; }
+#endif
+
 namespace meld {
 
 namespace {

@@ -48,6 +48,14 @@ void yield_if_oversubscribed() {
     Backoff::expect_crowd();
 }
 
+// Where all processes share a machine they speak through its memory. Open MPI then still asks every kind of network hardware whether it
+// is there, one of which measures its clock for a fifth of a second: two processes start in 0.10 s instead of 0.34 without it.
+void skip_networks_within_machine() {
+    const long processes_here = number_in_environment("OMPI_COMM_WORLD_LOCAL_SIZE");
+    if (processes_here == 0 || processes_here != number_in_environment("OMPI_COMM_WORLD_SIZE")) return;
+    setenv("OMPI_MCA_pml", "ob1", 0);
+}
+
 // Packets are allocated again in every round. By default the C library returns large blocks to the system at once, and the page faults of
 // the next round then cost ten times the transfer (880 against 62 microseconds for a megabyte).
 void keep_freed_memory() {
@@ -63,6 +71,7 @@ void initialise() {
     MPI_Initialized(&initialised);
     if (initialised != 0) return;
     yield_if_oversubscribed();
+    skip_networks_within_machine();
     keep_freed_memory();
     // Also one that mpirun has just begun to start ends with it.
     if (under_mpi()) prctl(PR_SET_PDEATHSIG, SIGTERM);
