@@ -31,9 +31,13 @@ void ContactLog::add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_
     }
 }
 
-void ContactLog::save(ByteWriter& out) const {
-    out.write_count(touching_.size());
-    for (const Touch& touch : touching_) out.write(touch);
+void ContactLog::save(const Bodies& bodies, ByteWriter& out) const {
+    const auto stays = [&](BodyId body) { return (bodies.properties[bodies.slot(body)].flags & kRemoved) == 0; };
+    std::vector<Touch> kept;
+    std::copy_if(touching_.begin(), touching_.end(), std::back_inserter(kept),
+                 [&](const Touch& touch) { return stays(touch.body) && (touch.other_is_obstacle || stays(touch.other)); });
+    out.write_count(kept.size());
+    for (const Touch& touch : kept) out.write(touch);
 }
 
 void ContactLog::load(ByteReader& in) {

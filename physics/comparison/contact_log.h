@@ -15,8 +15,8 @@ class ContactLog {
     const std::vector<ContactReport>& contacts() const { return contacts_; }
     // As for an engine.
     void add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const;
-    // What touches, from which the next events follow.
-    void save(ByteWriter& out) const;
+    // What touches, from which the next events follow; without touches of bodies flagged kRemoved, which end without an event.
+    void save(const Bodies& bodies, ByteWriter& out) const;
     void load(ByteReader& in);
     std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
 

@@ -112,7 +112,7 @@ class OdeEngine final : public Engine {
 
     // The order of the geoms in ODE's space is that of the contacts, and depends on which moved last.
     void save_home(Home, ByteWriter&, ByteWriter& contacts) const override {
-        log_.save(contacts);
+        log_.save(world_.bodies, contacts);
         contacts.write(std::uint64_t{seed_});
         contacts.write(mirror_ != nullptr);
         if (!mirror_) return;

@@ -149,7 +149,8 @@ class Scene {
     // ---- snapshots between two steps (saved_scene.cpp)
     // Bodies are saved by their homes, with all that the next steps depend on. A new scene with the same settings, materials, obstacles and
     // feature tables, and without bodies, loads the rest first, then homes in any order, then all is `loaded`: its steps are those of the
-    // scene that was saved, bit for bit. The engine Hash is the same with one worker only.
+    // scene that was saved, bit for bit. Touches of bodies removed since the last step end without an event. The engine Hash is the same
+    // with one worker only.
     Home home(BodyId body) const;
     // `bodies`: those that live there. Also saves those that were removed since the last step.
     void save_home(Home home, std::span<const BodyId> bodies, ByteWriter& out) const;

@@ -153,7 +153,10 @@ INSTANTIATE_TEST_SUITE_P(Programs, Snapshot,
                                          Program{.name = kOwn + "heap", .ticks = 28, .program = kCrowd},
                                          Program{.name = kOwn + "heap", .ticks = 8, .program = kCrowd, .solver = "pgs20"},
                                          Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "hash"},
-                                         Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "ode"}),
+                                         Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "ode"},
+                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd},
+                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "hash"},
+                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "ode"}),
                          program_name);
 
 }  // namespace
