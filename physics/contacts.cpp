@@ -16,9 +16,6 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kBlocksPerJob = 4;
-// A chunk is freed as a whole: large enough for huge pages, small compared with all contacts.
-constexpr std::size_t kFewBatches = 256, kChunksOfFew = 8;
-constexpr std::size_t kMaxBatchesPerChunk = 2 * kLargeBytes / sizeof(Batch);
 constexpr int kContactColours = 64;
 // Pairs are coloured in segments of about two layers of a packed block, so that a sweep climbs a pile instead of crossing all of it colour
 // by colour: a fifth less residual for 2 % more lanes.
@@ -48,11 +45,9 @@ struct Contacts::Arena {
     std::vector<std::uint8_t> colour;
     std::vector<std::uint32_t> overflow;
 
-    std::size_t batches_per_chunk = 0;
+    std::size_t per_chunk = 0;
     std::vector<Chunk> pair_chunks, obstacle_chunks;
 
-    // Room for the batches of a block.
-    BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches) const;
     // Makes room for lanes up to this one, without bodies until they are set; grows, because a crowd of overflowing pairs may need more
     // lanes than expected.
     void widen(std::size_t lane, std::uint32_t nobody) {
@@ -100,19 +95,18 @@ std::size_t Contacts::Arena::colour_lanes(std::size_t bodies, std::span<const Bo
     return lane;
 }
 
-Contacts::BlockBatches Contacts::Arena::room(std::vector<Chunk>& chunks, std::size_t batches) const {
-    const bool obstacles = &chunks == &obstacle_chunks;
-    // Usually few bodies touch obstacles.
-    const bool few = obstacles && chunks.size() + 1 < kChunksOfFew;
-    return Contacts::room(chunks, batches, few ? kFewBatches : batches_per_chunk, obstacles);
+std::size_t Contacts::batches_per_chunk(const Bodies& bodies, const Workers& workers) {
+    return std::clamp(bodies.count() / static_cast<std::size_t>(workers.threads()), kFewBatches, kMaxBatchesPerChunk);
 }
 
-Contacts::BlockBatches Contacts::room(std::vector<Chunk>& chunks, std::size_t batches, std::size_t most, bool obstacles) {
+Contacts::BlockBatches Contacts::room(std::vector<Chunk>& chunks, std::size_t batches, Kind kind, std::size_t per_chunk) {
     if (batches == 0) return {};
-    MELD_EXPECT(most > 0);
+    const bool obstacles = kind == Kind::Obstacles;
     if (chunks.empty() || chunks.back().batches.capacity() - chunks.back().batches.size() < batches) {
+        // Usually few bodies touch obstacles.
+        const bool few = obstacles && chunks.size() + 1 < kChunksOfFew;
+        const std::size_t most = std::max(batches, few ? kFewBatches : per_chunk);
         Chunk& chunk = chunks.emplace_back();
-        most = std::max(batches, most);
         chunk.batches.reserve(most), chunk.touching.reserve(most);
         if (obstacles) chunk.lanes.reserve(kLanes * most);
     }
@@ -158,7 +152,7 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     WarmStartCache former(cached_, setup.grid, bodies, kBlocksPerJob, workers);
     const auto threads = static_cast<std::size_t>(workers.threads());
     std::vector<Arena> arenas(threads);
-    for (Arena& arena : arenas) arena.batches_per_chunk = std::clamp(bodies.count() / threads, kFewBatches, kMaxBatchesPerChunk);
+    for (Arena& arena : arenas) arena.per_chunk = batches_per_chunk(bodies, workers);
     pairs_ = Layout(), obstacles_ = Layout();
     pairs_.of_block.resize(blocks), obstacles_.of_block.resize(blocks);
     fast_lanes_.clear();
@@ -196,12 +190,12 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
         if (pair >= arena.search.first_fast()) fast_lanes_[block].push_back(static_cast<std::uint32_t>(lane));
     });
     arena.widen(lanes, nobody);
-    const BlockBatches room = pairs_.of_block[block] = arena.room(arena.pair_chunks, lanes / kLanes);
+    const BlockBatches stretch = pairs_.of_block[block] = room(arena.pair_chunks, lanes / kLanes, Kind::Pairs, arena.per_chunk);
     const BodyPair* pair = arena.lanes.data();
-    for (std::uint32_t n = 0; n < room.count; ++n) {
-        Batch& batch = room.batches[n];
+    for (std::uint32_t n = 0; n < stretch.count; ++n) {
+        Batch& batch = stretch.batches[n];
         begin(batch);
-        room.touching[n] = 0;
+        stretch.touching[n] = 0;
         for (int i = 0; i < kLanes; ++i, ++pair) {
             batch.a[i] = pair->first, batch.b[i] = pair->second;
             if (pair->first >= bodies.count()) continue;
@@ -209,7 +203,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
             const BodyProperties &a = bodies.properties[pair->first], &b = bodies.properties[pair->second];
             batch.friction[i] = common_friction(setup.materials[a.material], setup.materials[b.material]);
             const bool a_first = a.id < b.id;
-            recall(former.find(a_first ? pair->first : pair->second, std::max(a.id, b.id)), batch, room.touching[n], i,
+            recall(former.find(a_first ? pair->first : pair->second, std::max(a.id, b.id)), batch, stretch.touching[n], i,
                    a_first ? 1.0f : -1.0f);
         }
     }
@@ -247,21 +241,21 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
         arena.obstacle_lanes[lane] = met[i];
     });
     widen(lanes);
-    const BlockBatches room = obstacles_.of_block[block] = arena.room(arena.obstacle_chunks, lanes / kLanes);
+    const BlockBatches stretch = obstacles_.of_block[block] = room(arena.obstacle_chunks, lanes / kLanes, Kind::Obstacles, arena.per_chunk);
     std::size_t at = 0;
-    for (std::uint32_t n = 0; n < room.count; ++n) {
-        Batch& batch = room.batches[n];
+    for (std::uint32_t n = 0; n < stretch.count; ++n) {
+        Batch& batch = stretch.batches[n];
         begin(batch);
-        room.touching[n] = 0;
+        stretch.touching[n] = 0;
         for (int i = 0; i < kLanes; ++i, ++at) {
             const BodyPair body = arena.lanes[at];
-            const ObstacleLane lane = room.lanes[at] = arena.obstacle_lanes[at];
+            const ObstacleLane lane = stretch.lanes[at] = arena.obstacle_lanes[at];
             batch.a[i] = body.first, batch.b[i] = body.second;
             if (body.first >= bodies.count()) continue;
             MELD_ASSERT(lane.obstacle < setup.obstacles.count(), "obstacle {} of {}", lane.obstacle, setup.obstacles.count());
             batch.friction[i] = common_friction(setup.materials[bodies.properties[body.first].material],
                                                 setup.materials[setup.obstacles.material(lane.obstacle)]);
-            recall(former.find(body.first, obstacle_code(lane)), batch, room.touching[n], i, 1);
+            recall(former.find(body.first, obstacle_code(lane)), batch, stretch.touching[n], i, 1);
         }
     }
 }

@@ -162,10 +162,17 @@ class Contacts {
         std::size_t bytes() const;
     };
     struct Arena;
-    // Room for the batches of a block in the last chunk, or in a new one of `most` batches; for batches with obstacles, with their lanes.
-    static BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches, std::size_t most, bool obstacles);
-    Result<void> load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in);
-    Result<void> load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in);
+    enum class Kind { Pairs, Obstacles };
+    // A chunk is freed as a whole: large enough for huge pages, small compared with all contacts.
+    static constexpr std::size_t kFewBatches = 256, kChunksOfFew = 8;
+    static constexpr std::size_t kMaxBatchesPerChunk = 2 * kLargeBytes / sizeof(Batch);
+    static std::size_t batches_per_chunk(const Bodies& bodies, const Workers& workers);
+    // Room for the batches of a block in the last chunk, or in a new one of `per_chunk` batches; the first chunks for batches with
+    // obstacles are smaller. Those have room for their lanes too.
+    static BlockBatches room(std::vector<Chunk>& chunks, std::size_t batches, Kind kind, std::size_t per_chunk);
+    // False if they name what is not there.
+    bool load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in);
+    bool load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in);
     void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
     void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
 

@@ -56,7 +56,7 @@ SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
 Result<void> add(World& world, bool ghost, const SavedBody& b) {
     Bodies& bodies = world.bodies;
     if (b.id >= kMaxBodies || bodies.has(b.id) || !(b.radius > 0) || !(b.mass > 0) || b.material >= world.materials.size())
-        return damaged_snapshot(fmt::format("has a body {} that cannot be", b.id));
+        return damaged_snapshot(fmt::format("has an invalid body {}", b.id));
     bodies.add({b.place[0], b.place[1], b.place[2], b.radius}, {b.turn[0], b.turn[1], b.turn[2], b.turn[3]},
                {{b.linear[0], b.linear[1], b.linear[2]}, 0, {b.surface[0], b.surface[1], b.surface[2]}, 0},
                {.id = b.id,

@@ -1,8 +1,6 @@
 // The batches of a block in a snapshot. They go as they lie, because the order in which a block is swept depends on how its list was made.
 // Bodies are named by their place in the blocks around, which is the same on every subdomain. What follows from their positions is not
 // written: the gap and normal of most pairs.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -174,9 +172,7 @@ void Contacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t b
 Result<void> Contacts::load(const Setup& setup, std::span<const std::vector<std::byte>> of_block, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
     MELD_EXPECT(of_block.size() == blocks, "{} of {} blocks", of_block.size(), blocks);
-    // Chunks of the size that workers make.
-    constexpr std::size_t kFewest = 256, kMost = 2 * kLargeBytes / sizeof(Batch);
-    const std::size_t most = std::clamp(setup.bodies.count() / static_cast<std::size_t>(workers.threads()), kFewest, kMost);
+    const std::size_t per_chunk = batches_per_chunk(setup.bodies, workers);
     pairs_ = Layout(), obstacles_ = Layout();
     pairs_.of_block.resize(blocks), obstacles_.of_block.resize(blocks);
     fast_lanes_.assign(blocks, {});
@@ -186,8 +182,8 @@ Result<void> Contacts::load(const Setup& setup, std::span<const std::vector<std:
         const auto counts = in.read<Counts>();
         if ((std::size_t{counts.pairs} + counts.obstacles) * sizeof(SavedBatch) > in.left())
             return damaged_snapshot("ends in the midst of its contacts");
-        pairs_.of_block[b] = room(pairs_.chunks, counts.pairs, most, false);
-        obstacles_.of_block[b] = room(obstacles_.chunks, counts.obstacles, kFewest, true);
+        pairs_.of_block[b] = room(pairs_.chunks, counts.pairs, Kind::Pairs, per_chunk);
+        obstacles_.of_block[b] = room(obstacles_.chunks, counts.obstacles, Kind::Obstacles, per_chunk);
     }
     pairs_.number(), obstacles_.number();
     std::atomic<std::size_t> candidates{0}, wrong{0};
@@ -203,11 +199,11 @@ Result<void> Contacts::load(const Setup& setup, std::span<const std::vector<std:
         candidates += here;
     });
     candidates_ = candidates;
-    if (wrong > 0) return damaged_snapshot("names contacts that cannot be");
+    if (wrong > 0) return damaged_snapshot("has invalid contacts");
     return {};
 }
 
-Result<void> Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in) {
+bool Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in) {
     const Bodies& bodies = setup.bodies;
     const Names names(setup.grid, block);
     const std::uint32_t nobody = motionless_slot(bodies, block);
@@ -239,10 +235,10 @@ Result<void> Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteR
     auto next = apart.begin();
     for (std::size_t n = 0; n < batches.size(); ++n) each_lane(saved[n].apart, [&](int i) { set_place(batches[n], i, *next++); });
     load_impulses(batches, saved, in);
-    return fine ? Result<void>() : damaged_snapshot("names pairs that cannot be");
+    return fine;
 }
 
-Result<void> Contacts::load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in) {
+bool Contacts::load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in) {
     const Bodies& bodies = setup.bodies;
     const Names names(setup.grid, block);
     const std::uint32_t nobody = motionless_slot(bodies, block);
@@ -259,8 +255,7 @@ Result<void> Contacts::load_obstacles(const Setup& setup, std::uint32_t block, B
             if ((saved[n].used >> i & 1) == 0) continue;
             const std::uint32_t a = names.slot(in.read<std::uint32_t>());
             lane = in.read<ObstacleLane>();
-            if (a == kNoSlot || lane.obstacle >= setup.obstacles.count() || lane.part >= kMaxSurfaceContacts)
-                return damaged_snapshot("names obstacles that cannot be");
+            if (a == kNoSlot || lane.obstacle >= setup.obstacles.count() || lane.part >= kMaxSurfaceContacts) return false;
             batch.a[i] = a;
             batch.friction[i] =
                 common_friction(setup.materials[bodies.properties[a].material], setup.materials[setup.obstacles.material(lane.obstacle)]);
@@ -268,7 +263,7 @@ Result<void> Contacts::load_obstacles(const Setup& setup, std::uint32_t block, B
         }
     }
     load_impulses(batches, saved, in);
-    return {};
+    return true;
 }
 
 }  // namespace meld::physics

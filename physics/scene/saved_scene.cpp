@@ -7,6 +7,15 @@
 
 namespace meld::physics {
 
+namespace {
+
+// The error of bytes that end too early, which names them.
+tl::unexpected<Error> damaged(const ByteReader& in) {
+    return fail(in.outcome().error().problem, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
+}
+
+}  // namespace
+
 void SavedHome::write(ByteWriter& out) const {
     out.write(home);
     out.write_block(bodies);
@@ -50,7 +59,7 @@ Result<void> Scene::load_home(const SavedHome& saved, bool ghosts) {
     if (auto done = load_bodies(*world_, ghosts, bodies); !done) return done;
     if (auto done = engine_->load_home(saved.home, first, ghosts, bodies, contacts); !done) return done;
     for (const ByteReader* in : {&bodies, &contacts}) {
-        if (in->failed()) return damaged_snapshot(in->outcome().error().problem);
+        if (in->failed()) return damaged(*in);
         if (!in->done()) return damaged_snapshot("has too many bytes");
     }
     return {};

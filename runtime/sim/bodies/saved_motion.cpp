@@ -130,7 +130,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     for (const std::vector<std::byte>& kept : loading_.scenes) {
         ByteReader in(kept, "the scene of a snapshot", ByteReader::Origin::Outside);
         physics_.scene->load_rest(in);
-        if (in.failed() || !in.done()) return damaged("has a scene that cannot be");
+        if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
     for (KeptHome& home : loading_.homes) {
         if (auto loaded = physics_.scene->load_home(home.view(), false); !loaded) return loaded;

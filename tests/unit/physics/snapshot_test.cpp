@@ -215,8 +215,11 @@ TEST(Snapshot, RefusesWhatCannotBe) {
         return other->loaded(workers);
     };
     need(load(saved));
-    for (std::size_t size = 0; size < saved.bodies.size(); size += 7)
-        EXPECT_FALSE(load({saved.home, saved.bodies.first(size), saved.contacts})) << size;
+    for (std::size_t size = 0; size < saved.bodies.size(); size += 7) {
+        const auto refused = load({saved.home, saved.bodies.first(size), saved.contacts});
+        ASSERT_FALSE(refused) << size;
+        EXPECT_TRUE(refused.error().problem.starts_with("the bodies of a snapshot ends too early")) << refused.error().problem;
+    }
     for (std::size_t size = 1; size < saved.contacts.size(); size += 7)
         EXPECT_FALSE(load({saved.home, saved.bodies, saved.contacts.first(size)})) << size;
     auto twice = make();
