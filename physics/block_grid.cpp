@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
@@ -166,6 +167,13 @@ std::uint32_t BlockGrid::find(std::uint64_t key) const {
     std::size_t at = mix64(key) & (table_.size() - 1);
     while (table_[at] != kNoBlock && blocks_[table_[at]].key != key) at = (at + 1) & (table_.size() - 1);
     return table_[at];
+}
+
+std::uint32_t BlockGrid::block_with(std::uint32_t slot) const {
+    const auto after =
+        std::upper_bound(blocks_.begin(), blocks_.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
+    if (after == blocks_.begin() || slot - std::prev(after)->first >= std::prev(after)->count) return kNoBlock;
+    return static_cast<std::uint32_t>(after - blocks_.begin()) - 1;
 }
 
 void BlockGrid::link_blocks(Workers& workers) {

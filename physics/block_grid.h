@@ -84,6 +84,8 @@ class BlockGrid {
     std::span<const Block> blocks() const { return blocks_; }
     // The index of the block with this key, or kNoBlock.
     std::uint32_t find(std::uint64_t key) const;
+    // The index of the block whose bodies include the one in this slot; kNoBlock if it was added after the blocks were made.
+    std::uint32_t block_with(std::uint32_t slot) const;
 
     // First slot of each row of cells of a block, counted from the block's first; kRowsOfBlock + 1 entries.
     std::span<const std::uint32_t> rows(std::uint32_t block) const {

@@ -1,7 +1,6 @@
 // The block engine in a snapshot: block by block, each with its bodies in their slots, whether it rests, and the batches of its contacts.
 // What decides when the next list is made is saved too, so lists are made in the same steps as without the snapshot.
 #include <algorithm>
-#include <iterator>
 
 #include "physics/block_engine.h"
 #include "physics/saved_bodies.h"
@@ -37,12 +36,10 @@ struct SavedEngine {
 // Before the first step, the block in which the body will be.
 Home BlockEngine::home(std::uint32_t slot) const {
     if (last_dt_s_ == 0) return pack(block_of(world_.bodies.place[slot], next_shape().block_m()));
-    const auto blocks = grid_.blocks();
-    const auto after =
-        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
-    MELD_CHECK(after != blocks.begin() && slot < std::prev(after)->first + std::prev(after)->count,
-               "body {} was added after the last step, and cannot be saved before the next one", world_.bodies.properties[slot].id);
-    return std::prev(after)->key;
+    const std::uint32_t block = grid_.block_with(slot);
+    MELD_CHECK(block != kNoBlock, "body {} was added after the last step, and cannot be saved before the next one",
+               world_.bodies.properties[slot].id);
+    return grid_.blocks()[block].key;
 }
 
 std::vector<std::uint32_t> BlockEngine::slots_of(Home home, std::span<const std::uint32_t> known) const {

@@ -212,20 +212,14 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
         rebuild_ = true;
         world_.bodies.properties[slot].still_ticks = 0;
     }
-    const auto blocks = grid_.blocks();
-    const auto after =
-        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
-    if (after == blocks.begin()) return;
-    const auto index = static_cast<std::size_t>(after - blocks.begin()) - 1;
-    if (index < states_.size()) states_[index].still_ticks = 0, states_[index].stays = false;
-    cages_.erase(static_cast<std::uint32_t>(index));
+    const std::uint32_t block = grid_.block_with(slot);
+    if (block < states_.size()) states_[block].still_ticks = 0, states_[block].stays = false;
+    cages_.erase(block);
 }
 
 bool BlockEngine::asleep(std::uint32_t slot) const {
-    const auto blocks = grid_.blocks();
-    const auto after =
-        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t value, const Block& block) { return value < block.first; });
-    return after != blocks.begin() && states_[static_cast<std::size_t>(after - blocks.begin()) - 1].asleep;
+    const std::uint32_t block = grid_.block_with(slot);
+    return block < states_.size() && states_[block].asleep;
 }
 
 void BlockEngine::state_restored() {

@@ -79,13 +79,10 @@ Subdomain::Standing Subdomain::standing(BlockCoordinates c) const {
 
 double Subdomain::block_m() const { return engine_.next_shape().block_m(); }
 
-std::size_t Subdomain::block_with(BodyId body) const {
-    const std::uint32_t slot = world_.bodies.slot(body);
-    const auto blocks = engine_.grid_.blocks();
-    const auto after =
-        std::upper_bound(blocks.begin(), blocks.end(), slot, [](std::uint32_t s, const Block& block) { return s < block.first; });
-    MELD_CHECK(after != blocks.begin(), "body {} is in no block", body);
-    return static_cast<std::size_t>(after - blocks.begin()) - 1;
+std::uint32_t Subdomain::block_with(BodyId body) const {
+    const std::uint32_t block = engine_.grid_.block_with(world_.bodies.slot(body));
+    MELD_CHECK(block != kNoBlock, "body {} is in no block", body);
+    return block;
 }
 
 int Subdomain::owner_of(BodyId body) const { return owner_(physics::unpack(engine_.grid_.blocks()[block_with(body)].key)); }

@@ -94,7 +94,7 @@ class Subdomain {
 
   private:
     // The index of the block in which a body was at the last rebuild.
-    std::size_t block_with(BodyId body) const;
+    std::uint32_t block_with(BodyId body) const;
     // For a block that contains one of our bodies: its owner and the subdomains that hold it.
     struct Standing {
         BlockCoordinates block;

@@ -132,5 +132,19 @@ TEST_F(FallingAsleep, PilesOfAnySizeFallAsleep) {
     }
 }
 
+// A body that was added after the last step is in no block yet: it is awake, and what happens to it wakes no other.
+TEST_F(FallingAsleep, NewBodiesAreAwakeAndAlone) {
+    auto scene = scene_on_plane({.sleep_ticks = 5});
+    need(scene->add_body({.id = 0, .position_m = {0, 0, 0.5}}));
+    step(*scene, 60, kTick);
+    ASSERT_TRUE(scene->asleep(0));
+    need(scene->add_body({.id = 1, .position_m = {100, 0, 0.5}}));
+    EXPECT_FALSE(scene->asleep(1));
+    need(scene->set_wrench(1, {1, 0, 0}, {}));
+    step(*scene, 1, kTick);
+    EXPECT_TRUE(scene->asleep(0));
+    EXPECT_FALSE(scene->asleep(1));
+}
+
 }  // namespace
 }  // namespace meld::physics
