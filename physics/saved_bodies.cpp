@@ -14,7 +14,7 @@ namespace {
 struct SavedBody {
     double place[3];
     double radius;
-    float turn[4];
+    float orientation[4];
     float linear[3], surface[3];
     float drift[3];
     float mass, inertia_factor;
@@ -34,22 +34,22 @@ struct SavedFeatures {
 
 SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
     const Place& place = bodies.place[slot];
-    const Orientation& turn = bodies.orientation[slot];
+    const Orientation& orientation = bodies.orientation[slot];
     const BodyVelocity& v = bodies.velocity[slot];
     const Drift& drift = bodies.drift[slot];
-    const BodyProperties& what = bodies.properties[slot];
+    const BodyProperties& properties = bodies.properties[slot];
     return {{place.x, place.y, place.z},
             place.radius,
-            {turn.w, turn.x, turn.y, turn.z},
+            {orientation.w, orientation.x, orientation.y, orientation.z},
             {v.linear[0], v.linear[1], v.linear[2]},
             {v.surface[0], v.surface[1], v.surface[2]},
             {drift.x, drift.y, drift.z},
-            what.mass,
-            what.inertia_factor,
-            what.id,
-            what.still_ticks,
-            what.material,
-            static_cast<std::uint8_t>(what.flags & (kFixed | kRemoved)),
+            properties.mass,
+            properties.inertia_factor,
+            properties.id,
+            properties.still_ticks,
+            properties.material,
+            static_cast<std::uint8_t>(properties.flags & (kFixed | kRemoved)),
             0};
 }
 
@@ -57,7 +57,7 @@ Result<void> add(World& world, bool ghost, const SavedBody& b) {
     Bodies& bodies = world.bodies;
     if (b.id >= kMaxBodies || bodies.has(b.id) || !(b.radius > 0) || !(b.mass > 0) || b.material >= world.materials.size())
         return damaged_snapshot(fmt::format("has an invalid body {}", b.id));
-    bodies.add({b.place[0], b.place[1], b.place[2], b.radius}, {b.turn[0], b.turn[1], b.turn[2], b.turn[3]},
+    bodies.add({b.place[0], b.place[1], b.place[2], b.radius}, {b.orientation[0], b.orientation[1], b.orientation[2], b.orientation[3]},
                {{b.linear[0], b.linear[1], b.linear[2]}, 0, {b.surface[0], b.surface[1], b.surface[2]}, 0},
                {.id = b.id,
                 .mass = b.mass,

@@ -1,5 +1,5 @@
 // The batches of a block in a snapshot. They go as they lie, because the order in which a block is swept depends on how its list was made.
-// Bodies are named by their place in the blocks around, which is the same on every subdomain. What follows from their positions is not
+// The address of a body is its place in the blocks around, which is the same on every subdomain. What follows from their positions is not
 // written: the gap and normal of most pairs.
 #include <algorithm>
 #include <array>
@@ -31,19 +31,19 @@ void each_lane(unsigned bits, const F& f) {
 // A body as the neighbour of a block in which it is, and its place there.
 constexpr int kIndexBits = 27;
 
-class Names {
+class BodyAddresses {
   public:
-    Names(const BlockGrid& grid, std::uint32_t block) : blocks_(grid.blocks()), around_(blocks_[block].neighbours) {}
+    BodyAddresses(const BlockGrid& grid, std::uint32_t block) : blocks_(grid.blocks()), around_(blocks_[block].neighbours) {}
 
-    std::uint32_t name(std::uint32_t slot) {
+    std::uint32_t address(std::uint32_t slot) {
         if (!in(last_, slot))
             for (last_ = 0; !in(last_, slot); ++last_) MELD_CHECK(last_ + 1 < around_.size(), "slot {} is in no block around", slot);
         return static_cast<std::uint32_t>(last_) << kIndexBits | (slot - blocks_[around_[last_]].first);
     }
     // kNoSlot if there is no such body.
-    std::uint32_t slot(std::uint32_t name) const {
-        const std::size_t neighbour = name >> kIndexBits;
-        const std::uint32_t index = name & ((1u << kIndexBits) - 1);
+    std::uint32_t slot(std::uint32_t address) const {
+        const std::size_t neighbour = address >> kIndexBits;
+        const std::uint32_t index = address & ((1u << kIndexBits) - 1);
         if (neighbour >= around_.size() || around_[neighbour] == kNoBlock || index >= blocks_[around_[neighbour]].count) return kNoSlot;
         return blocks_[around_[neighbour]].first + index;
     }
@@ -119,7 +119,7 @@ struct Counts {
 }  // namespace
 
 void Contacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const {
-    Names names(grid, block);
+    BodyAddresses addresses(grid, block);
     const auto stays = [&](std::uint32_t slot) { return slot < bodies.count() && (bodies.properties[slot].flags & kRemoved) == 0; };
     const std::span<const Batch> pairs = this->pairs(block), obstacles = obstacle_contacts(block);
     out.write(Counts{static_cast<std::uint32_t>(pairs.size()), static_cast<std::uint32_t>(obstacles.size())});
@@ -143,8 +143,8 @@ void Contacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t b
     for (const SavedBatch& batch : saved) out.write(batch);
     for (std::size_t n = 0; n < saved.size(); ++n) {
         each_lane(saved[n].used, [&](int i) {
-            out.write(names.name(pairs[n].a[i]));
-            out.write(names.name(pairs[n].b[i]));
+            out.write(addresses.address(pairs[n].a[i]));
+            out.write(addresses.address(pairs[n].b[i]));
         });
         each_lane(saved[n].apart, [&](int i) { out.write(place_of(pairs[n], i)); });
     }
@@ -162,7 +162,7 @@ void Contacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t b
     for (const SavedBatch& batch : saved) out.write(batch);
     for (std::size_t n = 0; n < saved.size(); ++n)
         each_lane(saved[n].used, [&](int i) {
-            out.write(names.name(obstacles[n].a[i]));
+            out.write(addresses.address(obstacles[n].a[i]));
             out.write(lanes_of[n * kLanes + static_cast<std::size_t>(i)]);
             out.write(place_of(obstacles[n], i));
         });
@@ -205,7 +205,7 @@ Result<void> Contacts::load(const Setup& setup, std::span<const std::vector<std:
 
 bool Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in) {
     const Bodies& bodies = setup.bodies;
-    const Names names(setup.grid, block);
+    const BodyAddresses addresses(setup.grid, block);
     const std::uint32_t nobody = motionless_slot(bodies, block);
     const std::span<Batch> batches = pairs(block);
     const std::vector<SavedBatch> saved = read_batches(in, batches.size());
@@ -218,7 +218,7 @@ bool Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteReader& i
         for (int i = 0; i < kLanes; ++i) {
             batch.a[i] = batch.b[i] = nobody;
             if ((saved[n].used >> i & 1) == 0) continue;
-            const std::uint32_t a = names.slot(in.read<std::uint32_t>()), b = names.slot(in.read<std::uint32_t>());
+            const std::uint32_t a = addresses.slot(in.read<std::uint32_t>()), b = addresses.slot(in.read<std::uint32_t>());
             if (a == kNoSlot || b == kNoSlot || a == b) {
                 fine = false;
                 continue;
@@ -240,7 +240,7 @@ bool Contacts::load_pairs(const Setup& setup, std::uint32_t block, ByteReader& i
 
 bool Contacts::load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in) {
     const Bodies& bodies = setup.bodies;
-    const Names names(setup.grid, block);
+    const BodyAddresses addresses(setup.grid, block);
     const std::uint32_t nobody = motionless_slot(bodies, block);
     const std::span<Batch> batches = obstacle_contacts(block);
     const BlockBatches stretch = obstacles_.of_block[block];
@@ -253,7 +253,7 @@ bool Contacts::load_obstacles(const Setup& setup, std::uint32_t block, ByteReade
             ObstacleLane& lane = stretch.lanes[n * kLanes + static_cast<std::size_t>(i)];
             batch.a[i] = batch.b[i] = nobody, lane = {0, 0};
             if ((saved[n].used >> i & 1) == 0) continue;
-            const std::uint32_t a = names.slot(in.read<std::uint32_t>());
+            const std::uint32_t a = addresses.slot(in.read<std::uint32_t>());
             lane = in.read<ObstacleLane>();
             if (a == kNoSlot || lane.obstacle >= setup.obstacles.count() || lane.part >= kMaxSurfaceContacts) return false;
             batch.a[i] = a;

@@ -26,7 +26,7 @@ constexpr std::size_t kMaxContactsOfPair = 4;
 
 // A body as ODE has it, which has more digits than the world's copy.
 struct SavedOdeBody {
-    dReal position[3], turn[4], velocity[3], spin[3];
+    dReal position[3], orientation[4], velocity[3], angular_velocity[3];
 };
 
 // ODE's objects for one set of bodies and obstacles.
@@ -120,9 +120,9 @@ class OdeEngine final : public Engine {
         for (const dBodyID body : mirror_->bodies) {
             SavedOdeBody saved;
             std::copy_n(dBodyGetPosition(body), 3, saved.position);
-            std::copy_n(dBodyGetQuaternion(body), 4, saved.turn);
+            std::copy_n(dBodyGetQuaternion(body), 4, saved.orientation);
             std::copy_n(dBodyGetLinearVel(body), 3, saved.velocity);
-            std::copy_n(dBodyGetAngularVel(body), 3, saved.spin);
+            std::copy_n(dBodyGetAngularVel(body), 3, saved.angular_velocity);
             contacts.write(saved);
         }
         for (int i = 0; i < dSpaceGetNumGeoms(mirror_->space); ++i) contacts.write(number_of(dSpaceGetGeom(mirror_->space, i)));
@@ -154,11 +154,11 @@ class OdeEngine final : public Engine {
     // Setting a rotation would normalize it again, and change its last bits.
     static void put_back(dBodyID body, const SavedOdeBody& saved) {
         dBodySetPosition(body, saved.position[0], saved.position[1], saved.position[2]);
-        auto* turn = const_cast<dReal*>(dBodyGetQuaternion(body));
-        std::copy_n(saved.turn, 4, turn);
-        dRfromQ(const_cast<dReal*>(dBodyGetRotation(body)), turn);
+        auto* orientation = const_cast<dReal*>(dBodyGetQuaternion(body));
+        std::copy_n(saved.orientation, 4, orientation);
+        dRfromQ(const_cast<dReal*>(dBodyGetRotation(body)), orientation);
         dBodySetLinearVel(body, saved.velocity[0], saved.velocity[1], saved.velocity[2]);
-        dBodySetAngularVel(body, saved.spin[0], saved.spin[1], saved.spin[2]);
+        dBodySetAngularVel(body, saved.angular_velocity[0], saved.angular_velocity[1], saved.angular_velocity[2]);
     }
 
     // What is added last comes first.
