@@ -39,7 +39,7 @@ class BlockEngine final : public Engine {
     Home home(std::uint32_t slot) const override;
     std::vector<std::uint32_t> slots_of(Home home, std::span<const std::uint32_t> known) const override;
     void save_home(Home home, ByteWriter& bodies, ByteWriter& contacts) const override;
-    Result<void> load_home(Home home, std::uint32_t first, bool ghosts, ByteReader& bodies, ByteReader& contacts) override;
+    Result<void> load_home(Home home, std::uint32_t first, Holds holds, ByteReader& bodies, ByteReader& contacts) override;
     void save_rest(ByteWriter& out) const override;
     void load_rest(ByteReader& in) override;
     Result<void> loaded(Workers& workers) override;

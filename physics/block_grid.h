@@ -77,7 +77,7 @@ class BlockGrid {
     // away; nothing has changed then. `order` receives the former slot of each body.
     Result<void> build(Bodies& bodies, const GridShape& shape, double reach_m, Workers& workers, Buffer<std::uint32_t>& order);
 
-    // Makes the blocks of bodies that are sorted already: the key of each and how many bodies it has, by key.
+    // Makes the blocks of bodies that are sorted already: the key of each and how many bodies it has, sorted by key.
     void restore(const GridShape& shape, std::span<const std::pair<std::uint64_t, std::uint32_t>> blocks, Workers& workers);
 
     const GridShape& shape() const { return shape_; }

@@ -23,7 +23,7 @@ struct SavedCages {
     std::uint32_t hold;
 };
 
-// The same on all subdomains, but for what each has to do.
+// Equal on all subdomains, except the three flags.
 struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
@@ -71,7 +71,7 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
     contacts_.save(grid_, world_.bodies, block, contacts);
 }
 
-Result<void> BlockEngine::load_home(Home home, std::uint32_t first, bool ghosts, ByteReader& bodies, ByteReader& contacts) {
+Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds, ByteReader& bodies, ByteReader& contacts) {
     const auto count = static_cast<std::uint32_t>(world_.bodies.count()) - first;
     if (last_dt_s_ == 0) return {};
     LoadedBlock& block = loading_.blocks.emplace_back(LoadedBlock{.key = home, .first = first, .count = count});
@@ -81,7 +81,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, bool ghosts,
     state.first_speed_squared = s.first_speed_squared, state.second_speed_squared = s.second_speed_squared;
     state.still_ticks = s.still_ticks, state.decide_at = s.decide_at;
     state.stays = s.stays != 0, state.asleep = state.rests = s.asleep != 0;
-    state.owned = !ghosts;
+    state.owned = holds == Holds::Own;
     if (s.has_cages != 0) {
         const auto saved = bodies.read<SavedCages>();
         // Clang 19 takes a class within a class for one that cannot be made without arguments until the outer one ends.

@@ -53,7 +53,7 @@ SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
             0};
 }
 
-Result<void> add(World& world, bool ghost, const SavedBody& b) {
+Result<void> add(World& world, Holds holds, const SavedBody& b) {
     Bodies& bodies = world.bodies;
     if (b.id >= kMaxBodies || bodies.has(b.id) || !(b.radius > 0) || !(b.mass > 0) || b.material >= world.materials.size())
         return damaged_snapshot(fmt::format("has an invalid body {}", b.id));
@@ -63,7 +63,7 @@ Result<void> add(World& world, bool ghost, const SavedBody& b) {
                 .mass = b.mass,
                 .inertia_factor = b.inertia_factor,
                 .material = b.material,
-                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (ghost ? kGhost : 0)),
+                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (holds == Holds::Ghosts ? kGhost : 0)),
                 .still_ticks = b.still_ticks});
     const std::uint32_t slot = bodies.slot(b.id);
     bodies.drift[slot] = {b.drift[0], b.drift[1], b.drift[2]};
@@ -98,11 +98,11 @@ void save_bodies(const World& world, std::span<const std::uint32_t> slots, ByteW
     if (!bodies.wrenches.empty()) out.write(kNoSlot);
 }
 
-Result<void> load_bodies(World& world, bool ghosts, ByteReader& in) {
+Result<void> load_bodies(World& world, Holds holds, ByteReader& in) {
     Bodies& bodies = world.bodies;
     const std::uint32_t count = in.read_count(sizeof(SavedBody)), first = static_cast<std::uint32_t>(bodies.count());
     for (std::uint32_t i = 0; i < count; ++i)
-        if (auto added = add(world, ghosts, in.read<SavedBody>()); !added) return added;
+        if (auto added = add(world, holds, in.read<SavedBody>()); !added) return added;
     const bool has_features = in.read<bool>();
     if (has_features) bodies.need_features();
     for (std::uint32_t i = 0; has_features && i < count; ++i) {

@@ -13,9 +13,9 @@ namespace meld::physics {
 // The bodies in these slots, in their order.
 void save_bodies(const World& world, std::span<const std::uint32_t> slots, ByteWriter& out);
 
-// Adds bodies that save_bodies wrote in the next slots, in the same order; masses are those of bodies that are awake. `ghosts`: they
-// belong to another subdomain. Errors: they cannot be bodies of this scene.
-Result<void> load_bodies(World& world, bool ghosts, ByteReader& in);
+// Adds bodies that save_bodies wrote in the next slots, in the same order; masses are those of bodies that are awake. Errors: they
+// cannot be bodies of this scene.
+Result<void> load_bodies(World& world, Holds holds, ByteReader& in);
 
 // The error of a snapshot that says what cannot be.
 tl::unexpected<Error> damaged_snapshot(const std::string& what);

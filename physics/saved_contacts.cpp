@@ -1,5 +1,5 @@
 // The batches of a block in a snapshot. They go as they lie, because the order in which a block is swept depends on how its list was made.
-// The address of a body is its place in the blocks around, which is the same on every subdomain. What follows from their positions is not
+// The address of a body is its place in the blocks around, which is the same on every subdomain. What follows from positions is not
 // written: the gap and normal of most pairs.
 #include <algorithm>
 #include <array>

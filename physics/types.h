@@ -40,6 +40,8 @@ inline constexpr BodyId kMaxBodies = 0x80000000u;
 
 // Where bodies are saved and loaded together: a block of space, by its key (block_grid.h). Engines without blocks have one home.
 using Home = std::uint64_t;
+// Whether a home that is loaded holds bodies of this subdomain or ghosts: bodies of another one, whose contacts are not needed.
+enum class Holds { Own, Ghosts };
 
 struct BodyPair {
     std::uint32_t first, second;

@@ -128,7 +128,7 @@ class OdeEngine final : public Engine {
         for (int i = 0; i < dSpaceGetNumGeoms(mirror_->space); ++i) contacts.write(number_of(dSpaceGetGeom(mirror_->space, i)));
     }
 
-    Result<void> load_home(Home, std::uint32_t, bool, ByteReader&, ByteReader& contacts) override {
+    Result<void> load_home(Home, std::uint32_t, Holds, ByteReader&, ByteReader& contacts) override {
         log_.load(contacts);
         changed_ = true;
         seed_ = static_cast<unsigned long>(contacts.read<std::uint64_t>());
@@ -140,9 +140,6 @@ class OdeEngine final : public Engine {
         for (const dBodyID body : mirror_->bodies) put_back(body, contacts.read<SavedOdeBody>());
         return sort_space(contacts, stale);
     }
-    void save_rest(ByteWriter&) const override {}
-    void load_rest(ByteReader&) override {}
-    Result<void> loaded(Workers&) override { return {}; }
 
   private:
     // Bodies by their slots, then obstacles.

@@ -52,12 +52,13 @@ void Scene::load_rest(ByteReader& in) {
     engine_->load_rest(in);
 }
 
-Result<void> Scene::load_home(const SavedHome& saved, bool ghosts) {
+Result<void> Scene::load_home(const SavedHome& saved, Holds holds) {
     ByteReader bodies(saved.bodies, "the bodies of a snapshot", ByteReader::Origin::Outside),
-        contacts(ghosts ? std::span<const std::byte>() : saved.contacts, "the contacts of a snapshot", ByteReader::Origin::Outside);
+        contacts(holds == Holds::Ghosts ? std::span<const std::byte>() : saved.contacts, "the contacts of a snapshot",
+                 ByteReader::Origin::Outside);
     const auto first = static_cast<std::uint32_t>(slot_count());
-    if (auto done = load_bodies(*world_, ghosts, bodies); !done) return done;
-    if (auto done = engine_->load_home(saved.home, first, ghosts, bodies, contacts); !done) return done;
+    if (auto done = load_bodies(*world_, holds, bodies); !done) return done;
+    if (auto done = engine_->load_home(saved.home, first, holds, bodies, contacts); !done) return done;
     for (const ByteReader* in : {&bodies, &contacts}) {
         if (in->failed()) return damaged(*in);
         if (!in->done()) return damaged_snapshot("has too many bytes");

@@ -157,8 +157,8 @@ class Scene {
     void save_rest(ByteWriter& out) const;
     // In a divided world, what each subdomain has saved, one after the other.
     void load_rest(ByteReader& in);
-    // `ghosts`: it belongs to another subdomain, and its contacts are not needed. Errors: what cannot be.
-    Result<void> load_home(const SavedHome& saved, bool ghosts);
+    // Errors: what is invalid.
+    Result<void> load_home(const SavedHome& saved, Holds holds);
     Result<void> loaded(Workers& workers);
 
     // For code that steps by stages (subdomain.h): drops the contacts that contacts() has computed.

@@ -104,7 +104,7 @@ Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& sc
     Result<void> fine;
     for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "homes of a snapshot"); fine && !in.done();)
-            fine = scene.load_home(physics::SavedHome::read(in), true);
+            fine = scene.load_home(physics::SavedHome::read(in), physics::Holds::Ghosts);
     return fine;
 }
 

@@ -133,7 +133,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
     for (KeptHome& home : loading_.homes) {
-        if (auto loaded = physics_.scene->load_home(home.view(), false); !loaded) return loaded;
+        if (auto loaded = physics_.scene->load_home(home.view(), physics::Holds::Own); !loaded) return loaded;
         // The scene has them now; the bodies may be needed elsewhere.
         give_back(home.contacts);
     }

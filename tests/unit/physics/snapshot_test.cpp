@@ -22,7 +22,7 @@ std::unique_ptr<Scene> saved_and_loaded(const Scene& scene, const Make& make, Wo
     ByteReader from_rest(rest.view(), "the rest");
     loaded->load_rest(from_rest);
     EXPECT_TRUE(from_rest.done());
-    for (ByteReader in(bodies.view(), "the homes"); !in.done();) need(loaded->load_home(SavedHome::read(in), false));
+    for (ByteReader in(bodies.view(), "the homes"); !in.done();) need(loaded->load_home(SavedHome::read(in), Holds::Own));
     need(loaded->loaded(workers));
     return loaded;
 }
@@ -211,7 +211,7 @@ TEST(Snapshot, RefusesWhatCannotBe) {
         auto other = make();
         ByteReader from_rest(rest.view(), "the rest");
         other->load_rest(from_rest);
-        if (auto done = other->load_home(home, false); !done) return done;
+        if (auto done = other->load_home(home, Holds::Own); !done) return done;
         return other->loaded(workers);
     };
     need(load(saved));
@@ -225,8 +225,8 @@ TEST(Snapshot, RefusesWhatCannotBe) {
     auto twice = make();
     ByteReader again(rest.view(), "the rest");
     twice->load_rest(again);
-    need(twice->load_home(saved, false));
-    EXPECT_FALSE(twice->load_home(saved, false));
+    need(twice->load_home(saved, Holds::Own));
+    EXPECT_FALSE(twice->load_home(saved, Holds::Own));
 }
 
 }  // namespace
