@@ -291,7 +291,7 @@ struct Host {
     void (*stop_undefined)(Eval*, u32 number);
 };
 
-// A file of the program: where it is, from the folder of the program's own, and its text.
+// A file of the program: its path relative to the program's folder, and its text.
 struct SourceInfo {
     const char* path;
     const char* text;
