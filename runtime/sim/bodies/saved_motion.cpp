@@ -19,11 +19,21 @@ tl::unexpected<Error> damaged(const std::string& what) {
     return fail("the snapshot " + what, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
 }
 
-// Of some catoms of a chunk, by their places in it.
+// Positions of some catoms of a chunk, by their places in it.
+using SomePositions = std::vector<std::pair<std::uint32_t, world::Vec3>>;
+
+void save_some(const SomePositions& some, ByteWriter& out) {
+    out.write_count(some.size());
+    for (const auto& [at, position] : some) {
+        out.write(at);
+        out.write(position);
+    }
+}
+
 void load_some(ByteReader& in, std::span<const tuple::SavedCatom> catoms, std::vector<std::pair<Catom, world::Vec3>>& to) {
-    for (ByteReader some(in.read_block(), "positions of a snapshot", ByteReader::Origin::Outside); !some.done();) {
-        const auto at = some.read<std::uint32_t>();
-        const auto position = some.read<world::Vec3>();
+    for (auto left = in.read_count(sizeof(std::uint32_t) + sizeof(world::Vec3)); left > 0; --left) {
+        const auto at = in.read<std::uint32_t>();
+        const auto position = in.read<world::Vec3>();
         if (at < catoms.size() && catoms[at].here()) to.emplace_back(catoms[at].catom, position);
     }
 }
@@ -37,19 +47,18 @@ Result<void> FreeMotion::resume(Subdomain& subdomain) {
 
 void FreeMotion::save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const {
     const physics::Scene& scene = *physics_.scene;
-    ByteWriter positions, sensed;
+    SomePositions positions, sensed;
     std::map<physics::Home, std::vector<physics::BodyId>> homes;
     for (std::uint32_t i = 0; i < catoms.size(); ++i) {
         const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(catoms[i]));
         homes[scene.home(id)].push_back(id);
         const world::Vec3 at = subdomain.ensemble.position(catoms[i]);
-        if (!same_bits(at, to_diameters(world_, scene.state(id).position_m))) positions.write(i), positions.write(at);
-        if (!subdomain.senses_positions() || same_bits(at, subdomain.sensed_position(catoms[i]))) continue;
-        sensed.write(i);
-        sensed.write(subdomain.sensed_position(catoms[i]));
+        if (!same_bits(at, to_diameters(world_, scene.state(id).position_m))) positions.emplace_back(i, at);
+        if (subdomain.senses_positions() && !same_bits(at, subdomain.sensed_position(catoms[i])))
+            sensed.emplace_back(i, subdomain.sensed_position(catoms[i]));
     }
-    out.write_block(positions.view());
-    out.write_block(sensed.view());
+    save_some(positions, out);
+    save_some(sensed, out);
     for (const auto& [home, bodies] : homes) scene.save_home(home, bodies, out);
 }
 
