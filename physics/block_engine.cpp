@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -150,7 +151,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Move:
             return move(times, workers);
         case Stage::Kind::Refresh:
-            return refresh(times, workers);
+            return refresh(active_, times, workers);
         case Stage::Kind::Finish: {
             if (world_.has_features()) account_charges(world_, workers);
             find_events(workers);
@@ -209,8 +210,12 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
     if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
-    if (!fresh_)
-        if (auto refreshed = refresh(times, workers); !refreshed) return refreshed;
+    if (!fresh_) {
+        // The list is new. Blocks that sleep may wake before the next one, and need its gaps and normals then.
+        std::vector<std::uint32_t> all(states_.size());
+        std::iota(all.begin(), all.end(), 0u);
+        if (auto refreshed = refresh(all, times, workers); !refreshed) return refreshed;
+    }
     // After a failed step all impulses must be forgotten; a step of another length would need impulses of another size.
     if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
@@ -338,14 +343,14 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     return fine ? Result<void>() : world_.check_speeds();
 }
 
-Result<void> BlockEngine::refresh(const StepTimes& times, Workers& workers) {
+Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.refresh);
     MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
     const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
     std::atomic<std::uint32_t> crushed{kNoBlock};
     std::mutex failing;
     std::optional<std::pair<BodyId, Error>> failure;
-    for_blocks(active_, workers, [&](int worker, std::uint32_t block) {
+    for_blocks(blocks, workers, [&](int worker, std::uint32_t block) {
         if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) {
             const std::lock_guard lock(failing);
             if (!failure || collided.error().first < failure->first) failure = collided.error();

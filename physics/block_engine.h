@@ -132,7 +132,8 @@ class BlockEngine final : public Engine {
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
-    Result<void> refresh(const StepTimes& times, Workers& workers);
+    // Gaps and normals of the contacts of these blocks, from the present positions.
+    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers);
     // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     Result<void> move(const StepTimes& times, Workers& workers);

@@ -146,5 +146,25 @@ TEST_F(FallingAsleep, NewBodiesAreAwakeAndAlone) {
     EXPECT_FALSE(scene->asleep(1));
 }
 
+// A list that is made while a pile sleeps knows its contacts, so that the pile does not fall for a moment when it wakes.
+TEST_F(FallingAsleep, PilesWakeOnTheirContacts) {
+    auto scene = scene_on_plane();
+    add_cube(*scene, 3);
+    step(*scene, 480, kTick);
+    ASSERT_TRUE(scene->asleep(0));
+    need(scene->add_body({.id = 27, .position_m = {100, 0, 50}}));
+    step(*scene, 1, kTick);
+    ASSERT_TRUE(scene->asleep(0));
+    ASSERT_FALSE(scene->contacts().empty());
+    for (const ContactReport& contact : scene->contacts()) {
+        EXPECT_NEAR(length(contact.normal), 1, 1e-6);
+        EXPECT_LT(std::abs(contact.gap_m), 0.01);
+    }
+    need(scene->set_wrench(26, {}, {}));
+    step(*scene, 1, kTick);
+    ASSERT_FALSE(scene->asleep(0));
+    for (BodyId id = 0; id < 27; ++id) EXPECT_LT(length(scene->state(id).linear_velocity_m_s), 1e-4) << id;
+}
+
 }  // namespace
 }  // namespace meld::physics

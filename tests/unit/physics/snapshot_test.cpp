@@ -158,7 +158,7 @@ TEST(Snapshot, KnowsWhatSleepsAndRattles) {
     EXPECT_TRUE(slept && woke);
 }
 
-// A list that is made while a pile sleeps knows no gaps of its contacts until it wakes.
+// A list that is made while a pile sleeps serves it when it wakes.
 TEST(Snapshot, KnowsAListThatWasMadeWhileAPileSlept) {
     const Make make = [] { return scene_on_plane({.sleep_ticks = 5}); };
     auto scene = make();
