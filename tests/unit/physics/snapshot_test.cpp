@@ -155,11 +155,11 @@ TEST_P(SnapshotOfEngine, GoesOn) {
                           .angular_velocity_rad_s = {-0.0, -0.0, 0.1},
                           .radius_m = 0.4,
                           .fixed = true}));
-    // Two whose plates face each other.
+    // Two whose plates face each other, with opposite voltages.
     for (const BodyId id : {bodies + 3, bodies + 4}) {
         need(scene->add_body({.id = id, .position_m = {-4, 6, 5 + 0.85 * (id - bodies)}, .radius_m = 0.4}));
         need(scene->set_feature_table(id, 1));
-        need(scene->set_features(id, 0x7ffff, 0));
+        need(scene->set_features(id, 0x7ffff, id % 2 == 0 ? 0x7e000 : 0));
     }
     const auto act = [](Scene& one, int tick) {
         if (tick == 20) need(one.remove_body(77));
