@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "physics/saved_bodies.h"
+
 namespace meld::physics {
 
 void ContactLog::update(World& world, std::vector<ContactReport> contacts) {
@@ -40,9 +42,14 @@ void ContactLog::save(const Bodies& bodies, ByteWriter& out) const {
     for (const Touch& touch : kept) out.write(touch);
 }
 
-void ContactLog::load(ByteReader& in) {
+Result<void> ContactLog::load(const World& world, ByteReader& in) {
     touching_.resize(in.read_count(sizeof(Touch)));
-    for (Touch& touch : touching_) touch = in.read<Touch>();
+    for (Touch& touch : touching_) {
+        touch = in.read<Touch>();
+        const bool other = touch.other_is_obstacle ? touch.other < world.obstacles.count() : world.bodies.has(touch.other);
+        if (!world.bodies.has(touch.body) || !other) return damaged_snapshot("has invalid contacts");
+    }
+    return {};
 }
 
 }  // namespace meld::physics

@@ -17,7 +17,8 @@ class ContactLog {
     void add_normal_forces(const Bodies& bodies, std::span<ExactSum> of_slot) const;
     // What touches, from which the next events follow; without touches of bodies flagged kRemoved, which end without an event.
     void save(const Bodies& bodies, ByteWriter& out) const;
-    void load(ByteReader& in);
+    // Errors: they name what is not there.
+    Result<void> load(const World& world, ByteReader& in);
     std::size_t bytes() const { return contacts_.capacity() * sizeof(ContactReport) + touching_.capacity() * sizeof(Touch); }
 
   private:

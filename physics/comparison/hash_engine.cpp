@@ -93,10 +93,7 @@ class HashEngine final : public Engine {
     std::size_t awake_bodies() const override { return world_.bodies.count(); }
     std::vector<std::uint32_t> slots_of(Home, std::span<const std::uint32_t>) const override { return all_slots(world_.bodies); }
     void save_home(Home, ByteWriter&, ByteWriter& contacts) const override { log_.save(world_.bodies, contacts); }
-    Result<void> load_home(Home, std::uint32_t, Holds, ByteReader&, ByteReader& contacts) override {
-        log_.load(contacts);
-        return {};
-    }
+    Result<void> load_home(Home, std::uint32_t, Holds, ByteReader&, ByteReader& contacts) override { return log_.load(world_, contacts); }
     Result<void> loaded(Workers&) override {
         removed_ = true;
         return {};

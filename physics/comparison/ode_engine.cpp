@@ -129,7 +129,7 @@ class OdeEngine final : public Engine {
     }
 
     Result<void> load_home(Home, std::uint32_t, Holds, ByteReader&, ByteReader& contacts) override {
-        log_.load(contacts);
+        if (auto loaded = log_.load(world_, contacts); !loaded) return loaded;
         changed_ = true;
         seed_ = static_cast<unsigned long>(contacts.read<std::uint64_t>());
         if (!contacts.read<bool>()) return {};

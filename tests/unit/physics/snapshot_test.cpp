@@ -314,5 +314,23 @@ TEST(Snapshot, RefusesWhatCannotBe) {
     EXPECT_FALSE(twice->load_home(saved, Holds::Own));
 }
 
+TEST(Snapshot, RefusesTouchesOfUnknownBodies) {
+    const Make make = [] { return scene_on_plane({.engine = EngineKind::Hash}); };
+    auto scene = make();
+    add_cube(*scene, 1);
+    ByteWriter bytes;
+    scene->save_home(scene->home(0), {}, bytes);
+    ByteReader in(bytes.view(), "the home");
+    const SavedHome saved = SavedHome::read(in);
+    for (const Touch touch : {Touch{0, 7, false}, Touch{7, 0, false}, Touch{0, 1, true}}) {
+        ByteWriter contacts;
+        contacts.write_count(1);
+        contacts.write(touch);
+        const auto loaded = make()->load_home({saved.home, saved.bodies, contacts.view()}, Holds::Own);
+        ASSERT_FALSE(loaded);
+        EXPECT_EQ(loaded.error().problem, "the snapshot of the bodies has invalid contacts");
+    }
+}
+
 }  // namespace
 }  // namespace meld::physics
