@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "runtime/compare/compare.h"
 #include "runtime/record/facts_reader.h"
@@ -86,20 +87,18 @@ class Catoms {
 
 class FactsComparison {
   public:
-    FactsComparison(std::array<FactsReader*, 2> readers, std::array<const std::string*, 2> paths, std::uint64_t most, Progress& progress)
-        : readers_(readers), paths_(paths), most_(most), progress_(progress) {}
+    FactsComparison(std::array<FactsReader*, 2> readers, std::array<const std::string*, 2> paths, std::array<Kind, 2> kinds,
+                    std::uint64_t most, Progress& progress)
+        : readers_(readers), paths_(paths), kinds_(kinds), most_(most), progress_(progress) {}
 
     Result<Report> run() {
         Report report{.kind = "facts"};
-        std::map<std::string, std::array<std::optional<std::size_t>, 2>> tables;
-        for (std::size_t side : {0u, 1u})
-            for (std::size_t i = 0; i < readers_[side]->tables().size(); ++i) tables[readers_[side]->tables()[i].name][side] = i;
-        for (const auto& [name, places] : tables) {
-            if (places[0] && places[1]) {
-                const std::string &a = readers_[0]->tables()[*places[0]].columns, &b = readers_[1]->tables()[*places[1]].columns;
-                if (a != b) report.runs.push_back({"the columns of " + name, {a}, {b}});
+        for (const TablePair& pair : pairs()) {
+            if (pair.in[0] && pair.in[1]) {
+                const std::string &a = table(0, *pair.in[0]).columns, &b = table(1, *pair.in[1]).columns;
+                if (a != b) report.runs.push_back({"the columns of " + pair.name, {a}, {b}});
             }
-            Result<PredicateFacts> facts = compare_table(name, places);
+            Result<PredicateFacts> facts = compare_table(pair);
             if (!facts) return tl::unexpected(facts.error());
             report.facts.push_back(std::move(*facts));
         }
@@ -107,16 +106,42 @@ class FactsComparison {
     }
 
   private:
-    Result<PredicateFacts> compare_table(const std::string& name, const std::array<std::optional<std::size_t>, 2>& places) {
-        PredicateFacts out{.name = name};
+    // A table in the one, in the other, or in both.
+    struct TablePair {
+        std::string name;
+        std::array<std::optional<std::size_t>, 2> in;
+    };
+    const FactsReader::Table& table(std::size_t side, std::size_t index) const { return readers_[side]->tables()[index]; }
+
+    std::vector<TablePair> pairs() const {
+        // A CSV file has the facts of the only predicate, and its name is the user's choice.
+        const auto one_table = [&](std::size_t side) { return readers_[side]->tables().size() == 1; };
+        if ((kinds_[0] == Kind::CsvFile || kinds_[1] == Kind::CsvFile) && one_table(0) && one_table(1))
+            return {{table(kinds_[0] == Kind::CsvFile && kinds_[1] != Kind::CsvFile ? 1 : 0, 0).name, {0, 0}}};
+        std::map<std::pair<std::string, std::size_t>, std::array<std::optional<std::size_t>, 2>> found;
+        for (std::size_t side : {0u, 1u})
+            for (std::size_t i = 0; i < readers_[side]->tables().size(); ++i)
+                found[{table(side, i).name, table(side, i).arguments}][side] = i;
+        std::map<std::string, std::size_t> namesakes;
+        for (const auto& [key, in] : found) ++namesakes[key.first];
+        std::vector<TablePair> out;
+        for (const auto& [key, in] : found) {
+            const auto& [name, arguments] = key;
+            out.push_back({namesakes[name] == 1 ? name : fmt::format("{}.{}", name, arguments), in});
+        }
+        return out;
+    }
+
+    Result<PredicateFacts> compare_table(const TablePair& pair) {
+        PredicateFacts out{.name = pair.name};
         Catoms a(*readers_[0], *paths_[0]), b(*readers_[1], *paths_[1]);
-        if (places[0])
-            if (auto begun = a.begin(*places[0]); !begun) return tl::unexpected(begun.error());
-        if (places[1])
-            if (auto begun = b.begin(*places[1]); !begun) return tl::unexpected(begun.error());
+        if (pair.in[0])
+            if (auto begun = a.begin(*pair.in[0]); !begun) return tl::unexpected(begun.error());
+        if (pair.in[1])
+            if (auto begun = b.begin(*pair.in[1]); !begun) return tl::unexpected(begun.error());
         static const std::vector<std::string> kNone;
         while (a || b) {
-            progress_.update([&] { return fmt::format("{}, catom {}", name, a ? a.catom() : b.catom()); });
+            progress_.update([&] { return fmt::format("{}, catom {}", pair.name, a ? a.catom() : b.catom()); });
             const bool first = a && (!b || a.catom() <= b.catom()), second = b && (!a || b.catom() <= a.catom());
             count(first ? a.facts() : kNone, second ? b.facts() : kNone, out);
             if (first)
@@ -145,6 +170,7 @@ class FactsComparison {
 
     std::array<FactsReader*, 2> readers_;
     std::array<const std::string*, 2> paths_;
+    std::array<Kind, 2> kinds_;
     std::uint64_t most_;
     Progress& progress_;
 };
@@ -156,7 +182,7 @@ Result<Report> compare_facts(const std::string& a, Kind kind_a, const std::strin
     const Result<std::unique_ptr<FactsReader>> first = reader_of(a, kind_a), second = reader_of(b, kind_b);
     for (const auto* each : {&first, &second})
         if (!*each) return tl::unexpected(each->error());
-    return FactsComparison({first->get(), second->get()}, {&a, &b}, most_examples, progress).run();
+    return FactsComparison({first->get(), second->get()}, {&a, &b}, {kind_a, kind_b}, most_examples, progress).run();
 }
 
 }  // namespace meld::compare

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -108,7 +107,6 @@ class TextFacts : public FactsReader {
 
     Result<void> find_tables() {
         if (!lines_.fine()) return fail(fmt::format("cannot read {}: {}", lines_.path(), std::strerror(errno)));
-        std::map<std::string, std::size_t> forms;
         std::string line;
         while (true) {
             const std::uint64_t offset = lines_.offset(), number = lines_.number();
@@ -123,10 +121,8 @@ class TextFacts : public FactsReader {
                 if (place.name == fact.name && place.arguments == fact.arguments)
                     return wrong_line(lines_.path(), lines_.number(), fmt::format("the facts of {} are not together", fact.name));
             places_.push_back({std::string(fact.name), fact.arguments, offset, number, 1});
-            ++forms[places_.back().name];
         }
-        for (const Place& place : places_)
-            tables_.push_back({forms[place.name] == 1 ? place.name : fmt::format("{}.{}", place.name, place.arguments), ""});
+        for (const Place& place : places_) tables_.push_back({.name = place.name, .arguments = place.arguments});
         return lines_.outcome();
     }
 
@@ -166,7 +162,7 @@ class CsvFacts : public FactsReader {
         if (!lines.fine() || !lines.next(heading)) return fail(fmt::format("cannot read {}: it has no first line", path));
         if (heading != kCatomColumn && !heading.starts_with(std::string(kCatomColumn) + ","))
             return wrong_line(path, 1, "the first column is not that of the catoms");
-        tables_.push_back({name, heading});
+        tables_.push_back({.name = name, .columns = heading});
         paths_.push_back(path);
         return {};
     }

@@ -21,7 +21,8 @@ class FactsReader {
   public:
     struct Table {
         std::string name;
-        std::string columns;  // Their names, as in the first line of CSV; empty in text.
+        std::size_t arguments = 0;  // The catom among them; 0 in tables, whose names differ.
+        std::string columns = {};   // Their names, as in the first line of CSV; empty in text.
     };
     virtual ~FactsReader() = default;
     virtual const std::vector<Table>& tables() const = 0;

@@ -130,7 +130,7 @@ Result<void> Hdf5Facts::find_tables() {
     for (const std::string& name : names) {
         Result<std::string> columns = open_table(name);
         if (!columns) return tl::unexpected(columns.error());
-        tables_.push_back({name, std::move(*columns)});
+        tables_.push_back({.name = name, .columns = std::move(*columns)});
     }
     return {};
 }

@@ -145,6 +145,24 @@ class Facts(Case):
         self.write("b", "p(@1, [1, 2]).\np(@0, 1, 3).\n")
         self.assertEqual([(p["predicate"], p["only_a"]) for p in self.json("a", "b")["facts"]], [("p.2", 0), ("p.3", 1)])
 
+    def test_a_name_whose_facts_with_more_arguments_are_gone(self):
+        self.write("a", "p(@1, [1, 2]).\np(@0, 1, 2).\n")
+        self.write("b", "p(@1, [1, 2]).\n")
+        for a, b, only in (("a", "b", (0, 1, 0)), ("b", "a", (0, 0, 1))):
+            facts = self.json(a, b)["facts"]
+            self.assertEqual([(p["predicate"], p["both"], p["only_a"], p["only_b"]) for p in facts], [("p.2", 1, 0, 0), ("p.3", *only)])
+
+    def test_a_csv_file_is_a_table_of_any_name(self):
+        for name, files in (("@0", ("a.csv", "b.csv", "one.h5")), ("@1", ("c.csv", "two.h5"))):
+            self.write("p.meld", f"type p(node, int).\np(A, I) :- id(A, I), A != {name}.\n")
+            for file in files:
+                self.run_program("p.meld", "--facts-out", file)
+        self.assertEqual(self.diff("a.csv", "b.csv", 0), "")
+        self.assertEqual(self.diff("c.csv", "two.h5", 0), "")
+        for a, b, name in (("a.csv", "c.csv", "a"), ("a.csv", "two.h5", "p"), ("one.h5", "c.csv", "p")):
+            facts = self.json(a, b)["facts"]
+            self.assertEqual([(p["predicate"], p["both"], p["only_a"], p["only_b"]) for p in facts], [(name, 2, 1, 1)])
+
     def test_floats_by_bits(self):
         self.write("a", "p(@1, 0.0).\n")
         self.write("b", "p(@1, -0.0).\n")
