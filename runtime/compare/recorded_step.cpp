@@ -162,7 +162,7 @@ class Catoms {
     }
     std::optional<std::uint64_t> id() const { return id_; }
 
-    // What this catom has, by what it is called, and goes on to the next.
+    // What this catom has, by what it is called and in the order of its text, and goes on to the next.
     using Held = std::map<std::string, std::vector<std::string>>;
     Result<Held> take() {
         Held held;
@@ -189,6 +189,7 @@ class Catoms {
         }
         for (; line_ < lines_->size() && (*lines_)[line_].first <= *id_; ++line_)
             if ((*lines_)[line_].first == *id_) held["line"].push_back(fmt::format("to @{}", (*lines_)[line_].second));
+        if (const auto found = held.find("line"); found != held.end()) std::ranges::sort(found->second);
         ++row_;
         if (const Result<void> done = look(); !done) return tl::unexpected(done.error());
         return held;

@@ -287,6 +287,14 @@ class Recordings(Case):
         found = self.json("a", "b")
         self.assertEqual((found["catom"], found["differences"]), (2, [{"what": "line", "a": [], "b": ["to @3"]}]))
 
+    def test_lines_are_compared_by_their_ends(self):
+        """@9 comes before @10, but "to @9" after "to @10"."""
+        self.write("w.toml", 'lattice = "square"\n[[body]]\nshape = "box(11, 1, 1)"\n')
+        for name, ends in (("a", (9, 10)), ("b", (10,))):
+            self.write("p.meld", "".join(f"drawLine(A, @{end}) :- id(A, 2).\n" for end in ends))
+            self.record("p.meld", name)
+        self.assertEqual(self.json("a", "b")["differences"], [{"what": "line", "a": ["to @9"], "b": []}])
+
     def test_a_recording_is_read_to_where_it_is_whole(self):
         """Every damage is told or changes nothing, and none is a crash."""
         whole = (self.folder / "a").read_bytes()
