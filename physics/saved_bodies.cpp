@@ -118,4 +118,11 @@ Result<void> load_bodies(World& world, Holds holds, ByteReader& in) {
     return {};
 }
 
+void each_saved_place(ByteReader& in, const std::function<void(BodyId, Vec3)>& visit) {
+    for (auto left = in.read_count(sizeof(SavedBody)); left > 0; --left) {
+        const auto body = in.read<SavedBody>();
+        visit(body.id, {body.place[0], body.place[1], body.place[2]});
+    }
+}
+
 }  // namespace meld::physics

@@ -29,6 +29,14 @@ SavedHome SavedHome::read(ByteReader& in) {
     return saved;
 }
 
+Result<std::vector<SavedHome::SavedPlace>> SavedHome::places() const {
+    ByteReader in(bodies, "the bodies of a snapshot", ByteReader::Origin::Outside);
+    std::vector<SavedPlace> places;
+    each_saved_place(in, [&](BodyId body, Vec3 position_m) { places.push_back({body, position_m}); });
+    if (in.failed()) return damaged_snapshot(in.outcome().error().problem);
+    return places;
+}
+
 Home Scene::home(BodyId body) const { return engine_->home(world_->bodies.slot(body)); }
 
 void Scene::save_home(Home home, std::span<const BodyId> bodies, ByteWriter& out) const {

@@ -15,6 +15,7 @@
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/run.h"
 #include "runtime/record/fact_tables.h"
+#include "runtime/sim/bodies/saved_places.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/state/loader.h"
 #include "runtime/sim/state/share_file.h"
@@ -29,7 +30,7 @@ class LoadedState : public compare::State {
     LoadedState(Inputs inputs, std::unique_ptr<comm::Communicator> comm)
         : inputs_(std::move(inputs)), comm_(std::move(comm)), subdomain_(inputs_.info(), inputs_.world, inputs_.target, *comm_, 1) {}
 
-    Result<void> load(const sim::Shares& shares) { return sim::Loader(subdomain_, shares).facts(); }
+    Result<void> load(const sim::Shares& shares) { return sim::Loader(subdomain_, shares).facts(sim::place_saved_bodies); }
 
     std::vector<Catom> catoms() const override {
         std::vector<Catom> out;

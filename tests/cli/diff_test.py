@@ -351,6 +351,18 @@ class Checkpoints(Case):
         self.assertEqual((found["catom"], found["runs"][0]["what"]), (0, "the world"))
         self.assertIn("in cell (", str(found["differences"][0]["a"]))
 
+    def test_where_bodies_are(self):
+        """Nothing but the position of one differs."""
+        self.write("p.meld", "type high(node).\nhigh(A) :- position(A, _, _, Z), Z > 100.0.\n")
+        for name, x, processes in (("b", 4.5, 1), ("c", 4.75, 2)):
+            self.write(name + ".toml", f'[[body]]\npositions = [[0, 0, 9], [{x}, 0, 9], [8, 0, 9]]\n[motion]\nkind = "bodies"\n')
+            self.fine("meldsim", "run", "p.meld", "--world", name + ".toml", "--ticks", 6, "--quiet", "--checkpoint", name, "-n", processes)
+        found = self.json("b", "c")
+        self.assertEqual((found["catom"], found["catoms"]), (1, 1))
+        (one,) = found["differences"]
+        self.assertRegex(one["a"][0], r"^at \(4\.5, 0, 8\.")
+        self.assertRegex(one["b"][0], r"^at \(4\.75, 0, 8\.")
+
     def test_the_newest_tick_that_both_have(self):
         """Folders have the last two."""
         self.keep("p.meld", "b", ticks=8)

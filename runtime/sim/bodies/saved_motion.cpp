@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
+#include <unordered_set>
 #include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/give_back.h"
 #include "runtime/sim/bodies/free_motion.h"
+#include "runtime/sim/bodies/saved_places.h"
 
 namespace meld::sim {
 
@@ -159,6 +162,33 @@ Result<void> FreeMotion::place_catoms(Subdomain& subdomain) {
     if (!subdomain.senses_positions()) return {};
     for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) subdomain.sense_position(c, subdomain.ensemble.position(c));
     for (const auto& [catom, position] : loading_.sensed) subdomain.sense_position(catom, position);
+    return {};
+}
+
+Result<void> place_saved_bodies(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
+    std::vector<std::pair<Catom, world::Vec3>> positions, sensed;
+    load_some(in, catoms, positions);
+    load_some(in, catoms, sensed);
+    const auto place = [&](Catom catom, const world::Vec3& position) {
+        subdomain.place(catom, position);
+        if (subdomain.senses_positions()) subdomain.sense_position(catom, position);
+    };
+    std::unordered_set<Catom> placed;
+    while (!in.done()) {
+        const auto places = physics::SavedHome::read(in).places();
+        if (!places) return tl::unexpected<Error>(places.error());
+        for (const auto& [body, position_m] : *places)
+            if (const std::optional<Catom> catom = subdomain.ensemble.find(body)) {
+                place(*catom, to_diameters(subdomain.world, position_m));
+                placed.insert(*catom);
+            }
+    }
+    for (const tuple::SavedCatom& each : catoms)
+        if (each.here() && !placed.contains(each.catom))
+            return damaged("has a catom @" + std::to_string(subdomain.ensemble.id(each.catom)) + " without a body");
+    for (const auto& [catom, position] : positions) place(catom, position);
+    if (!subdomain.senses_positions()) return {};
+    for (const auto& [catom, position] : sensed) subdomain.sense_position(catom, position);
     return {};
 }
 

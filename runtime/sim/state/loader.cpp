@@ -12,6 +12,25 @@
 
 namespace meld::sim {
 
+namespace {
+
+constexpr const char* kOfModule = "what a module keeps for catoms";
+
+}  // namespace
+
+template <class Rest>
+Result<void> Loader::load_catoms(const Rest& rest) {
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Found& found = found_[share][chunk];
+        if (found.empty()) return {};
+        const Result<Block> block = shares_.state(share, chunk);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the facts of a snapshot");
+        subdomain_.facts_.load(found, in);
+        return rest(found, in);
+    });
+}
+
 Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
     // Modules may exchange while they are resumed, so all processes come that far or none does; and so at the end.
@@ -23,7 +42,14 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     for (SimModule* module : modules)
         if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
     Block counters;
-    Result<void> loaded = load_catoms(&modules);
+    Result<void> loaded = load_catoms([&](const Found& found, ByteReader& in) -> Result<void> {
+        for (SimModule* module : modules) {
+            ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
+            module->load_catoms(subdomain_, found, own);
+            if (auto whole = read_to_its_end(own, kOfModule); !whole) return whole;
+        }
+        return read_to_its_end(in, "its facts");
+    });
     if (loaded) loaded = load_rest(modules, codes, counters);
     if (auto all = comm::outcome_of_all(subdomain_.comm, loaded); !all) return tl::unexpected<Error>(all.error());
     for (SimModule* module : modules)
@@ -32,12 +58,17 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     return counters;
 }
 
-Result<void> Loader::facts() {
+Result<void> Loader::facts(const Place& place) {
     Result<void> done = divide();
     if (done) done = add_catoms();
     if (!done) return done;
     subdomain_.facts_.resize(subdomain_.ensemble.index_count());
-    done = load_catoms(nullptr);
+    done = load_catoms([&](const Found& found, ByteReader& in) -> Result<void> {
+        if (!subdomain_.ensemble.is_free()) return in.outcome();
+        ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
+        if (auto placed = place(subdomain_, found, own); !placed) return placed;
+        return in.failed() ? in.outcome() : own.outcome();
+    });
     subdomain_.refresh();
     return done;
 }
@@ -129,24 +160,6 @@ Result<Loader::Found> Loader::add(const Places& all) {
     }
     if (!any) found.clear();
     return found;
-}
-
-Result<void> Loader::load_catoms(const Modules* modules) {
-    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Found& found = found_[share][chunk];
-        if (found.empty()) return {};
-        const Result<Block> block = shares_.state(share, chunk);
-        if (!block) return tl::unexpected<Error>(block.error());
-        ByteReader in = reader(*block, "the facts of a snapshot");
-        subdomain_.facts_.load(found, in);
-        if (modules == nullptr) return in.outcome();
-        for (SimModule* module : *modules) {
-            ByteReader own(in.read_block(), "what a module keeps for catoms", ByteReader::Origin::Outside);
-            module->load_catoms(subdomain_, found, own);
-            if (auto whole = read_to_its_end(own, "what a module keeps for catoms"); !whole) return whole;
-        }
-        return read_to_its_end(in, "its facts");
-    });
 }
 
 Result<void> Loader::load_rest(const Modules& modules, CodeModules& codes, Block& counters) {

@@ -2,6 +2,7 @@
 // are its own now, and ghosts of those next to them.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <unordered_map>
 #include <unordered_set>
@@ -21,8 +22,10 @@ class Loader {
     // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
     // catoms are read twice on each process, at arbitrary positions three times, and the chunks that have something for it once.
     Result<Block> run(const Modules& modules, CodeModules& codes);
-    // Only the catoms, where they are and the facts that they hold, for somebody who looks at them and does not go on.
-    Result<void> facts();
+    // Only the catoms, where they are and the facts that they hold, for somebody who looks at them and does not go on. Where catoms at
+    // arbitrary positions are is for `place` to find in what the motion, the first of all modules, has saved for those of a chunk.
+    using Place = std::function<Result<void>(Subdomain&, std::span<const tuple::SavedCatom>, ByteReader&)>;
+    Result<void> facts(const Place& place);
 
   private:
     struct Places {
@@ -47,8 +50,9 @@ class Loader {
     Result<void> divide();
     Result<void> add_catoms();
     Result<Found> add(const Places& all);
-    // Without modules what they keep is passed over.
-    Result<void> load_catoms(const Modules* modules);
+    // Calls rest(catoms, reader) for what modules keep for the catoms of each chunk.
+    template <class Rest>
+    Result<void> load_catoms(const Rest& rest);
     // Catoms at arbitrary positions (free_loader.cpp).
     Result<FreePlaces> free_places(std::size_t share, std::size_t chunk) const;
     Result<void> count_homes(CountOf& count_of) const;
