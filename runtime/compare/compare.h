@@ -29,7 +29,8 @@ Result<Report> compare_digests(const std::string& a, const std::string& b, Progr
 Result<Report> compare_facts(const std::string& a, Kind kind_a, const std::string& b, Kind kind_b, std::uint64_t most_examples,
                              Progress& progress);
 
-// The first step that differs, of those of the same tick, and the least catom in it. Floats differ where their bits do.
+// The first step that differs, of those of the same tick, and the least catom in it, or only the digest of the whole state if nothing that
+// is recorded differs. Floats differ where their bits do.
 Result<Report> compare_recordings(const std::string& a, const std::string& b, Progress& progress);
 
 // The state in a checkpoint, loaded.

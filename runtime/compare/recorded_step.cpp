@@ -13,6 +13,7 @@ namespace meld::compare {
 
 namespace {
 
+using record::DescribedPredicate;
 using record::ElementType;
 using record::RecordingReader;
 
@@ -85,7 +86,7 @@ class Side {
 class TableRows {
   public:
     static Result<TableRows> open(const Side& side, const std::string& name, const std::vector<SeriesPair>& columns,
-                                  const RecordedPredicate* predicate) {
+                                  const DescribedPredicate* predicate) {
         TableRows out(side, name, columns, predicate);
         for (const SeriesPair& column : columns) {
             Result<RowWindow> window = side.window(column);
@@ -101,7 +102,7 @@ class TableRows {
         std::vector<std::string> facts;
         for (const std::uint64_t catom = *catom_; catom_ == catom;) {
             std::vector<std::string> cells = {fmt::format("@{}", catom)};
-            for (const RecordedPredicate::Argument& argument : arguments_)
+            for (const DescribedPredicate::Argument& argument : arguments_)
                 for (std::size_t i = 1; i < columns_->size(); ++i) {
                     if (side_.series((*columns_)[i]).name != argument.name) continue;
                     const Result<const std::byte*> row = windows_[i].at(row_);
@@ -119,7 +120,7 @@ class TableRows {
     }
 
   private:
-    TableRows(const Side& side, std::string name, const std::vector<SeriesPair>& columns, const RecordedPredicate* predicate)
+    TableRows(const Side& side, std::string name, const std::vector<SeriesPair>& columns, const DescribedPredicate* predicate)
         : side_(side), name_(std::move(name)), columns_(&columns) {
         if (predicate != nullptr) arguments_ = predicate->arguments;
         if (predicate == nullptr)
@@ -137,7 +138,7 @@ class TableRows {
     Side side_;
     std::string name_;
     const std::vector<SeriesPair>* columns_;
-    std::vector<RecordedPredicate::Argument> arguments_;
+    std::vector<DescribedPredicate::Argument> arguments_;
     std::vector<RowWindow> windows_;
     std::uint64_t row_ = 0;
     std::optional<std::uint64_t> catom_;
@@ -175,7 +176,7 @@ class Catoms {
             if (!cell) return tl::unexpected(cell.error());
             cells[name] = std::move(*cell);
         }
-        for (const RecordedPredicate& p : pairs_->predicates)
+        for (const DescribedPredicate& p : pairs_->predicates)
             if (!p.table) take_fact(p, cells, held);
         for (auto& [name, cell] : cells) held[name] = {std::move(cell)};
         for (TableRows& table : tables_) {
@@ -198,11 +199,11 @@ class Catoms {
   private:
     Catoms(const Side& side, const StepPairs& pairs, const std::vector<std::pair<std::uint64_t, std::uint64_t>>& lines)
         : side_(side), pairs_(&pairs), lines_(&lines) {
-        for (const RecordedPredicate& p : pairs.predicates)
-            for (const RecordedPredicate::Argument& argument : p.arguments) type_of_[argument.array] = argument.type;
+        for (const DescribedPredicate& p : pairs.predicates)
+            for (const DescribedPredicate::Argument& argument : p.arguments) type_of_[argument.array] = argument.type;
     }
-    static const RecordedPredicate* predicate(const StepPairs& pairs, const std::string& name) {
-        for (const RecordedPredicate& p : pairs.predicates)
+    static const DescribedPredicate* predicate(const StepPairs& pairs, const std::string& name) {
+        for (const DescribedPredicate& p : pairs.predicates)
             if (p.name == name) return &p;
         return nullptr;
     }
@@ -221,18 +222,18 @@ class Catoms {
         return {};
     }
     // The arrays of a predicate become its fact.
-    void take_fact(const RecordedPredicate& p, std::map<std::string, std::string>& cells, Held& held) const {
+    void take_fact(const DescribedPredicate& p, std::map<std::string, std::string>& cells, Held& held) const {
         const std::string counts = p.arguments.empty() ? p.name : p.name + ".facts";
         const auto count = cells.find(counts);
         if (count == cells.end()) return;
         std::vector<std::string> arguments = {fmt::format("@{}", *id_)};
-        for (const RecordedPredicate::Argument& argument : p.arguments) {
+        for (const DescribedPredicate::Argument& argument : p.arguments) {
             const auto cell = cells.find(argument.array);
             if (cell == cells.end()) return;
             arguments.push_back(cell->second);
         }
         const bool there = count->second != "0";
-        for (const RecordedPredicate::Argument& argument : p.arguments) cells.erase(argument.array);
+        for (const DescribedPredicate::Argument& argument : p.arguments) cells.erase(argument.array);
         cells.erase(counts);
         if (there) held[p.name] = {fmt::format("{}({})", p.name, fmt::join(arguments, ", "))};
     }

@@ -11,16 +11,6 @@
 
 namespace meld::compare {
 
-// A predicate as both recordings describe it.
-struct RecordedPredicate {
-    struct Argument {
-        std::string name, type, array;
-    };
-    std::string name;
-    bool table = false;
-    std::vector<Argument> arguments = {};
-};
-
 // A series of the one recording and its like in the other.
 struct SeriesPair {
     std::array<record::SeriesIndex, 2> in{};
@@ -32,7 +22,7 @@ struct StepPairs {
     SeriesPair ids, points, line_ends;
     std::vector<SeriesPair> arrays;                                       // But for ids and points.
     std::vector<std::pair<std::string, std::vector<SeriesPair>>> tables;  // By name; the catom is first.
-    std::vector<RecordedPredicate> predicates;
+    std::vector<record::DescribedPredicate> predicates;                   // As both describe them.
 };
 
 // Fills in the report what differs in these steps: the least catom, all of it, and how many catoms differ. Errors: those of the readers.

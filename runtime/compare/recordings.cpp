@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "runtime/compare/compare.h"
@@ -13,17 +12,17 @@ namespace meld::compare {
 
 namespace {
 
+using record::DescribedPredicate;
 using record::RecordingReader;
 using record::Rows;
 using record::SeriesIndex;
 
 // What tells of a run, as people call it.
-constexpr std::array<std::pair<const char*, const char*>, 6> kRun = {{{"program", "the program"},
+constexpr std::array<std::pair<const char*, const char*>, 5> kRun = {{{"program", "the program"},
                                                                       {"world", "the world"},
                                                                       {"seed", "the seed"},
                                                                       {"lattice", "the lattice"},
-                                                                      {"radius_metres", "the radius"},
-                                                                      {"version", "the version of the recording"}}};
+                                                                      {"radius_metres", "the radius"}}};
 
 // Two texts of many lines as the first lines that differ, two of one line as they are.
 Difference text_difference(const std::string& what, const std::string& a, const std::string& b) {
@@ -48,8 +47,14 @@ class Comparison {
 
     Result<Report> run() {
         compare_runs();
-        if (!a().ticks().empty() && !b().ticks().empty())
+        if (!a().ticks().empty() && !b().ticks().empty()) {
             if (auto paired = pair_series(); !paired) return tl::unexpected(paired.error());
+            for (std::size_t side : {0u, 1u}) {
+                Result<std::vector<Digest>> digests = readers_[side]->digests();
+                if (!digests) return tl::unexpected(digests.error());
+                digests_[side] = std::move(*digests);
+            }
+        }
         const std::vector<std::int64_t>&ticks_a = a().ticks(), &ticks_b = b().ticks();
         for (std::size_t i = 0, j = 0; i < ticks_a.size() || j < ticks_b.size();) {
             const bool first = i < ticks_a.size() && (j == ticks_b.size() || ticks_a[i] <= ticks_b[j]);
@@ -113,23 +118,23 @@ class Comparison {
     }
 
     Result<void> pair_series() {
-        read_predicates();
+        pair_predicates();
         for (const auto& [to, of] : {std::pair{&pairs_.ids, &RecordingReader::ids}, std::pair{&pairs_.points, &RecordingReader::points},
                                      std::pair{&pairs_.line_ends, &RecordingReader::line_ends}})
             to->in = {(a().*of)(), (b().*of)()};
         // The arrays of a predicate that has a table say less than the table does.
-        std::set<std::string> told;
-        for (const RecordedPredicate& p : pairs_.predicates)
+        std::set<std::string> covered_by_tables;
+        for (const DescribedPredicate& p : pairs_.predicates)
             if (p.table) {
-                told.insert(p.name + ".facts");
-                for (const RecordedPredicate::Argument& argument : p.arguments) told.insert(argument.array);
+                covered_by_tables.insert(p.name + ".facts");
+                for (const DescribedPredicate::Argument& argument : p.arguments) covered_by_tables.insert(argument.array);
             }
         Named arrays;
         std::map<std::string, std::array<const record::SeriesTable*, 2>> tables;
         for (std::size_t side : {0u, 1u}) {
             for (const SeriesIndex index : readers_[side]->arrays()) {
                 const std::string& name = readers_[side]->series()[index].name;
-                if (!told.contains(name)) arrays[name][side] = index;
+                if (!covered_by_tables.contains(name)) arrays[name][side] = index;
             }
             for (const record::SeriesTable& table : readers_[side]->tables()) tables[table.name][side] = &table;
         }
@@ -153,17 +158,10 @@ class Comparison {
         return {};
     }
 
-    // Those that both describe alike. The reader has checked the form.
-    void read_predicates() {
-        std::set<std::string> in_b;
-        for (const auto& p : nlohmann::json::parse(b().about("predicates"), nullptr, false)) in_b.insert(p.dump());
-        for (const auto& p : nlohmann::json::parse(a().about("predicates"), nullptr, false)) {
-            if (!in_b.contains(p.dump())) continue;
-            RecordedPredicate one{.name = p.value("name", ""), .table = p.value("table", false)};
-            for (const auto& argument : p.value("arguments", nlohmann::json::array()))
-                one.arguments.push_back({argument.value("name", ""), argument.value("type", ""), argument.value("array", "")});
-            pairs_.predicates.push_back(std::move(one));
-        }
+    // Those that both describe alike.
+    void pair_predicates() {
+        for (const DescribedPredicate& one : a().predicates())
+            if (std::ranges::find(b().predicates(), one) != b().predicates().end()) pairs_.predicates.push_back(one);
     }
 
     // Whether the series has the same bytes in both steps. What was alike in the step before, and is still where it was, is not read again.
@@ -195,6 +193,12 @@ class Comparison {
             report_.tick = tick;
             return {};
         }
+        if (const Digest &x = digests_[0][steps[0]], &y = digests_[1][steps[1]]; x != y) {
+            report_.tick = tick;
+            report_.here = {{"digest", {x.to_string()}, {y.to_string()}}};
+            report_.remark = "What differs is not recorded; record more predicates";
+            return {};
+        }
         ++report_.same_ticks;
         return {};
     }
@@ -203,6 +207,7 @@ class Comparison {
     Progress& progress_;
     StepPairs pairs_;
     std::map<SeriesIndex, std::pair<Rows, Rows>> alike_;
+    std::array<std::vector<Digest>, 2> digests_;  // By step.
     Report report_{.kind = "recordings"};
 };
 

@@ -37,7 +37,7 @@ struct PredicateFacts {
 
 struct Report {
     std::string kind;                         // "recordings"
-    std::vector<Difference> runs = {};        // What the runs were and what of them is there, before any tick.
+    std::vector<Difference> runs = {};        // Of the runs themselves: program, seed, what is recorded.
     LoneTicks lone_a = {}, lone_b = {};       // In one alone.
     std::uint64_t same_ticks = 0;             // Before the first that differs.
     std::optional<std::int64_t> tick = {};    // The first that differs.

@@ -187,11 +187,11 @@ Error difference(const RunOptions& options, const compare::Report& report, const
                         : ran       ? "the run is not as it was recorded"
                                     : ran.error().problem;
     if (report.catom) where += fmt::format(": catom @{}", *report.catom);
+    if ((report.tick || !ran) && !report.catom) where += "; what differs is not recorded";
     for (const auto* part : {&report.runs, &report.here})
         for (const compare::Difference& each : *part)
             where += fmt::format("; {}: {} now, {} in {}", each.what, each.b.empty() ? "none" : fmt::format("{}", fmt::join(each.b, ", ")),
                                  each.a.empty() ? "none" : fmt::format("{}", fmt::join(each.a, ", ")), options.replay);
-    if (!report.tick && !ran) where += "; what differs is not recorded";
     return {where, "", ExitCode::PropertyFailed};
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/record/file_kind.h"
 #include "runtime/record/hdf5_library.h"
 #include "runtime/tuple/value_text.h"
 
@@ -15,7 +16,6 @@ namespace meld::record {
 
 namespace {
 
-constexpr std::int64_t kFormatVersion = 1;
 constexpr hsize_t kChunkRows = 8192;  // Of some tens of bytes: a few hundred kilobytes, which compress as a whole.
 
 // In memory and in the file a row is packed, without gaps: the catom, then the cells.
@@ -107,10 +107,10 @@ void Hdf5Facts::make_file() {
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const Handle text = text_type();
     const Handle format(H5Acreate2(file_, "format", text, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    const char* const name = "claymeld facts";
+    const char* const name = kFactsFormat.data();
     check(H5Awrite(format, text, static_cast<const void*>(&name)));
     const Handle version(H5Acreate2(file_, "version", H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    check(H5Awrite(version, H5T_NATIVE_INT64, &kFormatVersion));
+    check(H5Awrite(version, H5T_NATIVE_INT64, &kFactsVersion));
 }
 
 void Hdf5Facts::begin_table() {

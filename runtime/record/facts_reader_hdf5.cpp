@@ -10,7 +10,9 @@
 #include "runtime/record/fact_tables.h"
 #include "runtime/record/facts_csv.h"
 #include "runtime/record/facts_reader.h"
+#include "runtime/record/file_kind.h"
 #include "runtime/record/hdf5_library.h"
+#include "runtime/record/hdf5_reading.h"
 #include "runtime/tuple/value_text.h"
 
 namespace meld::record {
@@ -18,7 +20,7 @@ namespace meld::record {
 namespace {
 
 constexpr hsize_t kRowsAtOnce = 8192;
-constexpr std::size_t kMostOfARow_bytes = 1 << 16;
+constexpr std::size_t kMaxRow_bytes = 1 << 16;
 
 std::string print_float(double value) {
     static const TypeInfo real = [] {
@@ -94,7 +96,7 @@ Result<std::string> Hdf5Facts::open_table(const std::string& name) {
     row_bytes_ = H5Tget_size(*type_);
     H5Sget_simple_extent_dims(space, &count_, nullptr);
     read_ = 0;
-    if (row_bytes_ == 0 || row_bytes_ > kMostOfARow_bytes) return damaged(fmt::format("the rows of {} are not as we write them", name));
+    if (row_bytes_ == 0 || row_bytes_ > kMaxRow_bytes) return damaged(fmt::format("the rows of {} are not as we write them", name));
     std::string columns;
     for (int i = 0; i < H5Tget_nmembers(*type_); ++i) {
         const auto index = static_cast<unsigned>(i);
@@ -113,6 +115,7 @@ Result<std::string> Hdf5Facts::open_table(const std::string& name) {
         columns += (i == 0 ? "" : ",") + std::string(column);
         H5free_memory(column);
     }
+    if (members_.empty() || members_[0].cell != Cell::Int) return damaged(fmt::format("the first column of {} has no numbers", name));
     if (columns != kCatomColumn && !columns.starts_with(std::string(kCatomColumn) + ","))
         return damaged(fmt::format("the first column of {} is not that of the catoms", name));
     return columns;
@@ -120,14 +123,13 @@ Result<std::string> Hdf5Facts::open_table(const std::string& name) {
 
 Result<void> Hdf5Facts::find_tables() {
     if (file_ < 0) return damaged(text_of_last_error());
-    std::vector<std::string> names;
-    const auto take = [](hid_t, const char* name, const H5L_info_t*, void* to) -> herr_t {
-        static_cast<std::vector<std::string>*>(to)->emplace_back(name);
-        return 0;
-    };
-    hsize_t from = 0;
-    if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, &from, take, &names) < 0) return damaged(text_of_last_error());
-    for (const std::string& name : names) {
+    if (const std::string version = attribute(file_, "/", "version"); version != std::to_string(kFactsVersion))
+        return fail(fmt::format("{} has facts in version {} of the format, and this meldsim reads version {}", path_,
+                                version.empty() ? "none" : version, kFactsVersion),
+                    "Read it with the meldsim that wrote it", ExitCode::RecordingRefused);
+    const Result<std::vector<std::string>> names = names_in(file_, "/");
+    if (!names) return damaged(names.error().problem);
+    for (const std::string& name : *names) {
         Result<std::string> columns = open_table(name);
         if (!columns) return tl::unexpected(columns.error());
         tables_.push_back({.name = name, .columns = std::move(*columns)});

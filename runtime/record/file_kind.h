@@ -1,9 +1,15 @@
-// What an HDF5 file holds, by its attributes.
+// What an HDF5 file holds, by its attributes "format" and "version".
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace meld::record {
+
+inline constexpr std::string_view kRecordingFormat = "claymeld recording", kFactsFormat = "claymeld facts";
+// The versions that are written and read; files of others are refused.
+inline constexpr std::int64_t kRecordingVersion = 1, kFactsVersion = 1;
 
 enum class Hdf5Kind { Recording, Facts, Other };
 

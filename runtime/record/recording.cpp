@@ -9,13 +9,13 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/record/disk_space.h"
+#include "runtime/record/file_kind.h"
 #include "runtime/record/recording_state.h"
 
 namespace meld::record {
 
 namespace {
 
-constexpr std::int64_t kFormatVersion = 1;
 // A chunk holds a step of a small ensemble, or a part of a step of a large one: 64 Ki rows of 8 bytes are half a megabyte.
 constexpr std::uint64_t kFewestChunkRows = 1024;
 constexpr std::uint64_t kMaxChunkRows = 65536;
@@ -115,8 +115,8 @@ void Recording::State::make_layout(const RecordingInfo& info) {
 
     parts.emplace(*hdf5);
 
-    hdf5->set_attribute("/meld", "format", std::string_view("claymeld recording"));
-    hdf5->set_attribute("/meld", "version", kFormatVersion);
+    hdf5->set_attribute("/meld", "format", kRecordingFormat);
+    hdf5->set_attribute("/meld", "version", kRecordingVersion);
     hdf5->set_attribute("/meld", "seed", info.seed);
     hdf5->set_attribute("/meld", kRunAttribute, run_hash(info));
     hdf5->set_attribute("/meld", "lattice", std::string_view(info.lattice));

@@ -12,69 +12,14 @@
 #include "runtime/record/file_kind.h"
 #include "runtime/record/hdf5_dataset.h"
 #include "runtime/record/hdf5_library.h"
+#include "runtime/record/hdf5_reading.h"
 
 namespace meld::record {
 
 namespace {
 
 constexpr std::uint64_t kStepsAtOnce = 4096;
-constexpr std::string_view kFormat = "claymeld recording";
-
-// The names in a group, in order; none if there is no such group.
-std::vector<std::string> names_in(hid_t file, const std::string& group) {
-    std::vector<std::string> names;
-    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) <= 0) return names;
-    const auto take = [](hid_t, const char* name, const H5L_info_t*, void* to) -> herr_t {
-        static_cast<std::vector<std::string>*>(to)->emplace_back(name);
-        return 0;
-    };
-    hsize_t from = 0;
-    H5Literate_by_name(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, &from, take, &names, H5P_DEFAULT);
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
-// A string of any length, or one of a fixed length; empty if it is neither.
-std::string text_from(hid_t type, const auto& read) {
-    if (H5Tget_class(type) != H5T_STRING) return "";
-    if (H5Tis_variable_str(type) > 0) {
-        char* text = nullptr;
-        if (read(static_cast<void*>(&text)) < 0 || text == nullptr) return "";
-        std::string out = text;
-        H5free_memory(text);
-        return out;
-    }
-    std::string out(H5Tget_size(type), '\0');
-    if (read(static_cast<void*>(out.data())) < 0) return "";
-    return out.c_str();
-}
-
-// An attribute of a group as text; a number in its shortest form. Empty if there is none.
-std::string attribute(hid_t file, const std::string& group, const std::string& name) {
-    if ((group != "/" && H5Lexists(file, group.c_str(), H5P_DEFAULT) <= 0) ||
-        H5Aexists_by_name(file, group.c_str(), name.c_str(), H5P_DEFAULT) <= 0)
-        return "";
-    const Handle id(H5Aopen_by_name(file, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    const Handle type(H5Aget_type(id), H5Tclose), space(H5Aget_space(id), H5Sclose);
-    if (H5Sget_simple_extent_npoints(space) != 1) return "";
-    if (H5Tget_class(type) == H5T_INTEGER) {
-        std::uint64_t value = 0;
-        return H5Aread(id, H5T_NATIVE_UINT64, &value) < 0 ? "" : std::to_string(value);
-    }
-    if (H5Tget_class(type) == H5T_FLOAT) {
-        double value = 0;
-        return H5Aread(id, H5T_NATIVE_DOUBLE, &value) < 0 ? "" : fmt::format("{}", value);
-    }
-    return text_from(type, [&](void* to) { return H5Aread(id, type, to); });
-}
-
-std::string text_at(hid_t file, const std::string& path) {
-    if (H5Lexists(file, path.c_str(), H5P_DEFAULT) <= 0) return "";
-    const Handle id(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-    const Handle type(H5Dget_type(id), H5Tclose), space(H5Dget_space(id), H5Sclose);
-    if (H5Sget_simple_extent_npoints(space) != 1) return "";
-    return text_from(type, [&](void* to) { return H5Dread(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
-}
+constexpr double kMaxTick = 9e15;  // Floats are exact up to there.
 
 // A column of the table of steps, of which some thousand rows are in memory.
 struct StepWindow {
@@ -98,6 +43,7 @@ struct RecordingReader::State {
     std::vector<SeriesIndex> arrays;
     SeriesIndex line_ends = 0;
     std::vector<SeriesTable> tables;
+    std::vector<DescribedPredicate> predicates;
     std::map<std::string, StepWindow> columns;
     std::vector<std::int64_t> points_of_part, lines_of_part;
     std::map<std::string, std::vector<std::string>> texts;
@@ -107,39 +53,66 @@ struct RecordingReader::State {
                     ExitCode::RecordingRefused);
     }
     Result<void> read_about();
+    Result<void> read_predicates();
     Result<void> read_ticks();
     Result<void> find_series();
     Result<SeriesIndex> add(const std::string& place, Series series, std::string begin, std::string count);
-    std::string texts_of(const std::string& array) const;
+    Result<std::vector<std::string>> names(const std::string& group) const;
     Result<std::vector<std::int64_t>> numbers(const std::string& place) const;
     Result<std::int64_t> of_step(const std::string& column, std::size_t step, std::size_t component = 0);
 };
 
 Result<void> RecordingReader::State::read_about() {
-    if (attribute(*file, "/meld", "format") != kFormat)
+    if (attribute(*file, "/meld", "format") != kRecordingFormat)
         return fail(path + " is no recording of meldsim", "Give a file that `meldsim run --record` has written",
                     ExitCode::RecordingRefused);
-    for (const char* name : {"version", "seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
-    for (const char* name : {"program", "world", "predicates", "provenance"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    if (const std::string version = attribute(*file, "/meld", "version"); version != std::to_string(kRecordingVersion))
+        return fail(fmt::format("{} is a recording of version {}, and this meldsim reads version {}", path,
+                                version.empty() ? "none" : version, kRecordingVersion),
+                    "Read it with the meldsim that wrote it", ExitCode::RecordingRefused);
+    for (const char* name : {"seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
+    for (const char* name : {"program", "world", "provenance"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    return {};
+}
+
+Result<void> RecordingReader::State::read_predicates() {
+    try {
+        const nlohmann::json described = nlohmann::json::parse(text_at(*file, "/meld/predicates"));
+        if (!described.is_array()) return damaged("its list of predicates is none");
+        for (const auto& predicate : described) {
+            DescribedPredicate& one = predicates.emplace_back();
+            one.name = predicate.at("name").get<std::string>();
+            one.table = predicate.at("table").get<bool>();
+            for (const auto& argument : predicate.at("arguments"))
+                one.arguments.push_back({argument.at("name").get<std::string>(), argument.at("type").get<std::string>(),
+                                         argument.at("array").get<std::string>()});
+        }
+    } catch (const nlohmann::json::exception& error) {
+        return damaged(fmt::format("its list of predicates is not as we write it ({})", error.what()));
+    }
     return {};
 }
 
 Result<void> RecordingReader::State::read_ticks() {
-    const std::string steps = attribute(*file, "/VTKHDF/Steps", "NSteps");
+    const std::optional<std::uint64_t> count = number_attribute(*file, "/VTKHDF/Steps", "NSteps");
     const std::optional<Dataset> times = Dataset::open(*file, "/VTKHDF/Steps/Values");
-    if (!times || times->type() != ElementType::Float64 || steps.empty()) return damaged("it has no table of steps");
-    const std::uint64_t count = std::stoull(steps);
-    if (count > times->rows()) return damaged("its table of steps is too short");
-    std::vector<double> all(count);
-    if (const auto done = times->read(0, count, all.data()); !done) return damaged(done.error().problem);
-    for (const double time : all) ticks.push_back(static_cast<std::int64_t>(time));
+    if (!times || times->type() != ElementType::Float64 || times->components() != 1 || !count) return damaged("it has no table of steps");
+    // Rows that were never written do not fill memory.
+    if (*count > times->rows() || *count > size_bytes) return damaged("its table of steps is too short");
+    std::vector<double> all(*count);
+    if (const auto done = times->read(0, *count, all.data()); !done) return damaged(done.error().problem);
+    for (const double time : all) {
+        if (!(time >= 0 && time <= kMaxTick)) return damaged("it has a tick that cannot be");
+        ticks.push_back(static_cast<std::int64_t>(time));
+    }
     if (!std::is_sorted(ticks.begin(), ticks.end(), std::less_equal<>())) return damaged("its ticks are out of order");
     return {};
 }
 
-// Arrays of strings have those in a group of their name; a column of a table has those of the array with the same argument.
-std::string RecordingReader::State::texts_of(const std::string& array) const {
-    return H5Lexists(*file, ("/meld/texts/" + array).c_str(), H5P_DEFAULT) > 0 ? array : "";
+Result<std::vector<std::string>> RecordingReader::State::names(const std::string& group) const {
+    Result<std::vector<std::string>> found = names_in(*file, group);
+    if (!found) return damaged(found.error().problem);
+    return found;
 }
 
 Result<SeriesIndex> RecordingReader::State::add(const std::string& place, Series one, std::string begin, std::string count) {
@@ -160,9 +133,18 @@ Result<void> RecordingReader::State::find_series() {
     if (ticks.empty()) return {};
     if (auto done = add("/VTKHDF/Points", {.name = "position"}, "PointOffsets", ""); !done) return tl::unexpected(done.error());
     if (auto done = add("/VTKHDF/PointData/id", {.name = "id"}, "PointDataOffsets/id", ""); !done) return tl::unexpected(done.error());
-    if (series[0].components != 3 || series[0].type != ElementType::Float32 || series[1].type != ElementType::Int64)
+    if (series[0].components != 3 || series[0].type != ElementType::Float32 || series[1].components != 1 ||
+        series[1].type != ElementType::Int64)
         return damaged("its positions or numbers of catoms are not as we write them");
-    for (const std::string& name : names_in(*file, "/VTKHDF/PointData")) {
+    const Result<std::vector<std::string>> texts_here = names("/meld/texts"), data = names("/VTKHDF/PointData"),
+                                           table_names = names("/meld/facts");
+    for (const auto* each : {&texts_here, &data, &table_names})
+        if (!*each) return tl::unexpected(each->error());
+    // Arrays of strings have those in a group of their name; a column of a table has those of the array with the same argument.
+    const auto texts_of = [&](const std::string& array) {
+        return std::binary_search(texts_here->begin(), texts_here->end(), array) ? array : std::string();
+    };
+    for (const std::string& name : *data) {
         if (name == "id") continue;
         const auto added = add("/VTKHDF/PointData/" + name, {.name = name, .texts = texts_of(name)}, "PointDataOffsets/" + name, "");
         if (!added) return tl::unexpected(added.error());
@@ -171,20 +153,16 @@ Result<void> RecordingReader::State::find_series() {
     const auto ends = add("/VTKHDF/Lines/Connectivity", {.name = "line"}, "", "");
     if (!ends) return tl::unexpected(ends.error());
     line_ends = *ends;
+    if (series[line_ends].type != ElementType::Int64 || series[line_ends].components != 1)
+        return damaged("its lines are not as we write them");
     std::map<std::pair<std::string, std::string>, std::string> array_of;
-    const nlohmann::json described = nlohmann::json::parse(about["predicates"], nullptr, false);
-    try {
-        if (described.is_array())
-            for (const auto& predicate : described)
-                for (const auto& argument : predicate.at("arguments"))
-                    array_of[{predicate.at("name").get<std::string>(), argument.at("name").get<std::string>()}] =
-                        argument.at("array").get<std::string>();
-    } catch (const nlohmann::json::exception& error) {
-        return damaged(fmt::format("its list of predicates is not as we write it ({})", error.what()));
-    }
-    for (const std::string& table : names_in(*file, "/meld/facts")) {
+    for (const DescribedPredicate& predicate : predicates)
+        for (const DescribedPredicate::Argument& argument : predicate.arguments) array_of[{predicate.name, argument.name}] = argument.array;
+    for (const std::string& table : *table_names) {
         SeriesTable one{table, {}};
-        for (const std::string& column : names_in(*file, "/meld/facts/" + table)) {
+        const Result<std::vector<std::string>> columns_here = names("/meld/facts/" + table);
+        if (!columns_here) return tl::unexpected(columns_here.error());
+        for (const std::string& column : *columns_here) {
             const auto array = array_of.find({table, column});
             const auto added = add(fmt::format("/meld/facts/{}/{}", table, column),
                                    {.name = column, .texts = array == array_of.end() ? "" : texts_of(array->second)},
@@ -241,7 +219,7 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
     if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
     state->file = std::make_unique<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (*state->file < 0) return state->damaged(text_of_last_error());
-    for (const auto& part : {&State::read_about, &State::read_ticks, &State::find_series})
+    for (const auto& part : {&State::read_about, &State::read_predicates, &State::read_ticks, &State::find_series})
         if (const Result<void> done = (*state.*part)(); !done) return tl::unexpected(done.error());
     if (!state->ticks.empty())
         for (const auto& [place, to] : {std::pair{"/VTKHDF/NumberOfPoints", &State::points_of_part},
@@ -280,12 +258,14 @@ const std::vector<Series>& RecordingReader::series() const { return state_->seri
 const std::vector<SeriesIndex>& RecordingReader::arrays() const { return state_->arrays; }
 SeriesIndex RecordingReader::line_ends() const { return state_->line_ends; }
 const std::vector<SeriesTable>& RecordingReader::tables() const { return state_->tables; }
+const std::vector<DescribedPredicate>& RecordingReader::predicates() const { return state_->predicates; }
 
 Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {
     State& s = *state_;
     const bool lines = index == s.line_ends;
     const Result<std::int64_t> first = lines ? s.of_step("ConnectivityIdOffsets", step, 1) : s.of_step(s.begins[index], step);
     if (!first) return tl::unexpected(first.error());
+    const auto there = static_cast<std::int64_t>(s.values[index].rows());
     std::int64_t count = 0;
     if (!s.counts[index].empty()) {
         const Result<std::int64_t> facts = s.of_step(s.counts[index], step);
@@ -296,9 +276,10 @@ Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {
         if (!part) return tl::unexpected(part.error());
         const std::vector<std::int64_t>& of_part = lines ? s.lines_of_part : s.points_of_part;
         if (*part < 0 || static_cast<std::uint64_t>(*part) >= of_part.size()) return s.damaged("a step is of a part that is not there");
-        count = of_part[static_cast<std::size_t>(*part)] * (lines ? 2 : 1);
+        count = of_part[static_cast<std::size_t>(*part)];
+        // A line has two ends.
+        if (lines && count <= there) count *= 2;
     }
-    const auto there = static_cast<std::int64_t>(s.values[index].rows());
     if (*first < 0 || count < 0 || *first > there || count > there - *first)
         return s.damaged(fmt::format("step {} refers to rows of {} that are not there", step, s.series[index].name));
     return Rows{static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(count)};
@@ -315,7 +296,7 @@ Result<const std::vector<std::string>*> RecordingReader::texts(const std::string
     const Result<std::vector<std::int64_t>> ends = s.numbers(fmt::format("/meld/texts/{}/ends", group));
     if (!ends) return tl::unexpected(ends.error());
     const std::optional<Dataset> bytes = Dataset::open(*s.file, fmt::format("/meld/texts/{}/text", group));
-    if (!bytes || bytes->type() != ElementType::UInt8 || bytes->rows() > s.size_bytes)
+    if (!bytes || bytes->type() != ElementType::UInt8 || bytes->components() != 1 || bytes->rows() > s.size_bytes)
         return s.damaged("its strings are not as we write them");
     std::string all(bytes->rows(), '\0');
     if (const auto done = bytes->read(0, all.size(), all.data()); !done) return s.damaged(done.error().problem);
@@ -327,14 +308,6 @@ Result<const std::vector<std::string>*> RecordingReader::texts(const std::string
         begin = end;
     }
     return &out;
-}
-
-Hdf5Kind kind_of_hdf5(const std::string& path) {
-    set_up_library_once();
-    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file < 0) return Hdf5Kind::Other;
-    if (attribute(file, "/meld", "format") == kFormat) return Hdf5Kind::Recording;
-    return attribute(file, "/", "format") == "claymeld facts" ? Hdf5Kind::Facts : Hdf5Kind::Other;
 }
 
 }  // namespace meld::record

@@ -30,6 +30,18 @@ struct SeriesTable {
     std::vector<SeriesIndex> columns;
 };
 
+// A predicate as the recording describes it: the arrays of its arguments, and whether it has a table.
+struct DescribedPredicate {
+    struct Argument {
+        std::string name, type, array;
+        bool operator==(const Argument&) const = default;
+    };
+    std::string name;
+    bool table = false;
+    std::vector<Argument> arguments = {};
+    bool operator==(const DescribedPredicate&) const = default;
+};
+
 // The rows that a step has in a series.
 struct Rows {
     std::uint64_t first = 0, count = 0;
@@ -57,6 +69,7 @@ class RecordingReader {
     const std::vector<SeriesIndex>& arrays() const;
     SeriesIndex line_ends() const;
     const std::vector<SeriesTable>& tables() const;
+    const std::vector<DescribedPredicate>& predicates() const;
 
     // The rows of a step in a series. Cost: mostly none, since a few thousand steps are read at a time.
     Result<Rows> rows(SeriesIndex series, std::size_t step);

@@ -186,6 +186,17 @@ class Facts(Case):
         self.write("c.csv", "catom,D\n1,2\n2\nx,3\n")
         self.assertIn("c.csv:4", self.diff("c.csv", "c.csv", USAGE))
 
+    def test_tables_of_another_form(self):
+        truth = h5py.enum_dtype({"FALSE": 0, "TRUE": 1}, numpy.int8)
+        for form, kind, says in (("truth", [("catom", truth)], "no numbers"), ("text", [("catom", h5py.string_dtype())], "no numbers"),
+                                 ("real", [("catom", float)], "no numbers"), ("short", [("catom", numpy.int32)], "not as we write it"),
+                                 ("named", [("n", int)], "not that of the catoms"), ("version", [("catom", int)], "version 2")):
+            with self.subTest(form):
+                with h5py.File(self.folder / "b.h5", "w") as file:
+                    file.attrs["format"], file.attrs["version"] = "claymeld facts", 2 if form == "version" else 1
+                    file.create_dataset("p", (20,), numpy.dtype(kind))
+                self.assertIn(says, self.diff("b.h5", "b.h5", DAMAGED))
+
     def test_memory_does_not_grow_with_the_files(self):
         with open(self.folder / "a", "w") as a, open(self.folder / "b", "w") as b:
             for i in range(400_000):
@@ -308,6 +319,62 @@ class Recordings(Case):
             (self.folder / "b").write_bytes(data)
             done = subprocess.run([TOOLS.meldsim, "diff", "a", "b"], cwd=self.folder, capture_output=True, text=True, timeout=60)
             self.assertIn(done.returncode, (0, DIFFER, USAGE, DAMAGED), (turn, done.stderr))
+
+    def test_what_differs_and_is_not_recorded(self):
+        shutil.copy(self.folder / "a", self.folder / "b")
+        with h5py.File(self.folder / "b", "r+") as file:
+            file["VTKHDF/Steps/StateDigestLow"][4] += 1
+        found = self.json("a", "b")
+        self.assertEqual((found["tick"], found["same_ticks"], [each["what"] for each in found["differences"]]), (4, 4, ["digest"]))
+        self.assertIn("What differs is not recorded", self.diff("a", "b", DIFFER))
+
+    def test_what_is_no_recording_of_this_form(self):
+        """Each is refused, with no memory taken for what it claims."""
+        def replaced(place, data, **options):
+            def change(file):
+                del file[place]
+                file.create_dataset(place, data=data, **options)
+            return change
+
+        def attribute(place, name, value):
+            return lambda file: file[place].attrs.create(name, value)
+
+        def predicates(text):
+            return replaced("meld/predicates", text, dtype=f"S{max(1, len(text))}")
+
+        def endless(file):
+            file["VTKHDF/Steps/Values"].resize(1 << 50, 0)
+            file["VTKHDF/Steps"].attrs.create("NSteps", 1 << 50)
+
+        def huge_part(file):
+            file["VTKHDF/Lines/NumberOfCells"][0] = 1 << 62
+
+        def unreadable(place):
+            def change(file):
+                del file[place]
+                file[place] = h5py.SoftLink("/nowhere")
+            return change
+
+        steps = "VTKHDF/Steps"
+        for name, change in (
+                ("lines of bytes", replaced("VTKHDF/Lines/Connectivity", numpy.zeros(64, numpy.uint8))),
+                ("lines of floats", replaced("VTKHDF/Lines/Connectivity", numpy.zeros(64, numpy.float32))),
+                ("a huge part", huge_part), ("steps without end", endless),
+                ("pairs of ticks", replaced(steps + "/Values", numpy.zeros((7, 16)))),
+                ("ticks that are none", replaced(steps + "/Values", numpy.full(7, numpy.nan))),
+                ("a text for a number", attribute(steps, "NSteps", "x")), ("no number", attribute(steps, "NSteps", numpy.nan)),
+                ("another version", attribute("meld", "version", 2)), ("facts that cannot be read", unreadable("meld/facts")),
+                ("arrays that cannot be read", unreadable("VTKHDF/PointData")), ("strings that cannot be read", unreadable("meld/texts")),
+                ("no digests", lambda file: file.__delitem__(steps + "/StateDigestLow")),
+                ("no predicates", lambda file: file.__delitem__("meld/predicates")), ("no JSON", predicates("[{")),
+                ("no list", predicates('{"name": "p"}')), ("no name", predicates('[{"name": 1, "table": true, "arguments": []}]')),
+                ("no types", predicates('[{"name": "p", "table": true, "arguments": [{"name": "N", "array": "p"}]}]'))):
+            with self.subTest(name):
+                shutil.copy(self.folder / "a", self.folder / "b")
+                with h5py.File(self.folder / "b", "r+") as file:
+                    change(file)
+                for one, other in (("b", "b"), ("a", "b")):
+                    self.assertRegex(self.diff(one, other, DAMAGED), "cannot read b: |b is a recording of version 2, ")
 
     def test_kinds(self):
         self.run_program("p.meld", "--digest", "d")
