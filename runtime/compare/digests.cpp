@@ -2,8 +2,9 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
+#include <string_view>
 
+#include "runtime/base/line_reader.h"
 #include "runtime/compare/compare.h"
 
 namespace meld::compare {
@@ -17,30 +18,27 @@ struct Line {
 
 class DigestLines {
   public:
-    explicit DigestLines(const std::string& path) : path_(path), in_(path, std::ios::binary) {}
+    explicit DigestLines(const std::string& path) : lines_(path) {}
 
     // False after the last.
     Result<bool> next(Line& line) {
-        if (!std::getline(in_, text_)) return false;
-        ++number_;
+        if (!lines_.next(text_)) return lines_.outcome().map([] { return false; });
         constexpr std::string_view key = "tick ";
         std::int64_t tick = 0;
         const char *const begin = text_.data() + std::min(key.size(), text_.size()), *const end = text_.data() + text_.size();
         const auto read = std::from_chars(begin, end, tick);
         // The last line of a run that was killed may lack its end.
-        const bool whole = !in_.eof() && text_.starts_with(key) && read.ec == std::errc{} && read.ptr != end && *read.ptr == ' ';
-        if (!whole || (number_ > 1 && tick <= line.tick))
-            return fail(fmt::format("{}:{}: this is no digest of a tick after the one before", path_, number_),
+        const bool whole = lines_.ended() && text_.starts_with(key) && read.ec == std::errc{} && read.ptr != end && *read.ptr == ' ';
+        if (!whole || (lines_.number() > 1 && tick <= line.tick))
+            return fail(fmt::format("{}:{}: this is no digest of a tick after the one before", lines_.path(), lines_.number()),
                         "Give what `meldsim run --digest` has written");
         line = {tick, std::string(read.ptr + 1, end)};
         return true;
     }
 
   private:
-    std::string path_;
-    std::ifstream in_;
+    LineReader lines_;
     std::string text_;
-    std::uint64_t number_ = 0;
 };
 
 }  // namespace

@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "runtime/base/input_file.h"
+#include "runtime/base/line_reader.h"
 #include "runtime/record/fact_tables.h"
 #include "runtime/record/facts_csv.h"
 
@@ -20,7 +19,7 @@ namespace meld::record {
 
 namespace {
 
-constexpr std::uint64_t kMostOfADescription_bytes = 64 << 20;
+constexpr std::uint64_t kMaxDescription_bytes = 64 << 20;
 
 tl::unexpected<Error> wrong_line(const std::string& path, std::uint64_t line, const std::string& what) {
     return fail(fmt::format("{}:{}: {}", path, line, what), "Give what `meldsim run --facts-out` has written");
@@ -33,38 +32,6 @@ std::optional<std::uint64_t> number_at(std::string_view text, std::size_t& end) 
     end = static_cast<std::size_t>(read.ptr - text.data());
     return read.ec == std::errc{} ? std::optional(value) : std::nullopt;
 }
-
-// A file that is read line by line.
-class Lines {
-  public:
-    explicit Lines(std::string path) : path_(std::move(path)), in_(path_, std::ios::binary) {}
-    bool fine() const { return in_.is_open(); }
-    const std::string& path() const { return path_; }
-    std::uint64_t number() const { return number_; }
-    std::uint64_t offset() const { return offset_; }
-    void seek(std::uint64_t offset, std::uint64_t number) {
-        in_.clear();
-        in_.seekg(static_cast<std::streamoff>(offset));
-        offset_ = offset;
-        number_ = number;
-    }
-    bool next(std::string& line) {
-        if (!std::getline(in_, line)) return false;
-        offset_ += line.size() + 1;
-        ++number_;
-        return true;
-    }
-    // A file that ends is no failure.
-    Result<void> outcome() const {
-        if (!in_.bad()) return {};
-        return fail(fmt::format("cannot read {}: {}", path_, std::strerror(errno)));
-    }
-
-  private:
-    std::string path_;
-    std::ifstream in_;
-    std::uint64_t number_ = 0, offset_ = 0;
-};
 
 // "dist(@12, 3)." as its parts; whether it is one.
 struct FactLine {
@@ -106,7 +73,6 @@ class TextFacts : public FactsReader {
     explicit TextFacts(const std::string& path) : lines_(path) {}
 
     Result<void> find_tables() {
-        if (!lines_.fine()) return fail(fmt::format("cannot read {}: {}", lines_.path(), std::strerror(errno)));
         std::string line;
         while (true) {
             const std::uint64_t offset = lines_.offset(), number = lines_.number();
@@ -136,7 +102,10 @@ class TextFacts : public FactsReader {
         if (left_ == 0) return false;
         --left_;
         FactLine fact;
-        if (!lines_.next(row.text) || !parse(row.text, fact)) return wrong_line(lines_.path(), lines_.number(), "this is no fact any more");
+        if (!lines_.next(row.text) || !parse(row.text, fact)) {
+            if (const auto read = lines_.outcome(); !read) return tl::unexpected(read.error());
+            return wrong_line(lines_.path(), lines_.number(), "this is no fact any more");
+        }
         row.catom = fact.catom;
         return true;
     }
@@ -147,7 +116,7 @@ class TextFacts : public FactsReader {
         std::size_t arguments;
         std::uint64_t offset, line, rows;
     };
-    Lines lines_;
+    LineReader lines_;
     std::vector<Place> places_;
     std::vector<Table> tables_;
     std::uint64_t left_ = 0;
@@ -157,9 +126,9 @@ class CsvFacts : public FactsReader {
   public:
     // Files by the names of their tables.
     Result<void> add(const std::string& name, const std::string& path) {
-        Lines lines(path);
+        LineReader lines(path);
         std::string heading;
-        if (!lines.fine() || !lines.next(heading)) return fail(fmt::format("cannot read {}: it has no first line", path));
+        if (!lines.next(heading)) return no_heading(lines);
         if (heading != kCatomColumn && !heading.starts_with(std::string(kCatomColumn) + ","))
             return wrong_line(path, 1, "the first column is not that of the catoms");
         tables_.push_back({.name = name, .columns = heading});
@@ -171,7 +140,7 @@ class CsvFacts : public FactsReader {
     Result<void> begin(std::size_t table) override {
         lines_.emplace(paths_[table]);
         std::string heading;
-        if (!lines_->fine() || !lines_->next(heading)) return fail(fmt::format("cannot read {}", paths_[table]));
+        if (!lines_->next(heading)) return no_heading(*lines_);
         return {};
     }
     Result<bool> next(FactRow& row) override {
@@ -188,9 +157,14 @@ class CsvFacts : public FactsReader {
     }
 
   private:
+    static Result<void> no_heading(const LineReader& lines) {
+        if (auto read = lines.outcome(); !read) return read;
+        return fail(fmt::format("cannot read {}: it has no first line", lines.path()));
+    }
+
     std::vector<Table> tables_;
     std::vector<std::string> paths_;
-    std::optional<Lines> lines_;
+    std::optional<LineReader> lines_;
 };
 
 }  // namespace
@@ -209,7 +183,7 @@ Result<std::unique_ptr<FactsReader>> read_csv_facts(const std::string& path) {
 
 Result<std::unique_ptr<FactsReader>> read_csv_folder(const std::string& path) {
     const std::string description = (std::filesystem::path(path) / kDataPackage).string();
-    const Result<std::string> text = read_input(description, kMostOfADescription_bytes);
+    const Result<std::string> text = read_input(description, kMaxDescription_bytes);
     if (!text) return tl::unexpected(text.error());
     auto out = std::make_unique<CsvFacts>();
     try {
