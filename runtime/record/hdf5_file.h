@@ -49,6 +49,10 @@ class Hdf5File {
     bool failed() const { return failure_.has_value(); }
     // Why the first failed call failed, in the system's words.
     const std::string& failure() const { return *failure_; }
+    // What has been read of it is not what was written: a failure like any other.
+    void refuse(const std::string& why) {
+        if (!failed()) failure_ = why;
+    }
 
     void make_group(const std::string& path);
     void set_attribute(const std::string& group, const std::string& name, std::string_view text);

@@ -36,6 +36,11 @@ PartTable::PartTable(Hdf5File& file, ByteReader& saved) : file_(file) {
     const Sizes all = sizes();
     std::int64_t next_vertex = 0, next_end = 0;
     for (std::size_t i = 0; i < all.points.size(); ++i) {
+        const auto left = static_cast<std::int64_t>(file_.rows(line_ends())) - next_end;
+        if (all.points[i] < 0 || all.lines[i] < 0 || all.lines[i] > left / 2) {
+            file_.refuse(fmt::format("its part {} has other catoms or lines than were written", i));
+            return;
+        }
         const auto rows = static_cast<std::uint64_t>(all.points[i]);
         std::vector<RecordedLine> lines(static_cast<std::size_t>(all.lines[i]));
         file_.read_rows(line_ends(), static_cast<std::uint64_t>(next_end), 2 * lines.size(), lines.data());

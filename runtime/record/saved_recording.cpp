@@ -99,8 +99,8 @@ Result<Recording> Recording::reopen(const std::string& path, const RecordingInfo
     if (state->hdf5->failed()) return cannot_go_on(path, state->hdf5->failure());
     if (state->hdf5->attribute("/meld", kRunAttribute) != run_hash(info)) return cannot_go_on(path, "it is a recording of another run");
     state->load(saved);
-    const bool matches = state->matches();
     if (saved.failed()) return tl::unexpected(saved.outcome().error());
+    const bool matches = !state->hdf5->failed() && state->matches();
     if (state->hdf5->failed()) return cannot_go_on(path, state->hdf5->failure());
     if (!matches) return cannot_go_on(path, fmt::format("its step {} is not the one that was written", state->steps->steps() - 1));
     state->to_be_cut = true;

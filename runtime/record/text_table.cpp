@@ -23,7 +23,10 @@ TextTable::TextTable(Hdf5File& file, ByteReader& saved) {
     file.read_rows(columns_->text, 0, all.size(), all.data());
     file.read_rows(columns_->ends, 0, ends.size(), ends.data());
     for (const std::int64_t end : ends) {
-        if (end < bytes_ || static_cast<std::size_t>(end) > all.size()) return;
+        if (end < bytes_ || static_cast<std::size_t>(end) > all.size()) {
+            file.refuse("its strings are not those that were written");
+            return;
+        }
         const auto begin = static_cast<std::size_t>(std::exchange(bytes_, end));
         numbers_.emplace(all.substr(begin, static_cast<std::size_t>(end) - begin), static_cast<std::int64_t>(numbers_.size()));
     }

@@ -402,8 +402,21 @@ def check_reopened(writer, folder, steps=29):
         changed["VTKHDF/PointData/dist"][int(changed["VTKHDF/Steps/PointDataOffsets/dist"][9]) + 3] += 1
     with open(path, "rb") as changed:
         changed_data = changed.read()
+
+    def with_number(place, row, number):
+        shutil.copyfile(path + ".whole", path)
+        with h5py.File(path, "r+") as file:
+            file[place][row] = number
+        with open(path, "rb") as file:
+            return file.read()
+
+    parts = [with_number("VTKHDF/Lines/NumberOfCells", 0, number) for number in (-1, 1 << 20, 1 << 62)]
+    parts += [with_number("VTKHDF/NumberOfPoints", 0, -1)]
+    texts = [with_number("meld/texts/" + next(iter(h5py.File(path)["meld/texts"])) + "/ends", 0, -1)]
     for other, says in [(None, "it is gone"), (b"x", "it is shorter than it was"), (b"x" * 10_000_000, "signature not found"),
-                        (data[:8], "shorter"), (data[:5000], "shorter"), (changed_data, "its step 9 is not the one that was written")]:
+                        (data[:8], "shorter"), (data[:5000], "shorter"), (changed_data, "its step 9 is not the one that was written"),
+                        *[(part, "its part 0 has other catoms or lines than were written") for part in parts],
+                        *[(text, "its strings are not those that were written") for text in texts]]:
         os.path.exists(path) and os.unlink(path)
         if other is not None:
             with open(path, "wb") as file:
