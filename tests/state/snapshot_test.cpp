@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "memory_shares.h"
 #include "run_fixture.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/sim/state/memory_shares.h"
 
 namespace meld {
 namespace {

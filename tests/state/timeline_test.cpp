@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
+#include "memory_shares.h"
 #include "run_fixture.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/record/state_digest.h"
-#include "runtime/sim/state/memory_shares.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld {
@@ -108,6 +108,72 @@ TEST_P(TimelineOf, BeginsAtASnapshot) {
         EXPECT_FALSE(run.to(middle - 1));
     });
 }
+
+// A run that fails in a tick, and counts how often.
+class FailingRun : public TimelineOf {
+  protected:
+    static constexpr std::int64_t kFails = 9;
+    class Fails : public sim::SimModule {
+      public:
+        explicit Fails(int& failures) : failures_(failures) {}
+        Result<void> saveable() const override { return {}; }
+        Result<void> after(sim::Subdomain& subdomain) override {
+            if (subdomain.tick() != kFails) return {};
+            ++failures_;
+            return fail("this tick fails");
+        }
+
+      private:
+        int& failures_;
+    };
+};
+
+TEST_P(FailingRun, StaysWhereItWas) {
+    const Digests expected = undisturbed();
+    for (const int processes : {1, 2})
+        each_process(processes, [&](comm::Communicator&, const Timeline::Make& make) {
+            int failures = 0;
+            const auto make_failing = [&] {
+                auto simulation = make();
+                simulation->add(std::make_unique<Fails>(failures));
+                return simulation;
+            };
+            Timeline run(make_failing, registry_, {.limits = {GetParam().ticks}, .most_ticks_between = 3});
+            ASSERT_TRUE(run.start());
+            for (const std::int64_t tick : {std::int64_t{4}, kFails - 1, std::int64_t{1}}) {
+                ASSERT_TRUE(run.to(tick));
+                for (int i = 0; i < 2; ++i) {
+                    const auto beyond = run.to(kFails + 3);
+                    ASSERT_FALSE(beyond);
+                    EXPECT_EQ(beyond.error().problem, "this tick fails");
+                    EXPECT_EQ(run.tick(), tick);
+                    EXPECT_EQ(record::state_digest(run.simulation().subdomain()), expected.at(tick)) << "tick " << tick;
+                }
+            }
+            // What fails is known, and is not run again.
+            EXPECT_EQ(failures, 1);
+        });
+}
+
+TEST_P(FailingRun, VisitsEveryTickOnce) {
+    each_process(1, [&](comm::Communicator&, const Timeline::Make& make) {
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}, .most_ticks_between = 3});
+        std::vector<std::int64_t> visited;
+        run.each_new([&](sim::Simulation& simulation) -> Result<void> {
+            visited.push_back(simulation.subdomain().tick());
+            if (visited.size() == 9) return fail("enough");
+            return {};
+        });
+        ASSERT_TRUE(run.start());
+        for (const std::int64_t tick : {5, 2, 6, 0, 8}) ASSERT_TRUE(run.to(tick));
+        EXPECT_THAT(visited, testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8));
+        // What it returns as an error is one of to().
+        EXPECT_FALSE(run.to(12));
+        EXPECT_EQ(run.tick(), 8);
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, FailingRun, testing::Values(Program{"heat", 15}), program_name);
 
 INSTANTIATE_TEST_SUITE_P(Programs, TimelineOf,
                          testing::Values(Program{"gradient"}, Program{"heat", 30}, Program{"walk"}, Program{"thermometer"},
