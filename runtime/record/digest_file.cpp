@@ -51,8 +51,19 @@ Result<void> DigestFile::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     if (*end != last_line_)
         return fail(fmt::format("cannot go on with {}: its line of tick {} is not the one that was written", path_, subdomain.tick()),
                     "Put it back as the run left it");
-    file_->replace_from(size, "");
-    return file_->flush();
+    resumes_at_ = size;
+    return {};
+}
+
+// Only now, when no process has refused to go on, is anything of the file changed.
+Result<void> DigestFile::resumed(sim::Subdomain& subdomain) {
+    Result<void> cut;
+    if (resumes_at_) {
+        file_->replace_from(*resumes_at_, "");
+        cut = file_->flush();
+    }
+    resumes_at_.reset();
+    return comm::outcome_of_first(subdomain.comm, cut);
 }
 
 void DigestFile::finish(sim::Subdomain& subdomain) {

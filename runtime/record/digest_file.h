@@ -21,6 +21,7 @@ class DigestFile : public sim::SimModule {
     // Where the file is, and how long, with its last bytes.
     void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
     Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
+    Result<void> resumed(sim::Subdomain& subdomain) override;
     void finish(sim::Subdomain& subdomain) override;
     Result<void> ending() const override { return ending_; }
 
@@ -30,6 +31,7 @@ class DigestFile : public sim::SimModule {
     std::optional<OutputFile> file_;
     std::string place_;  // Of the bytes, from the first line on; empty for a stream.
     std::string last_line_;
+    std::optional<std::uint64_t> resumes_at_;  // The length to which what comes after the checkpoint is cut off.
     Result<void> ending_;
 };
 

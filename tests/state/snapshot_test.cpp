@@ -4,7 +4,12 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <regex>
@@ -14,6 +19,7 @@
 #include "memory_shares.h"
 #include "run_fixture.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/record/digest_file.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/simulation.h"
 
@@ -158,6 +164,61 @@ INSTANTIATE_TEST_SUITE_P(Programs, Snapshot,
                                          Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "hash"},
                                          Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "ode"}),
                          program_name);
+
+// What a run has written stays as it is if the run cannot go on.
+class Refused : public ProgramTest {
+  protected:
+    // Refuses to go on, after all modules before it have loaded what they kept.
+    class Refuses : public sim::SimModule {
+      public:
+        Result<void> saveable() const override { return {}; }
+        Result<void> load_rest(sim::Subdomain&, ByteReader&) override { return fail("this module refuses"); }
+    };
+    class Agrees : public Refuses {
+      public:
+        Result<void> load_rest(sim::Subdomain&, ByteReader&) override { return {}; }
+    };
+
+    void TearDown() override { std::filesystem::remove(path_); }
+    std::string text() const {
+        std::ifstream in(path_, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    // From the start or from a snapshot; takes a snapshot in the middle. Returns whether it could go on.
+    template <class Last>
+    bool run(const sim::Shares* from, sim::MemoryShares* into) const {
+        const auto comm = comm::make_single();
+        sim::Simulation simulation(*static_cast<const ModuleInfo*>(module_->table()), world_, *target_, *comm, 1);
+        std::optional<OutputFile> file;
+        if (from == nullptr) file.emplace(OutputFile::open(path_, Appears::AtOnce).value());
+        simulation.add(std::make_unique<record::DigestFile>(path_, Durability::Process, std::move(file)));
+        simulation.add(std::make_unique<Last>());
+        const Result<void> begun =
+            from == nullptr ? simulation.start(sim::Registry::standard()) : simulation.resume(sim::Registry::standard(), *from);
+        if (!begun) return false;
+        const Result<void> ran = simulation.run({GetParam().ticks}, [&] {
+            if (into == nullptr || 2 * simulation.subdomain().tick() != GetParam().ticks) return;
+            EXPECT_TRUE(simulation.save(into->of(0)));
+        });
+        EXPECT_TRUE(ran.has_value());
+        return true;
+    }
+
+    const std::string path_ = testing::TempDir() + "claymeld-refused-" + std::to_string(getpid());
+};
+
+TEST_P(Refused, ChangesNoDigests) {
+    sim::MemoryShares snapshot(1);
+    ASSERT_TRUE(run<Agrees>(nullptr, &snapshot));
+    const std::string written = text();
+    EXPECT_EQ(std::count(written.begin(), written.end(), '\n'), GetParam().ticks);
+    EXPECT_FALSE(run<Refuses>(&snapshot, nullptr));
+    EXPECT_EQ(text(), written);
+    EXPECT_TRUE(run<Agrees>(&snapshot, nullptr));
+    EXPECT_EQ(text(), written);
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, Refused, testing::Values(Program{"heat", 6}), program_name);
 
 }  // namespace
 }  // namespace meld
