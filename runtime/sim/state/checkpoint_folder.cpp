@@ -13,9 +13,9 @@
 #include <sstream>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/byte_text.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
-#include "runtime/base/visible.h"
 #include "runtime/comm/outcome.h"
 
 namespace meld::sim {
@@ -48,27 +48,12 @@ std::vector<std::string> names_in(const std::string& folder) {
     return names;
 }
 
-// Names of files need not be text; one that is not is a list of its bytes.
-json to_json(const std::string& text) {
-    if (visible(text) == text) return text;
-    json bytes = json::array();
-    for (const char c : text) bytes.push_back(static_cast<unsigned char>(c));
-    return bytes;
-}
-
-std::string text_of(const json& j) {
-    if (j.is_string()) return j.get<std::string>();
-    std::string text;
-    for (const json& byte : j) text += static_cast<char>(byte.get<unsigned char>());
-    return text;
-}
-
 json to_json(const Manifest& m) {
     json traits = json::array(), command = json::array();
     for (const Trait& t : m.run.traits)
-        traits.push_back({{"name", t.name}, {"shown", to_json(t.shown)}, {"hash", fmt::format("{:016x}", t.hash)}});
-    for (const std::string& word : m.run.command) command.push_back(to_json(word));
-    return {{"tick", m.tick},     {"digest", m.digest}, {"run", traits}, {"folder", to_json(m.run.folder)},
+        traits.push_back({{"name", t.name}, {"shown", text_of_bytes(t.shown)}, {"hash", fmt::format("{:016x}", t.hash)}});
+    for (const std::string& word : m.run.command) command.push_back(text_of_bytes(word));
+    return {{"tick", m.tick},     {"digest", m.digest}, {"run", traits}, {"folder", text_of_bytes(m.run.folder)},
             {"command", command}, {"shares", m.shares}};
 }
 
@@ -78,10 +63,10 @@ Manifest from_json(const json& j) {
     m.tick = j.at("tick").get<std::int64_t>();
     m.digest = j.at("digest").get<std::string>();
     for (const json& t : j.at("run"))
-        m.run.traits.push_back(
-            {t.at("name").get<std::string>(), text_of(t.at("shown")), std::stoull(t.at("hash").get<std::string>(), nullptr, 16)});
-    m.run.folder = text_of(j.at("folder"));
-    for (const json& word : j.at("command")) m.run.command.push_back(text_of(word));
+        m.run.traits.push_back({t.at("name").get<std::string>(), bytes_of_text(t.at("shown").get<std::string>()),
+                                std::stoull(t.at("hash").get<std::string>(), nullptr, 16)});
+    m.run.folder = bytes_of_text(j.at("folder").get<std::string>());
+    for (const json& word : j.at("command")) m.run.command.push_back(bytes_of_text(word.get<std::string>()));
     m.shares = j.at("shares").get<std::vector<std::string>>();
     return m;
 }
