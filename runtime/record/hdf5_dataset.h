@@ -1,4 +1,5 @@
-// A dataset of an HDF5 file that is only read. Private to runtime/record, and included by sources alone.
+// Rows of numbers in HDF5: how they stand in memory, and a dataset that is only read. Private to runtime/record, and included by sources
+// alone.
 #pragma once
 
 #include <array>
@@ -14,7 +15,36 @@
 
 namespace meld::record {
 
-// Rows of numbers, one dimension or two.
+inline hid_t memory_type(ElementType type) {
+    switch (type) {
+        case ElementType::Int64:
+            return H5T_NATIVE_INT64;
+        case ElementType::Float32:
+            return H5T_NATIVE_FLOAT;
+        case ElementType::Float64:
+            return H5T_NATIVE_DOUBLE;
+        case ElementType::UInt8:
+            return H5T_NATIVE_UINT8;
+    }
+    return -1;
+}
+
+// Rows of a dataset, as they stand in the file and in memory.
+struct Selection {
+    Handle in_file, in_memory;
+    herr_t fine = 0;
+
+    Selection(hid_t dataset, bool two_dimensional, int components, std::uint64_t first_row, std::uint64_t rows)
+        : Selection(dataset, two_dimensional, {first_row, 0}, {rows, static_cast<hsize_t>(components)}) {}
+
+  private:
+    Selection(hid_t dataset, bool two_dimensional, const std::array<hsize_t, 2>& begin, const std::array<hsize_t, 2>& count)
+        : in_file(H5Dget_space(dataset), H5Sclose), in_memory(H5Screate_simple(two_dimensional ? 2 : 1, count.data(), nullptr), H5Sclose) {
+        fine = H5Sselect_hyperslab(in_file, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr);
+    }
+};
+
+// Of one dimension or two.
 class Dataset {
   public:
     // Nothing if there is none at this path, or none of numbers that we write.
@@ -29,7 +59,7 @@ class Dataset {
         if (dimensions < 1 || dimensions > 2 || H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) return std::nullopt;
         out.rows_ = extent[0];
         out.two_dimensional_ = dimensions == 2;
-        if (dimensions == 2 && (extent[1] < 1 || extent[1] > kMostComponents)) return std::nullopt;
+        if (dimensions == 2 && (extent[1] < 1 || extent[1] > kMaxComponents)) return std::nullopt;
         if (dimensions == 2) out.components_ = static_cast<int>(extent[1]);
         const bool real = H5Tget_class(type) == H5T_FLOAT, whole = H5Tget_class(type) == H5T_INTEGER;
         const std::size_t size = H5Tget_size(type);
@@ -50,30 +80,14 @@ class Dataset {
     Result<void> read(std::uint64_t first, std::uint64_t count, void* to) const {
         if (count == 0) return {};
         if (first > rows_ || count > rows_ - first) return fail("a step refers to rows that are not there");
-        const std::array<hsize_t, 2> begin = {first, 0}, size = {count, static_cast<hsize_t>(components_)};
-        const Handle there(H5Dget_space(*id_), H5Sclose), here(H5Screate_simple(two_dimensional_ ? 2 : 1, size.data(), nullptr), H5Sclose);
-        if (H5Sselect_hyperslab(there, H5S_SELECT_SET, begin.data(), nullptr, size.data(), nullptr) < 0 ||
-            H5Dread(*id_, in_memory(), here, there, H5P_DEFAULT, to) < 0)
+        const Selection rows(*id_, two_dimensional_, components_, first, count);
+        if (rows.fine < 0 || H5Dread(*id_, memory_type(type_), rows.in_memory, rows.in_file, H5P_DEFAULT, to) < 0)
             return fail(text_of_last_error());
         return {};
     }
 
   private:
-    static constexpr hsize_t kMostComponents = 16;
-
-    hid_t in_memory() const {
-        switch (type_) {
-            case ElementType::Int64:
-                return H5T_NATIVE_INT64;
-            case ElementType::Float32:
-                return H5T_NATIVE_FLOAT;
-            case ElementType::Float64:
-                return H5T_NATIVE_DOUBLE;
-            case ElementType::UInt8:
-                return H5T_NATIVE_UINT8;
-        }
-        return H5T_NATIVE_INT64;
-    }
+    static constexpr hsize_t kMaxComponents = 16;
 
     std::unique_ptr<Handle> id_;
     std::uint64_t rows_ = 0;

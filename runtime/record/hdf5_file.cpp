@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/record/hdf5_dataset.h"
 #include "runtime/record/hdf5_driver.h"
 #include "runtime/record/hdf5_library.h"
 
@@ -40,19 +41,7 @@ hid_t stored_type(ElementType type) {
     return -1;
 }
 
-hid_t memory_type(ElementType type) {
-    switch (type) {
-        case ElementType::Int64:
-            return H5T_NATIVE_INT64;
-        case ElementType::Float32:
-            return H5T_NATIVE_FLOAT;
-        case ElementType::Float64:
-            return H5T_NATIVE_DOUBLE;
-        case ElementType::UInt8:
-            return H5T_NATIVE_UINT8;
-    }
-    return -1;
-}
+bool is_two_dimensional(const ColumnShape& shape) { return shape.components > 1 || shape.two_dimensional; }
 
 // A fixed-length string type; HDF5 has none of length zero.
 Handle text_type(std::string_view text, H5T_cset_t characters) {
@@ -287,7 +276,7 @@ ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& sh
     const ColumnIndex index = columns_.size() - 1;
     if (failed()) return index;
     const auto components = static_cast<hsize_t>(shape.components);
-    const int dimensions = shape.components > 1 || shape.two_dimensional ? 2 : 1;
+    const int dimensions = is_two_dimensional(shape) ? 2 : 1;
     const std::array<hsize_t, 2> extent = {rows, components};
     const std::array<hsize_t, 2> limits = {H5S_UNLIMITED, components};
     const std::array<hsize_t, 2> chunk = {shape.chunk_rows, components};
@@ -333,29 +322,10 @@ void Hdf5File::lengthen(ColumnIndex index, std::uint64_t rows) {
     column.rows = rows;
 }
 
-namespace {
-
-// Rows of a dataset, as they stand in the file and in memory.
-struct Selection {
-    Handle in_file, in_memory;
-    Selection(hid_t dataset, const ColumnShape& shape, std::uint64_t first_row, std::uint64_t rows)
-        : in_file(H5Dget_space(dataset), H5Sclose), in_memory(space(shape, rows), H5Sclose) {
-        const std::array<hsize_t, 2> begin = {first_row, 0}, count = {rows, static_cast<hsize_t>(shape.components)};
-        fine = H5Sselect_hyperslab(in_file, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr);
-    }
-    static hid_t space(const ColumnShape& shape, std::uint64_t rows) {
-        const std::array<hsize_t, 2> count = {rows, static_cast<hsize_t>(shape.components)};
-        return H5Screate_simple(shape.components > 1 || shape.two_dimensional ? 2 : 1, count.data(), nullptr);
-    }
-    herr_t fine = 0;
-};
-
-}  // namespace
-
 void Hdf5File::read_rows(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, void* data) {
     if (failed() || rows == 0) return;
     const Column& column = columns_[index];
-    const Selection selected(column.dataset, column.shape, first_row, rows);
+    const Selection selected(column.dataset, is_two_dimensional(column.shape), column.shape.components, first_row, rows);
     check(selected.fine);
     if (!failed()) check(H5Dread(column.dataset, memory_type(column.shape.type), selected.in_memory, selected.in_file, H5P_DEFAULT, data));
 }
@@ -364,7 +334,7 @@ void Hdf5File::write_rows(ColumnIndex index, std::uint64_t first_row, std::uint6
     lengthen(index, first_row + rows);
     if (failed() || rows == 0) return;
     const Column& column = columns_[index];
-    const Selection selected(column.dataset, column.shape, first_row, rows);
+    const Selection selected(column.dataset, is_two_dimensional(column.shape), column.shape.components, first_row, rows);
     check(selected.fine);
     if (!failed()) check(H5Dwrite(column.dataset, memory_type(column.shape.type), selected.in_memory, selected.in_file, H5P_DEFAULT, data));
 }
