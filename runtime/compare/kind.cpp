@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "runtime/compare/compare.h"
+#include "runtime/record/fact_tables.h"
+#include "runtime/record/facts_csv.h"
 #include "runtime/record/file_kind.h"
 
 namespace meld::compare {
@@ -25,7 +27,7 @@ tl::unexpected<Error> unknown(const std::string& path) {
 
 Result<Kind> kind_of_folder(const std::string& path) {
     std::error_code error;
-    if (fs::exists(fs::path(path) / "datapackage.json", error)) return Kind::CsvFolder;
+    if (fs::exists(fs::path(path) / record::kDataPackage, error)) return Kind::CsvFolder;
     if (!sim::checkpoint_ticks(path).empty()) return Kind::Checkpoints;
     return unknown(path);
 }
@@ -56,7 +58,8 @@ Result<Kind> kind_of(const std::string& path) {
         }
     }
     if (begin.starts_with("tick ")) return Kind::Digests;
-    if (begin.starts_with("catom,") || begin.starts_with("catom\n")) return Kind::CsvFile;
+    const std::string column = record::kCatomColumn;
+    if (begin.starts_with(column + ",") || begin.starts_with(column + "\n")) return Kind::CsvFile;
     if (begin.find("(@") != std::string_view::npos && begin.substr(0, begin.find("(@")).find_first_of(" \n\t\"{") == std::string_view::npos)
         return Kind::TextFacts;
     return unknown(path);

@@ -17,7 +17,8 @@
 
 namespace meld::timeline {
 
-// A block that snapshots share; it goes with the last of them.
+// A block that snapshots share; it goes with the last of them. The owner is shared because snapshots are dropped in an order that nobody
+// knows beforehand.
 using SharedBlock = std::shared_ptr<const sim::Block>;
 
 // This process's share of a snapshot: two blocks for each chunk, its places and its state, and the rest.
