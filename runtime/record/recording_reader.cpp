@@ -78,7 +78,7 @@ Result<void> RecordingReader::State::read_about() {
 Result<void> RecordingReader::State::read_predicates() {
     try {
         const nlohmann::json described = nlohmann::json::parse(text_at(*file, "/meld/predicates"));
-        if (!described.is_array()) return damaged("its list of predicates is none");
+        if (!described.is_array()) return damaged("its predicates are not a list");
         for (const auto& predicate : described) {
             DescribedPredicate& one = predicates.emplace_back();
             one.name = predicate.at("name").get<std::string>();
