@@ -18,19 +18,6 @@ constexpr const char* kOfModule = "what a module keeps for catoms";
 
 }  // namespace
 
-template <class Rest>
-Result<void> Loader::load_catoms(const Rest& rest) {
-    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Found& found = found_[share][chunk];
-        if (found.empty()) return {};
-        const Result<Block> block = shares_.state(share, chunk);
-        if (!block) return tl::unexpected<Error>(block.error());
-        ByteReader in = reader(*block, "the facts of a snapshot");
-        subdomain_.facts_.load(found, in);
-        return rest(found, in);
-    });
-}
-
 Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
     // Modules may exchange while they are resumed, so all processes come that far or none does; and so at the end.
@@ -42,7 +29,7 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     for (SimModule* module : modules)
         if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
     Block counters;
-    Result<void> loaded = load_catoms([&](const Found& found, ByteReader& in) -> Result<void> {
+    Result<void> loaded = load_catoms([&](std::span<const tuple::SavedCatom> found, ByteReader& in) -> Result<void> {
         for (SimModule* module : modules) {
             ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
             module->load_catoms(subdomain_, found, own);
@@ -63,7 +50,7 @@ Result<void> Loader::facts(const Place& place) {
     if (done) done = add_catoms();
     if (!done) return done;
     subdomain_.facts_.resize(subdomain_.ensemble.index_count());
-    done = load_catoms([&](const Found& found, ByteReader& in) -> Result<void> {
+    done = load_catoms([&](std::span<const tuple::SavedCatom> found, ByteReader& in) -> Result<void> {
         if (!subdomain_.ensemble.is_free()) return in.outcome();
         ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
         if (auto placed = place(subdomain_, found, own); !placed) return placed;
@@ -160,6 +147,18 @@ Result<Loader::Found> Loader::add(const Places& all) {
     }
     if (!any) found.clear();
     return found;
+}
+
+Result<void> Loader::load_catoms(const Rest& rest) {
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Found& found = found_[share][chunk];
+        if (found.empty()) return {};
+        const Result<Block> block = shares_.state(share, chunk);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the facts of a snapshot");
+        subdomain_.facts_.load(found, in);
+        return rest(found, in);
+    });
 }
 
 Result<void> Loader::load_rest(const Modules& modules, CodeModules& codes, Block& counters) {

@@ -51,7 +51,7 @@ class Loader {
     Result<void> add_catoms();
     Result<Found> add(const Places& all);
     // Calls rest(catoms, reader) for what modules keep for the catoms of each chunk.
-    template <class Rest>
+    using Rest = std::function<Result<void>(std::span<const tuple::SavedCatom>, ByteReader&)>;
     Result<void> load_catoms(const Rest& rest);
     // Catoms at arbitrary positions (free_loader.cpp).
     Result<FreePlaces> free_places(std::size_t share, std::size_t chunk) const;
