@@ -50,6 +50,13 @@ int code_after(int signal) {
     return signal == SIGTERM ? 128 + SIGTERM : static_cast<int>(ExitCode::Interrupted);
 }
 
+void set_waiting(int how, std::initializer_list<int> signals) {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : signals) sigaddset(&set, signal);
+    pthread_sigmask(how, &set, nullptr);
+}
+
 [[noreturn]] void leave(int signal) {
     Leftover::remove_all();
     const char* words = last_words.load();
@@ -58,10 +65,7 @@ int code_after(int signal) {
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
     if (by_signal.load() && signal != kTimer) {
         std::signal(signal, SIG_DFL);
-        sigset_t only;
-        sigemptyset(&only);
-        sigaddset(&only, signal);
-        pthread_sigmask(SIG_UNBLOCK, &only, nullptr);
+        set_waiting(SIG_UNBLOCK, {signal});
         ::raise(signal);
     }
     ::_exit(code_after(signal));
@@ -126,11 +130,10 @@ void handle(std::initializer_list<int> signals, std::initializer_list<int> repea
         sigaction(signal, nullptr, &before);
         if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
     }
-    sigset_t waiting;
-    sigemptyset(&waiting);
-    for (const int signal : signals) sigaddset(&waiting, signal);
-    pthread_sigmask(SIG_UNBLOCK, &waiting, nullptr);
+    set_waiting(SIG_UNBLOCK, signals);
 }
+
+void hold(std::initializer_list<int> signals) { set_waiting(SIG_BLOCK, signals); }
 
 void end_by_signal() { by_signal.store(true); }
 

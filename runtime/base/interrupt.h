@@ -27,6 +27,9 @@ inline constexpr double kStep_s = 0.7;
 // Call it once, from the main thread, before there are others.
 void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated = {});
 
+// From now on these signals wait until they are handled: for those who make what must not be left before that. From the main thread.
+void hold(std::initializer_list<int> signals);
+
 // From now on an end at once is by the signal itself, not by an exit code: a shell then ends the loop in which the command stands.
 void end_by_signal();
 

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <utility>
 
 namespace meld {
@@ -33,7 +34,7 @@ Leftover::~Leftover() {
 
 void Leftover::remove_all() {
     for (const Entry* entry = newest.load(); entry != nullptr; entry = entry->older)
-        if (entry->is_there.load()) unlink(entry->path.c_str());
+        if (entry->is_there.load() && unlink(entry->path.c_str()) != 0 && errno == EISDIR) rmdir(entry->path.c_str());
 }
 
 }  // namespace meld

@@ -1,4 +1,5 @@
-// Files that are no results yet: temporary ones, locks, and what has just been begun. They go when the process is ended at once.
+// Files that are no results yet: temporary ones, locks, and what has just been begun. They go when the process is ended at once, and so do
+// folders of such files.
 #pragma once
 
 #include <atomic>
@@ -6,7 +7,8 @@
 
 namespace meld {
 
-// While it lives, the file at this path goes when the process is ended by runtime/base/interrupt.h.
+// While it lives, the file at this path, or the folder, goes when the process is ended by runtime/base/interrupt.h. A folder goes after what
+// was named later, so name it before its files.
 class Leftover {
   public:
     Leftover() = default;

@@ -60,6 +60,10 @@ ProgressOutput ProgressOutput::on_stderr() {
     return {.write = write, .seconds_now = steady_seconds, .terminal = stderr_is_terminal(), .columns = terminal_columns()};
 }
 
+ProgressOutput ProgressOutput::nowhere() {
+    return {.write = [](std::string_view) {}, .seconds_now = [] { return 0.0; }};
+}
+
 Progress::Progress(ProgressOutput output)
     : output_(std::move(output)), next_seconds_(output_.seconds_now() + (output_.terminal ? 0 : kPlainSeconds)) {
     const std::lock_guard lock(live_mutex);

@@ -23,6 +23,8 @@ struct ProgressOutput {
     int columns = 80;
 
     static ProgressOutput on_stderr();
+    // For those who want to see nothing.
+    static ProgressOutput nowhere();
 };
 
 // At most one exists in a process. Only the thread that made it may use it, except for clear_progress.

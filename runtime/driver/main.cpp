@@ -266,7 +266,7 @@ int run_program(int argc, char** argv) {
         case CommandLine::Command::Bisect:
             return bisect_command(std::move(line.bisect));
         case CommandLine::Command::Replay:
-            return replay_command(std::move(line.replay));
+            return replay_command(line.replay);
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

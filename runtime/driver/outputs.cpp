@@ -27,7 +27,7 @@ bool lies_in(const std::string& path, const std::string& folder) {
 }  // namespace
 
 Result<void> check_outputs(const RunOptions& options, const std::string& world) {
-    std::vector<NamedPath> paths = {{"the program", options.program}, {"the world", world}};
+    std::vector<NamedPath> paths = {{"the program", options.program}, {"the world", world}, {"the recording", options.replay}};
     for (const std::string& file : options.link) paths.push_back({"--link", file});
     for (const std::string& file : options.extensions) paths.push_back({"--extension", file});
     paths.push_back({"--facts-out", options.facts_out, NamedPath::Written});

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,15 +10,16 @@
 
 #include "runtime/base/hash.h"
 #include "runtime/base/input_file.h"
-#include "runtime/base/output_file.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/version.h"
-#include "runtime/base/visible.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/compare/compare.h"
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/run.h"
+#include "runtime/driver/scratch.h"
+#include "runtime/driver/tell.h"
+#include "runtime/record/recording.h"
 #include "runtime/record/recording_reader.h"
 #include "runtime/record/state_digest.h"
 
@@ -29,12 +30,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxFile_bytes = std::uint64_t{4} << 30;
-
-int tell(const Error& error) {
-    clear_progress();
-    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(error.message()))));
-    return static_cast<int>(error.code);
-}
 
 Result<std::uint64_t> hash_of(const std::string& path) {
     return read_input(path, kMaxFile_bytes).map([](const std::string& text) { return hash_text(text); });
@@ -115,37 +110,27 @@ fs::path program_folder(const fs::path& folder, const record::Provenance& p) {
     return out;
 }
 
-Result<void> write_program(const fs::path& folder, const record::Provenance& p) {
+Result<void> write_program(Scratch& scratch, const record::Provenance& p) {
     for (const auto& source : p.program) {
-        const Result<fs::path> place = place_in(folder, program_folder(folder, p), source.path);
+        const Result<fs::path> place = place_in(scratch.path(), program_folder(scratch.path(), p), source.path);
         if (!place) return tl::unexpected<Error>(place.error());
-        std::error_code error;
-        fs::create_directories(place->parent_path(), error);
-        if (auto written = write_file(place->string(), source.text); !written) return written;
+        if (auto written = scratch.write(*place, source.text); !written) return written;
     }
     return {};
 }
 
-// Goes with what is in it.
-class Scratch {
-  public:
-    Scratch() = default;
-    Scratch(const Scratch&) = delete;
-    Scratch& operator=(const Scratch&) = delete;
-    ~Scratch() {
-        std::error_code error;
-        if (!path_.empty()) fs::remove_all(path_, error);
-    }
-    Result<std::string> make() {
-        std::error_code error;
-        std::string name = (fs::temp_directory_path(error) / "claymeld-replay-XXXXXX").string();
-        if (error || ::mkdtemp(name.data()) == nullptr) return fail(fmt::format("cannot make a folder {}", name));
-        return path_ = name;
-    }
-
-  private:
-    std::string path_;
-};
+// Where the program's includes and libraries are searched for. A module that was compiled beforehand does not tell by which folders it found
+// them, so those that have a source follow, with the folders that these are in; what is found must be what the run had.
+std::vector<std::string> library_folders(const fs::path& folder, const record::Provenance& p) {
+    const fs::path program = program_folder(folder, p);
+    std::vector<std::string> found;
+    for (const std::string& library : p.libraries) found.push_back((program / library).lexically_normal().string());
+    for (const auto& source : p.program)
+        for (fs::path at = (program / source.path).lexically_normal().parent_path(); at != folder && at.has_relative_path();
+             at = at.parent_path())
+            if (std::ranges::find(found, at.string()) == found.end()) found.push_back(at.string());
+    return found;
+}
 
 class Check : public sim::SimModule {
   public:
@@ -211,14 +196,14 @@ std::string outcome_json(const RunOptions& options, const compare::Report& repor
 
 // On the first process.
 Result<int> compare_and_print(const RunOptions& options, const Result<void>& ran, std::int64_t tick) {
-    std::optional<Progress> progress;
-    if (!options.quiet) progress.emplace();
-    std::optional<Progress> silent;
-    if (!progress) silent.emplace();
-    const Result<compare::Report> report = compare::compare_recordings(options.replay, options.record, progress ? *progress : *silent);
-    progress.reset();
-    silent.reset();
+    Result<compare::Report> report = [&] {
+        Progress progress(options.quiet ? ProgressOutput::nowhere() : ProgressOutput::on_stderr());
+        return compare::compare_recordings(options.replay, options.record, progress);
+    }();
     if (!report) return tl::unexpected<Error>(report.error());
+    // Steps that only one of them has are not compared, so the one that is made now must not end before the other.
+    if (ran && tick < options.ticks)
+        report->runs.push_back({"the last tick", {fmt::format("at least {}", options.ticks)}, {std::to_string(tick)}});
     const bool same = ran && !report->tick && report->runs.empty();
     Result<void> printed;
     if (options.json)
@@ -227,55 +212,65 @@ Result<int> compare_and_print(const RunOptions& options, const Result<void>& ran
         return tl::unexpected<Error>(difference(options, *report, ran));
     else if (!options.quiet)
         printed = print(results_at_standard_output(options) ? stderr : stdout,
-                        fmt::format("replayed {} tick{}: all {} recorded step{} are the same\n", tick, tick == 1 ? "" : "s",
-                                    report->same_ticks, report->same_ticks == 1 ? "" : "s"));
+                        fmt::format("replayed {} tick{}: {} the same\n", tick, tick == 1 ? "" : "s",
+                                    report->same_ticks == 1 ? "the only recorded step is"
+                                                            : fmt::format("all {} recorded steps are", report->same_ticks)));
     if (!printed) return tl::unexpected<Error>(printed.error());
     return static_cast<int>(same ? ExitCode::Fine : ExitCode::PropertyFailed);
 }
 
-// The options of the run that is made again, in the folder `scratch`.
-Result<RunOptions> run_again(const ReplayOptions& options, const std::string& scratch) {
+// What the run is made again from.
+struct Again {
+    record::Provenance from;
+    std::int64_t last = 0;  // Tick.
+    std::vector<std::string> link, extensions;
+};
+
+Result<Again> read_again(const ReplayOptions& options) {
     const Result<record::RecordingReader> recording = record::RecordingReader::open(options.recording);
     if (!recording) return tl::unexpected<Error>(recording.error());
-    const Result<record::Provenance> p = read_provenance(*recording);
+    Result<record::Provenance> p = read_provenance(*recording);
     if (!p) return tl::unexpected<Error>(p.error());
     if (recording->ticks().empty()) return fail(options.recording + " has no step", "", ExitCode::RecordingRefused);
     const std::int64_t last = recording->ticks().back();
     if (options.to && *options.to > last)
         return fail(fmt::format("{} ends with tick {}, before tick {}", options.recording, last, *options.to));
-    const auto linked = find_code(p->linked, options.link, "--link");
+    // Nobody knows what was linked into a module that was compiled beforehand; the digests tell whether it is the same.
+    const auto linked = p->linked.empty() ? options.link : find_code(p->linked, options.link, "--link");
     if (!linked) return tl::unexpected<Error>(linked.error());
     const auto extensions = find_code(p->extensions, options.extensions, "--extension");
     if (!extensions) return tl::unexpected<Error>(extensions.error());
-    const fs::path folder = program_folder(scratch, *p);
-    if (options.run.module.empty())
-        if (auto written = write_program(scratch, *p); !written) return tl::unexpected<Error>(written.error());
+    return Again{std::move(*p), options.to.value_or(last), *linked, *extensions};
+}
+
+// The options of the run that is made again, in the folder `scratch`.
+RunOptions options_of(const ReplayOptions& options, const Again& again, const fs::path& scratch) {
     RunOptions run = options.run;
-    run.program = (folder / p->program.front().path).string();
-    for (const std::string& library : p->libraries) run.library_paths.push_back((folder / library).lexically_normal().string());
-    run.link = *linked;
-    run.extensions = *extensions;
-    run.optimisation = p->optimisation;
-    run.strict = p->strict;
-    run.ticks = options.to.value_or(last);
+    run.program = (program_folder(scratch, again.from) / again.from.program.front().path).string();
+    run.library_paths = library_folders(scratch, again.from);
+    run.link = again.link;
+    run.extensions = again.extensions;
+    run.optimisation = again.from.optimisation;
+    run.strict = again.from.strict;
+    run.ticks = again.last;
     run.replay = options.recording;
-    run.record = (fs::path(scratch) / "again.vtkhdf").string();
+    run.record = (scratch / "again.vtkhdf").string();
     return run;
 }
 
 }  // namespace
 
-int replay_command(ReplayOptions options) {
+int replay_command(const ReplayOptions& options) {
+    const Result<Again> again = read_again(options);
+    if (!again) return tell(again.error());
+    if (!options.scratch.empty()) return run_command(options_of(options, *again, options.scratch));
     Scratch own;
-    if (options.scratch.empty()) {
-        const Result<std::string> made = own.make();
-        if (!made) return tell(made.error());
-        options.scratch = *made;
-        options.run.arguments.insert(options.run.arguments.end(), {"--scratch", *made});
-    }
-    Result<RunOptions> run = run_again(options, options.scratch);
-    if (!run) return tell(run.error());
-    return run_command(std::move(*run));
+    if (const auto made = own.make("claymeld-replay"); !made) return tell(made.error());
+    if (const auto written = write_program(own, again->from); !written) return tell(written.error());
+    RunOptions run = options_of(options, *again, own.path());
+    for (const char* suffix : {"", record::kSidecar, record::kLinesSidecar}) own.expect(run.record + suffix);
+    run.arguments.insert(run.arguments.end(), {"--scratch", own.path().string()});
+    return run_command(std::move(run));
 }
 
 Result<record::Provenance> provenance(const RunOptions& options, const ModuleInfo& module, const world::World& world) {
@@ -333,8 +328,10 @@ Result<std::unique_ptr<sim::SimModule>> make_check(const std::string& path) {
     return std::make_unique<Check>(std::move(*p), std::move(by_tick));
 }
 
-Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, comm::Communicator& comm) {
+Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, bool interrupted,
+                       comm::Communicator& comm) {
     if (!ran && ran.error().code != ExitCode::PropertyFailed) return tl::unexpected<Error>(ran.error());
+    if (interrupted) return fail(fmt::format("interrupted after tick {}", tick), "", ExitCode::Interrupted);
     const Result<int> mine = comm.process() == 0 ? compare_and_print(options, ran, tick) : Result<int>(0);
     const Result<void> alike = comm::outcome_of_first(comm, mine.map([](int) {}));
     if (!alike) return tl::unexpected<Error>(alike.error());

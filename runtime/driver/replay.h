@@ -28,7 +28,7 @@ struct ReplayOptions {
 };
 
 // Returns the exit code: 3 if the run is another than the recorded one. Prints its own messages.
-int replay_command(ReplayOptions options);
+int replay_command(const ReplayOptions& options);
 
 // What a recording of this run must carry. Errors: a file that it was made of has changed since it was read.
 Result<record::Provenance> provenance(const RunOptions& options, const ModuleInfo& module, const world::World& world);
@@ -40,7 +40,7 @@ Result<world::World> recorded_world(const std::string& recording);
 Result<std::unique_ptr<sim::SimModule>> make_check(const std::string& recording);
 
 // After the run: compares the two recordings and prints the outcome. The same on all processes. Errors: a difference, unless it was
-// printed as JSON; and those of the run.
-Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, comm::Communicator& comm);
+// printed as JSON; that it was interrupted; and those of the run.
+Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, bool interrupted, comm::Communicator& comm);
 
 }  // namespace meld::driver

@@ -167,7 +167,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const Result<void> ran = simulation.run({options.ticks, options.strict}, each, at_end);
     progress.reset();
     const bool too_long = time_is_up(options, comm);
-    if (!ran && again) return end_replay(options, ran, simulation.subdomain().tick(), comm);
+    if (!ran && again) return end_replay(options, ran, simulation.subdomain().tick(), false, comm);
     if (!ran) {
         const Error why = too_long ? with_time_limit(options, ran.error()) : ran.error();
         return tl::unexpected<Error>(after_failure(simulation.subdomain(), options, outputs, why));
@@ -184,8 +184,8 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (speaks && !simulation.summary().dead_link.empty())
         log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
                      simulation.summary().dead_link);
-    if (again && simulation.summary().ending != sim::Ending::Interrupted)
-        return end_replay(options, ran, simulation.subdomain().tick(), comm);
+    if (again)
+        return end_replay(options, ran, simulation.subdomain().tick(), simulation.summary().ending == sim::Ending::Interrupted, comm);
     Result<void> printed;
     if (speaks && options.json)
         printed = print(stdout, summary_json(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));

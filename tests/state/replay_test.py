@@ -6,10 +6,13 @@ Usage: replay_test.py --meldc FILE --meldsim FILE [TEST ...]
 import argparse
 import json
 import os
+import pty
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -153,6 +156,112 @@ class Replay(unittest.TestCase):
         with h5py.File(self.folder / "run.vtkhdf", "r+") as file:
             file["VTKHDF/Steps/StateDigestLow"][4] += 1
         self.assertIn("tick 12 is not as it was recorded; what differs is not recorded", self.refused(3, "run.vtkhdf"))
+
+    def test_a_run_that_ends_early_is_another(self):
+        """Also where no recorded step is left that could differ."""
+        self.write({"ends.meld": "extern int ends(int).\ntype clock(node, int).\nclock(A, T) :- tick(A, T).\n"
+                                 "stop-program(A) :- clock(A, T), ends(T) > 0.\n",
+                    "ends.c": "#include <meld/extern.h>\n#include <unistd.h>\n"
+                              "int64_t ends(int64_t tick) { return tick >= 30 && access(\"now\", F_OK) == 0; }\n",
+                    "ends.toml": "lattice = \"square\"\n[[body]]\nshape = \"box(3, 3, 1)\"\n[record]\nevery = 50\n"})
+        self.fine("run", "ends.meld", "--quiet", "--link", "ends.c", "--ticks", 100, "--record", "run.vtkhdf")
+        self.assertIn("replayed 100 ticks: all 3 recorded steps are the same", self.fine("replay", "run.vtkhdf"))
+        self.assertIn("replayed 20 ticks: the only recorded step is the same", self.fine("replay", "run.vtkhdf", "--to", 20))
+        self.write({"now": ""})
+        for processes in (1, 2):
+            self.assertIn("is not as it was recorded; the last tick: 30 now, at least 100 in run.vtkhdf",
+                          self.refused(3, "run.vtkhdf", "-n", processes))
+        answer = json.loads(self.call("replay", "run.vtkhdf", "--json", "--to", 40).stdout)
+        self.assertEqual((answer["same"], answer["tick"]), (False, 30))
+        self.assertEqual(answer["differences"], [{"what": "the last tick", "recorded": ["at least 40"], "now": ["30"]}])
+
+    def test_a_module_that_was_compiled_beforehand(self):
+        """It carries its sources, but not where they were found, nor what was linked into it."""
+        self.write({"program/main.meld": "include \"deep/n.meld\".\nuse \"count\".\nextern int twice(int).\n"
+                                         "n(A, twice(I)) :- id(A, I).\nknown(A, N) :- n(A, N).\n",
+                    "one/deep/n.meld": "include \"own.meld\".\ntype n(node, int).\n", "one/deep/own.meld": "type own(node).\n",
+                    "two/count.meld": "type known(node, max int).\n", "code/twice.c": EXTERN["twice.c"], "main.toml": EXTERN["main.toml"]})
+        subprocess.run([str(OPTIONS.meldc), "compile", "program/main.meld", "-I", "one", "-I", "two", "--link", "code/twice.c",
+                        "-o", "main.so"], cwd=self.folder, check=True)
+        self.fine("run", "main.so", "--world", "main.toml", "--quiet", "--record", "run.vtkhdf")
+        for name in ("program", "one", "two"):
+            shutil.rmtree(self.folder / name)
+        self.assertIn("--link", self.refused(1, "run.vtkhdf"))
+        for processes in (1, 2):
+            self.fine("replay", "run.vtkhdf", "--link", "code/twice.c", "-n", processes)
+        self.write({"thrice.c": EXTERN["twice.c"].replace("2", "3")})
+        self.assertIn("tick 1 is not as it was recorded: catom @1; n: n(@1, 3) now, n(@1, 2) in run.vtkhdf",
+                      self.refused(3, "run.vtkhdf", "--link", "thrice.c"))
+
+    def test_the_recording_is_only_read(self):
+        self.record()
+        whole = (self.folder / "run.vtkhdf").read_bytes()
+        for option in ("--digest", "--facts-out"):
+            self.assertIn(f"the recording and {option} are the same file", self.refused(2, "run.vtkhdf", option, "./run.vtkhdf"))
+        self.assertEqual((self.folder / "run.vtkhdf").read_bytes(), whole)
+
+    def test_quiet_on_a_terminal(self):
+        self.record()
+        for options, silent in ((("--quiet",), True), ((), False)):
+            terminal, end = pty.openpty()
+            with open(terminal, "rb", buffering=0) as shown:
+                subprocess.run([str(OPTIONS.meldsim), "replay", "run.vtkhdf", *options], cwd=self.folder, check=True,
+                               stdout=subprocess.DEVNULL, stderr=end)
+                os.write(end, b"the end")
+                os.close(end)
+                text = b""
+                while not text.endswith(b"the end"):
+                    text += shown.read(4096)
+                self.assertEqual(text == b"the end", silent, text)
+
+    def test_an_interrupted_replay_leaves_nothing(self):
+        self.write({"slow.meld": "include \"parts/clock.meld\".\nextern int slow(int).\ntype seen(node, int).\n"
+                                 "seen(@0, slow(T)) :- clock(@0, T).\n",
+                    "parts/clock.meld": "type clock(node, int).\nclock(A, T) :- tick(A, T).\n",
+                    "slow.c": "#include <meld/extern.h>\n#include <unistd.h>\n"
+                              "int64_t slow(int64_t tick) { if (access(\"now\", F_OK) == 0) usleep(tick < 6 ? 20000 : 9000000);"
+                              " return tick; }\n",
+                    "slow.toml": "lattice = \"square\"\n[[body]]\nshape = \"box(3, 3, 1)\"\n"})
+        self.fine("run", "slow.meld", "--quiet", "--link", "slow.c", "--ticks", 9, "--record", "run.vtkhdf")
+        self.write({"now": ""})
+        (self.folder / "tmp").mkdir()
+        environment = dict(os.environ, TMPDIR=str(self.folder / "tmp"))
+
+        def left():
+            return [path.name for path in (self.folder / "tmp").rglob("*") if not str(path).startswith(f"{self.folder}/tmp/ompi")]
+
+        def interrupted(signals, until, *options):
+            run = subprocess.Popen([str(OPTIONS.meldsim), "replay", "run.vtkhdf", *map(str, options)], cwd=self.folder, env=environment,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            while not until(left()) and run.poll() is None:
+                time.sleep(0.002)
+            for each in signals:
+                run.send_signal(each)
+                time.sleep(0.1)
+            out, err = run.communicate(timeout=60)
+            self.assertEqual(left(), [], err)
+            return run.returncode, out, err
+
+        def began(names):
+            return any(name.startswith("claymeld-replay") for name in names)
+
+        def ticks(names, last=1):
+            return (self.folder / "d").exists() and f"tick {last} " in (self.folder / "d").read_text()
+
+        def in_a_long_tick(names):
+            return ticks(names, 5)
+
+        # Before it handles them; between two ticks; in a tick that takes longer than anybody waits.
+        for processes, signals, until, ended in ((1, [signal.SIGTERM], began, 143), (1, [signal.SIGINT], ticks, 130),
+                                                 (2, [signal.SIGINT], ticks, 130), (1, [signal.SIGINT], in_a_long_tick, 130),
+                                                 (1, [signal.SIGTERM] * 2, in_a_long_tick, 143),
+                                                 (2, [signal.SIGTERM] * 2, in_a_long_tick, 143)):
+            with self.subTest(processes=processes, signals=signals, until=until.__name__):
+                (self.folder / "d").unlink(missing_ok=True)
+                code, out, err = interrupted(signals, until, "-n", processes, "--digest", "d", "--json")
+                self.assertEqual((code, out), (ended, ""), err)
+                if until == ticks:
+                    self.assertRegex(err, r"^meldsim: interrupted after tick \d+\n$")
 
     def test_what_cannot_be_replayed(self):
         self.record()

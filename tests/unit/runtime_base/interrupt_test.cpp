@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "runtime/base/leftovers.h"
 #include "runtime/base/output_file.h"
 
 namespace meld {
@@ -45,6 +46,30 @@ TEST_F(InterruptTest, LeavesNothingThatIsNoResult) {
         // Nobody has said that anything is in it.
         const bool appeared = begun->flush() && recording->place() && recording->appear();
         if (appeared && fs::exists(path("digest")) && fs::exists(path("recording"))) raise(SIGTERM);
+    };
+    EXPECT_EXIT(run(), testing::ExitedWithCode(kTerminated), "");
+    EXPECT_TRUE(empty());
+}
+
+TEST_F(InterruptTest, TakesFoldersAlong) {
+    const auto run = [&] {
+        handle();
+        const Leftover outer(path("outer")), inner(path("outer/inner")), file(path("outer/inner/file"));
+        fs::create_directories(path("outer/inner"));
+        std::ofstream(path("outer/inner/file")) << "text";
+        raise(SIGTERM);
+    };
+    EXPECT_EXIT(run(), testing::ExitedWithCode(kTerminated), "");
+    EXPECT_TRUE(empty());
+}
+
+TEST_F(InterruptTest, HoldsSignalsUntilTheyAreHandled) {
+    const auto run = [&] {
+        interrupt::hold({SIGTERM});
+        raise(SIGTERM);
+        std::ofstream(path("held")) << "text";
+        const Leftover held(path("held"));
+        handle();
     };
     EXPECT_EXIT(run(), testing::ExitedWithCode(kTerminated), "");
     EXPECT_TRUE(empty());
