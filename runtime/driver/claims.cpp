@@ -61,6 +61,8 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
             claim("the seed", std::to_string(world.seed)),
             files("--extension", options.extensions),
             option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
+            // Who has a time limit asks the others whether it has passed.
+            option("--timeout", options.timeout_seconds > 0 ? fmt::format("{}", options.timeout_seconds) : ""),
             option("the body", body_of(options)),
             option("--facts-out", options.facts_out),
             option("--record", options.replay.empty() ? options.record : ""),

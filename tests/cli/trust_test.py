@@ -194,6 +194,7 @@ class Agreement(Case):
         self.run_together(self.same, [*self.same, "--ticks", "3"], code=2, says="--ticks (none on process 0, 3 on process 1)")
         self.run_together(self.same, self.same[:-2], code=2, says="--facts-out (f on process 0, none on process 1)")
         self.run_together(self.same, [*self.same, "--digest", "d"], code=2, says="--digest (none on process 0, d on process 1)")
+        self.run_together(self.same, [*self.same, "--timeout", "60"], code=2, says="--timeout (none on process 0, 60 on process 1)")
 
     def test_other_programs(self):
         self.write("other.meld", (self.folder / "k.meld").read_text() + "// Another one.\n")
