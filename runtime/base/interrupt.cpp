@@ -113,6 +113,12 @@ void make(Timer which, timer_t& timer) {
 
 }  // namespace
 
+bool is_ignored(int signal) {
+    struct sigaction action{};
+    sigaction(signal, nullptr, &action);
+    return action.sa_handler == SIG_IGN;
+}
+
 void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated) {
     MELD_CHECK(!handling.exchange(true), "interrupts are handled already");
     for (const int signal : repeated) repeated_signals.fetch_or(std::uint64_t{1} << signal);
@@ -125,11 +131,8 @@ void handle(std::initializer_list<int> signals, std::initializer_list<int> repea
     sigaction(kTimer, &action, nullptr);
     action.sa_flags = SA_RESTART;
     action.sa_handler = on_interrupt;
-    for (const int signal : signals) {
-        struct sigaction before{};
-        sigaction(signal, nullptr, &before);
-        if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
-    }
+    for (const int signal : signals)
+        if (!is_ignored(signal)) sigaction(signal, &action, nullptr);
     set_waiting(SIG_UNBLOCK, signals);
 }
 

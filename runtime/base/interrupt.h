@@ -22,9 +22,12 @@ inline constexpr double kPatience_s = 1.7;
 // After this time a step that is still running should give up, so that there is time for an orderly end.
 inline constexpr double kStep_s = 0.7;
 
-// From now on these signals are answered, AtOnce at first; not those that the process was started to ignore, as `nohup` asks for.
-// `repeated` are those that their sender may repeat, or send by two ways: none is ever the second. Those that were blocked until now come.
-// Call it once, from the main thread, before there are others.
+// Whether the process was started to ignore it, as `nohup` and similar commands ask for. Also for use between fork and exec.
+bool is_ignored(int signal);
+
+// From now on these signals are answered, AtOnce at first; not those that are ignored. `repeated` are those that their sender may repeat, or
+// send by two ways: none is ever the second. Those that were blocked until now come. Call it once, from the main thread, before there are
+// others.
 void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated = {});
 
 // From now on these signals wait until they are handled: for those who make what must not be left before that. From the main thread.

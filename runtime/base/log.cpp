@@ -6,6 +6,7 @@
 #include <string>
 
 #include "runtime/base/progress.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 
 namespace meld::log {
@@ -31,10 +32,8 @@ std::string_view prefix_of(Level level) {
     return "";
 }
 
-void write_to_stderr(std::string_view line) {
-    std::fwrite(line.data(), 1, line.size(), stderr);
-    std::fflush(stderr);
-}
+// Where standard error takes nothing, nobody can be told.
+void write_to_stderr(std::string_view line) { static_cast<void>(print(stderr, line)); }
 
 }  // namespace
 

@@ -134,6 +134,7 @@ Result<OutputFile> OutputFile::open(const std::string& path, Appears appears, Du
         if (!S_ISREG(status.st_mode)) {
             OutputFile file(path, durability);
             file.stream_ = true;
+            const pulse::WritesToStream writes;
             file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
             if (file.descriptor_ < 0) return failed(errno);
             return file;
@@ -252,6 +253,8 @@ bool OutputFile::make_file() {
 void OutputFile::give_to_system() {
     if (waiting_.empty() || !make_file()) return;
     pulse::beat();
+    std::optional<pulse::WritesToStream> writes;
+    if (stream_) writes.emplace();
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
     if (error_ == 0 && !write_all(descriptor_, waiting_)) set_error(errno);
     offset_ += waiting_.size();

@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 
 namespace meld {
@@ -53,10 +54,7 @@ int terminal_columns() {
 }
 
 ProgressOutput ProgressOutput::on_stderr() {
-    const auto write = [](std::string_view text) {
-        std::fwrite(text.data(), 1, text.size(), stderr);
-        std::fflush(stderr);
-    };
+    const auto write = [](std::string_view text) { static_cast<void>(print(stderr, text)); };
     return {.write = write, .seconds_now = steady_seconds, .terminal = stderr_is_terminal(), .columns = terminal_columns()};
 }
 

@@ -18,6 +18,7 @@ struct alignas(64) Place {
     std::atomic<Phase> phase;
     std::atomic<std::int32_t> process;  // The system's number; 0: nobody is here yet.
     std::atomic<bool> waits;            // For other processes.
+    std::atomic<std::int32_t> writes;   // How many of its threads write to a stream, whose reader may take any time.
 };
 
 // The variable by which a supervisor tells its processes where the table is.
@@ -49,5 +50,19 @@ inline void begin_tick(std::int64_t tick) {
 inline void wait(bool waits) {
     if (detail::own != nullptr) detail::own->waits.store(waits, std::memory_order_relaxed);
 }
+
+// While it lives, this thread writes to a stream, or opens one: a terminal or a pipe takes no more until somebody has read.
+class WritesToStream {
+  public:
+    WritesToStream() {
+        if (detail::own != nullptr) detail::own->writes.fetch_add(1, std::memory_order_relaxed);
+    }
+    ~WritesToStream() {
+        if (detail::own != nullptr) detail::own->writes.fetch_sub(1, std::memory_order_relaxed);
+        beat();
+    }
+    WritesToStream(const WritesToStream&) = delete;
+    WritesToStream& operator=(const WritesToStream&) = delete;
+};
 
 }  // namespace meld::pulse

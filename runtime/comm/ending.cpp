@@ -103,7 +103,7 @@ void Ending::look() {
     tell(here);
     const auto is_told = [&](pid_t process) { return told_.contains(process); };
     const bool all_told = !told_.empty() && std::ranges::all_of(here, is_told);
-    const bool stopped = std::ranges::any_of(here, [](pid_t process) { return state_of(process) == 'T'; });
+    const bool stopped = std::ranges::any_of(here, is_stopped);
     if (here.size() >= told_.size() && !here.empty()) all_there_at_ = now;
     if ((!all_told || stopped) && now > asked_at_ + kUntilReady) return insist();
     if (now <= all_there_at_ + kAfterOthers) return;

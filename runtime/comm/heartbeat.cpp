@@ -21,7 +21,7 @@ constexpr double kMostBetweenLooks_s = 1;
 Heartbeat::Heartbeat(int processes, double seconds) : count_(static_cast<std::size_t>(processes)), seconds_(seconds) {
     const std::size_t bytes = count_ * sizeof(pulse::Place);
     file_ = memfd_create("claymeld-pulse", MFD_CLOEXEC);
-    // Also without a table: it tells a child that it has somebody who looks after it.
+    // Also without a table: it tells a child that it is supervised.
     place_ = fmt::format("/proc/{}/fd/{}", getpid(), file_);
     if (file_ < 0 || ftruncate(file_, static_cast<off_t>(bytes)) != 0) return;
     void* const table = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
@@ -48,8 +48,12 @@ bool Heartbeat::missed() {
     const double since = std::min(kMostBetweenLooks_s, std::chrono::duration<double>(now - last_look_).count());
     last_look_ = now;
     std::uint64_t beats = 0;
-    for (std::size_t i = 0; i < count_; ++i) beats += table_[i].beats.load(std::memory_order_relaxed);
-    silent_s_ = beats == 0 || beats != last_beats_ ? 0 : silent_s_ + since;
+    bool reader_pauses = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+        beats += table_[i].beats.load(std::memory_order_relaxed);
+        reader_pauses |= table_[i].writes.load(std::memory_order_relaxed) > 0 && !is_stopped(table_[i].process.load());
+    }
+    silent_s_ = beats == 0 || beats != last_beats_ || reader_pauses ? 0 : silent_s_ + since;
     last_beats_ = beats;
     return silent_s_ >= seconds_;
 }
@@ -60,7 +64,7 @@ Heartbeat::Standing Heartbeat::standing() const {
     for (std::size_t i = 0; i < count_; ++i) {
         const pulse::Place& place = table_[i];
         out.tick = std::max(out.tick, place.tick.load());
-        const bool stopped = place.process.load() != 0 && state_of(place.process.load()) == 'T';
+        const bool stopped = place.process.load() != 0 && is_stopped(place.process.load());
         // Whoever is stopped keeps the others waiting, whatever it was at.
         if (stopped ? out.stopped : place.waits.load() || out.stopped) continue;
         out.busy = stopped ? 1 : out.busy + 1;

@@ -22,8 +22,8 @@ class Heartbeat {
     const std::string& place() const { return place_; }
     // Before the processes start, also again.
     void begin();
-    // To be called every second at least while they run. Time in which this process itself was stopped does not count. Processes that have
-    // not come to look at the table, or cannot, are not waited for.
+    // To be called every second at least while they run. Time in which this process itself was stopped does not count, nor time in which
+    // one of them waits for the reader of a stream. Processes that have not come to look at the table, or cannot, are not waited for.
     bool missed();
 
     struct Standing {

@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/interrupt.h"
 #include "runtime/base/progress.h"
 #include "runtime/comm/ending.h"
 #include "runtime/comm/relay.h"
@@ -27,7 +28,6 @@ namespace meld::comm {
 
 namespace {
 
-constexpr int kCannotStart = 127;
 // The longest time that a signal or the end of the processes may wait.
 constexpr int kLookMilliseconds = 20;
 constexpr int kLooksUntilToldToEnd = 25;
@@ -80,19 +80,12 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
     return pointers;
 }
 
-// Signals that were switched off by `nohup` and similar commands stay so.
-bool is_ignored(int signal) {
-    struct sigaction action = {};
-    sigaction(signal, nullptr, &action);
-    return action.sa_handler == SIG_IGN;
-}
-
 sigset_t awaited_signals() {
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGCHLD);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        if (!is_ignored(signal)) sigaddset(&set, signal);
+        if (!interrupt::is_ignored(signal)) sigaddset(&set, signal);
     return set;
 }
 
@@ -110,7 +103,7 @@ sigset_t awaited_signals() {
     relay.enter_child();
     for (const int signal : {SIGCHLD, SIGPIPE}) std::signal(signal, SIG_DFL);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        if (!is_ignored(signal)) std::signal(signal, SIG_DFL);
+        if (!interrupt::is_ignored(signal)) std::signal(signal, SIG_DFL);
     sigprocmask(SIG_SETMASK, &mask, nullptr);
     execvpe(arguments[0], arguments, environment);
     _exit(kCannotStart);
@@ -222,6 +215,8 @@ std::string describe_launch_failure(int exit_code) {
             return "mpirun cannot be started, or it does not find the program";
         case 128 + SIGKILL:
             return "a process was killed (signal 9), most often because memory ran out";
+        case 128 + SIGINT:
+            return "the processes were interrupted by a signal (2)";
         case 128 + SIGTERM:
             return "the processes were ended by a signal (15)";
         default:

@@ -1,4 +1,4 @@
-// One process with a parent that looks after it.
+// One process that is supervised.
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,6 +10,7 @@
 #include <ctime>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/interrupt.h"
 #include "runtime/comm/launch.h"
 #include "runtime/comm/offspring.h"
 
@@ -24,34 +25,28 @@ constexpr timespec kBetweenLooks = {.tv_sec = 0, .tv_nsec = 100'000'000};
 constexpr std::chrono::milliseconds kUntilKilled{1200};
 constexpr std::chrono::milliseconds kUntilStoppedIsKilled{500};
 
-bool is_ignored(int signal) {
-    struct sigaction action = {};
-    sigaction(signal, nullptr, &action);
-    return action.sa_handler == SIG_IGN;
-}
-
 sigset_t set_of(std::initializer_list<int> signals) {
     sigset_t set;
     sigemptyset(&set);
     for (const int signal : signals)
-        if (!is_ignored(signal)) sigaddset(&set, signal);
+        if (!interrupt::is_ignored(signal)) sigaddset(&set, signal);
     return set;
 }
 
 // Signals wait in the child until it handles them.
 [[noreturn]] void become(std::vector<std::string>& words, pid_t parent, sigset_t mask) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(127);
+    if (getppid() != parent) _exit(kCannotStart);
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     std::signal(SIGCHLD, SIG_DFL);
     std::signal(SIGPIPE, SIG_DFL);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, kEndWellSignal, kEndNowSignal})
-        if (!is_ignored(signal)) sigaddset(&mask, signal);
+        if (!interrupt::is_ignored(signal)) sigaddset(&mask, signal);
     sigprocmask(SIG_SETMASK, &mask, nullptr);
     execvp(arguments[0], arguments.data());
-    _exit(127);
+    _exit(kCannotStart);
 }
 
 class Child {
@@ -63,7 +58,7 @@ class Child {
             int status = 0;
             const pid_t ended = waitpid(process_, &status, WNOHANG);
             if (ended == process_) return outcome(status);
-            if (ended < 0 && errno != EINTR) return {.exit_code = 127};
+            if (ended < 0 && errno != EINTR) return {.exit_code = kCannotStart};
             if (const int signal = sigtimedwait(&awaited, nullptr, &kBetweenLooks); signal > 0 && signal != SIGCHLD) pass_on(signal);
             look();
         }
@@ -83,7 +78,7 @@ class Child {
     }
     void look() {
         const Clock::time_point now = Clock::now();
-        const bool deaf = interrupted_by_ != 0 && now > asked_at_ + kUntilStoppedIsKilled && state_of(process_) == 'T';
+        const bool deaf = interrupted_by_ != 0 && now > asked_at_ + kUntilStoppedIsKilled && is_stopped(process_);
         if (deaf || (insisted_ && now > insisted_at_ + kUntilKilled)) kill(process_, SIGKILL);
         if (interrupted_by_ != 0 || hung_ || !heartbeat_.missed()) return;
         hung_ = true;
@@ -124,7 +119,7 @@ LaunchOutcome launch_alone(const std::vector<std::string>& command, Heartbeat& h
     const pid_t child = fork();
     if (child == 0) become(words, parent, before);
     unsetenv(pulse::kVariable);
-    const LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = 127} : Child(child, heartbeat).wait(awaited);
+    const LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : Child(child, heartbeat).wait(awaited);
     sigaction(SIGCHLD, &child_before, nullptr);
     sigprocmask(SIG_SETMASK, &before, nullptr);
     return outcome;

@@ -19,7 +19,7 @@ namespace meld::comm {
 namespace {
 
 struct Status {
-    char state = '?';
+    char state = '?';  // As the kernel calls it: 'Z' has ended and not been waited for; '?' if it cannot be seen.
     pid_t parent = 0;
 };
 
@@ -42,7 +42,10 @@ std::optional<pid_t> number(const std::string& name) {
 
 }  // namespace
 
-char state_of(pid_t process) { return status_of(process).state; }
+bool is_stopped(pid_t process) {
+    const char state = status_of(process).state;
+    return state == 'T' || state == 't';
+}
 
 std::vector<pid_t> offspring_of(pid_t process) {
     std::multimap<pid_t, pid_t> children;

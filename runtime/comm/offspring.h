@@ -9,8 +9,8 @@
 
 namespace meld::comm {
 
-// What the kernel calls the state of a process: 'T' is stopped, 'Z' has ended and not been waited for. '?' if it cannot be seen.
-char state_of(pid_t process);
+// Whether it has been stopped, by a signal or a debugger.
+bool is_stopped(pid_t process);
 
 // Its children, their children and so on, without those that have ended. It looks at all processes of the machine: microseconds each.
 std::vector<pid_t> offspring_of(pid_t process);

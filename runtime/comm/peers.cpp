@@ -13,6 +13,7 @@
 
 #include "runtime/base/progress.h"
 #include "runtime/base/pulse.h"
+#include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/offspring.h"
 
@@ -37,8 +38,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 void say(const std::string& line) {
     clear_progress();
-    std::fputs(line.c_str(), stderr);
-    std::fflush(stderr);
+    static_cast<void>(print(stderr, line));
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ bool Peers::late(std::size_t process) const {
     return pids_[process] != 0 && table_[process].operations.load(std::memory_order_relaxed) < operations_;
 }
 
-bool Peers::stopped(std::size_t process) const { return pids_[process] != 0 && process != process_ && state_of(pids_[process]) == 'T'; }
+bool Peers::stopped(std::size_t process) const { return pids_[process] != 0 && process != process_ && is_stopped(pids_[process]); }
 
 bool Peers::speaks() const {
     for (std::size_t p = 0; p < process_; ++p)

@@ -26,21 +26,30 @@ using comm::LaunchOutcome;
 // By which a process that is started again learns why.
 constexpr const char* kRestartsVariable = "CLAYMELD_RESTARTS";
 
+constexpr int kInterrupted = static_cast<int>(ExitCode::Interrupted), kTerminated = 128 + SIGTERM;
+
+bool is_interrupted(int exit_code) { return exit_code == kInterrupted || exit_code == kTerminated; }
+
 // The processes report themselves that they were interrupted, unless they had not got that far.
 int after_interrupt(const LaunchOutcome& outcome) {
-    const int interrupted = static_cast<int>(ExitCode::Interrupted), terminated = 128 + SIGTERM;
-    if (!outcome.heard || (outcome.exit_code != interrupted && outcome.exit_code != terminated)) tell({"interrupted before its end"});
-    return outcome.interrupted_by == SIGTERM ? terminated : interrupted;
+    if (!outcome.heard || !is_interrupted(outcome.exit_code)) tell({"interrupted before its end"});
+    return outcome.interrupted_by == SIGTERM ? kTerminated : kInterrupted;
 }
 
 // Tells how the processes ended, and returns the code of the command.
-int after_launch(const LaunchOutcome& outcome) {
+int after_launch(const LaunchOutcome& outcome, bool alone) {
     // However the run ended, its results have not reached their reader.
     if (outcome.output_error != 0) return tell(cannot_write("standard output", outcome.output_error));
     if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
     if (outcome.launcher_signal != 0)
         return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
                      "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
+    // It was the process itself that somebody asked to end, and it has said so.
+    if (outcome.heard && is_interrupted(outcome.exit_code)) return outcome.exit_code;
+    if (alone && outcome.exit_code == comm::kCannotStart)
+        return tell({"the process that computes cannot be started",
+                     "There may be too many processes, or meldsim has been removed or replaced since this one began",
+                     static_cast<ExitCode>(outcome.exit_code)});
     if (const std::string why = comm::describe_launch_failure(outcome.exit_code); !why.empty())
         return tell({why, "", static_cast<ExitCode>(outcome.exit_code)});
     return outcome.exit_code;
@@ -70,7 +79,7 @@ std::string place_of(const Heartbeat::Standing& at) {
 }
 
 Accident hang(const Heartbeat::Standing& at, const std::string& who, double heartbeat_s) {
-    const std::string how = at.stopped     ? who + " was stopped by a signal"
+    const std::string how = at.stopped     ? who + " was stopped by a signal or a debugger"
                             : at.busy == 0 ? "all processes waited for each other"
                                            : who + " hung";
     // Whoever stopped a process need not do it again.
@@ -139,7 +148,7 @@ int supervise(RunOptions options, const std::string& module) {
         const std::uint64_t kills_before = kills_for_memory();
         const LaunchOutcome outcome = start(options, module, restarts, heartbeat);
         const std::optional<Accident> now = accident(outcome, options.processes, heartbeat_s, kills_for_memory() > kills_before);
-        if (!now || !again) return after_launch(outcome);
+        if (!now || !again) return after_launch(outcome, again && options.processes == 1);
         for (const Accident& earlier : accidents)
             if (now->cause && earlier.cause == now->cause && earlier.tick == now->tick)
                 return give_up(outcome, *now, "that is the second time, and it would come again", options);

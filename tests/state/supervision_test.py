@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 import unittest
 
@@ -173,7 +174,7 @@ class Hangs(Case):
                 os.kill(stopped, signal.SIGSTOP)
                 _, err = run.communicate(timeout=60)
                 self.assertEqual(run.returncode, 0, err)
-                self.assertIn("was stopped by a signal, without a sign of life for 1", err)
+                self.assertIn("was stopped by a signal or a debugger, without a sign of life for 1", err)
                 self.assertIsNone(stat(stopped))
                 self.assertEqual(self.outcome(), wanted)
 
@@ -184,6 +185,24 @@ class Hangs(Case):
         out, err = run.communicate(timeout=60)
         self.assertEqual((run.returncode, err), (0, ""))
         self.assertGreater(json.loads(out)["stage_seconds"]["evaluation"], 1.2, "the tick is too short for this test")
+
+    def test_a_reader_that_pauses_is_none(self):
+        """Neither one that has not come yet nor one that leaves the pipe full, as a pager does."""
+        self.write("talks.meld", signals_test.FOREVER + "print(A, int2str(N)) :- tick(A, N).\n")
+        self.begin_again()
+        os.mkfifo(self.folder / "fifo")
+        run = self.start("talks.meld", "--world", "small.toml", "--ticks", 300, "--facts-out", "fifo", *KEEP, "--heartbeat", "500ms",
+                         "--quiet")
+        time.sleep(1.5)
+        facts = []
+        reader = threading.Thread(target=lambda: facts.append((self.folder / "fifo").read_text()), daemon=True)
+        reader.start()
+        time.sleep(1.5)
+        out, err = run.communicate(timeout=60)
+        self.assertEqual((run.returncode, err), (0, ""))
+        self.assertEqual((out.count("\n"), out.split()[-1]), (30000, "300"))
+        reader.join(60)
+        self.assertEqual(facts[0].count("\n"), 100)
 
     def test_a_supervisor_that_was_stopped(self):
         """Time in which it could not look does not count."""
@@ -210,7 +229,7 @@ class Hangs(Case):
 
 
 class Alone(Case):
-    """A run of one process with somebody who looks after it behaves as without."""
+    """A run of one process that is supervised behaves as one that is not."""
     RUN = ("forever.meld", "--world", "small.toml", "--digest", "d", "--facts-out", "f", "--checkpoint", "kept",
            "--checkpoint-every", "10000ticks")
 
@@ -234,12 +253,27 @@ class Alone(Case):
         return last
 
     def test_to_the_process_itself(self):
-        self.begin_again()
-        run = self.start(*self.RUN, "--quiet")
-        self.ticks_are_made(run)
-        os.kill(self.parts(run)[0], signal.SIGTERM)
-        self.ended(run, [143])
-        self.check_whole()
+        for sent, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130)):
+            with self.subTest(sent=sent):
+                self.begin_again()
+                run = self.start(*self.RUN, "--quiet")
+                self.ticks_are_made(run)
+                os.kill(self.parts(run)[0], sent)
+                out, err = self.ended(run, [code])
+                self.assertEqual(out + err, "")
+                self.check_whole()
+
+    def test_a_program_that_has_been_removed(self):
+        """While it compiled."""
+        (self.folder / "bin").mkdir()
+        mine = shutil.copy(TOOLS.meldsim, self.folder / "bin")
+        (self.folder / "bin/meldc").symlink_to(TOOLS.meldc)
+        run = subprocess.Popen([mine, "run", *self.RUN, "--quiet"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True, env=dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache")))
+        os.unlink(mine)
+        out, err = run.communicate(timeout=60)
+        self.assertEqual((run.returncode, out), (127, ""))
+        self.assertRegex(err, "^meldsim: the process that computes cannot be started. .* removed or replaced")
 
     def test_twice(self):
         self.begin_again()
