@@ -105,8 +105,7 @@ class InFolder {
 
 }  // namespace
 
-Result<std::unique_ptr<compare::State>> load_state(const sim::Checkpoint& checkpoint,
-                                                   const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+Result<std::unique_ptr<compare::State>> load_state(const sim::Checkpoint& checkpoint, const ParseRun& parse) {
     const sim::Manifest& manifest = checkpoint.manifest;
     std::optional<RunOptions> options = parse(manifest.run.command);
     if (!options) return fail("the command of the run is not one of this version of meldsim");

@@ -137,7 +137,7 @@ int tell(const Error& error) {
 
 }  // namespace
 
-int diff_command(const DiffOptions& options, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+int diff_command(const DiffOptions& options, const ParseRun& parse) {
     const compare::LoadState load = [&](const sim::Checkpoint& checkpoint) {
         return load_state(checkpoint, [&](const std::vector<std::string>& command) {
             std::optional<RunOptions> run = parse(command);

@@ -209,8 +209,8 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, or not as recorded, 4 limit, memory or disk, "
-        "5 an unusable module, 6 an unusable "
-        "checkpoint, 70 a bug of meldsim, 130 interrupted, 143 terminated. Of diff: 1 if there is a difference.");
+        "5 an unusable module, 6 an unusable checkpoint, recording or table of facts, 70 a bug of meldsim, 130 interrupted, 143 "
+        "terminated. Of diff: 1 if there is a difference.");
     add_run(app, line.run);
     const CLI::App* resume = add_resume(app, line.resume);
     const CLI::App* diff = add_diff(app, line.diff);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,9 @@ struct RunOptions {
     std::vector<std::string> command = {};    // As typed where the run began, for the recording and for checkpoints.
     std::vector<std::string> arguments = {};  // Of the processes: of this command, which may go on with that run.
 };
+
+// Reads a command line of `meldsim run`, as a checkpoint has it; nothing if it is none.
+using ParseRun = std::function<std::optional<RunOptions>(const std::vector<std::string>&)>;
 
 // Of `meldsim resume`: what the run is to do otherwise than its command says.
 struct ResumeOptions {

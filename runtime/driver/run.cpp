@@ -38,10 +38,10 @@ namespace meld::driver {
 
 namespace {
 
-// The process that reports for the run also reports when it is ended at once. One that is looked after gets every request twice, from the
-// terminal and from the process that looks after it.
-void handle_interrupts(bool speaks, bool looked_after = false) {
-    if (looked_after)
+// The process that reports for the run also reports when it is ended at once. One that is supervised gets every request twice, from the
+// terminal and from its supervisor.
+void handle_interrupts(bool speaks, bool supervised = false) {
+    if (supervised)
         interrupt::handle({SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal, comm::kEndNowSignal},
                           {SIGINT, SIGTERM, SIGHUP, comm::kEndWellSignal});
     else
@@ -242,7 +242,7 @@ int run_command(RunOptions options) {
     if (const auto seconds = parse_heartbeat(options.heartbeat); !seconds) return tell(seconds.error());
     const bool under_mpi = comm::under_mpi();
     const char* const rank = under_mpi ? std::getenv("OMPI_COMM_WORLD_RANK") : nullptr;
-    const bool looked_after = pulse::attach(rank != nullptr ? static_cast<std::size_t>(std::atoi(rank)) : 0) && !under_mpi;
+    const bool supervised = pulse::attach(rank != nullptr ? static_cast<std::size_t>(std::atoi(rank)) : 0) && !under_mpi;
     options.restarts = restarts_so_far();
     if (under_mpi) {
         // Outlives the communicator, whose end waits for mpirun.
@@ -254,8 +254,8 @@ int run_command(RunOptions options) {
         soon.emplace(interrupt::Answer::Soon);
         return code;
     }
-    handle_interrupts(true, looked_after);
-    if (options.processes == 1 && (looked_after || !is_supervised(options))) {
+    handle_interrupts(true, supervised);
+    if (options.processes == 1 && (supervised || !is_supervised(options))) {
         const auto comm = comm::make_single();
         return run_processes(options, *comm);
     }
@@ -274,7 +274,7 @@ int bisect_command(RunOptions options) {
     return run_command(std::move(options));
 }
 
-int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+int resume_command(const ResumeOptions& resume, const ParseRun& parse) {
     std::error_code error;
     const std::string folder = std::filesystem::absolute(resume.folder, error).lexically_normal().string();
     const Result<sim::Manifest> manifest = sim::newest_manifest(folder);

@@ -1,10 +1,7 @@
 // `meldsim run`: compile if needed, start the processes, run, report.
 #pragma once
 
-#include <functional>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "runtime/base/error.h"
 #include "runtime/driver/options.h"
@@ -17,9 +14,8 @@ int run_command(RunOptions options);
 // `meldsim bisect`: the same for a run that is to answer a question.
 int bisect_command(RunOptions options);
 
-// `meldsim resume`: goes on with the run whose checkpoints are in a folder, in the folder where it was started. `parse` reads a command
-// line of `meldsim run`; nothing if it is none.
-int resume_command(const ResumeOptions& resume, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse);
+// `meldsim resume`: goes on with the run whose checkpoints are in a folder, in the folder where it was started.
+int resume_command(const ResumeOptions& resume, const ParseRun& parse);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
 // Errors carry meldc's exit code; its messages have been printed by then.

@@ -11,13 +11,13 @@
 
 namespace meld::driver {
 
-// Whether a run with these options has a process that looks after it, if it is not one of the processes of a run itself.
+// Whether a run with these options is supervised, if it is not one of the processes of a run itself.
 bool is_supervised(const RunOptions& options);
 
 // Runs the processes until they end in a way that another start would not change. Returns the exit code of the command, of which it tells.
 int supervise(RunOptions options, const std::string& module);
 
-// Of a process that is looked after: what has happened to the run before. Call it once, before other threads start.
+// Of a process that is supervised: what has happened to the run before. Call it once, before other threads start.
 std::vector<Restart> restarts_so_far();
 
 // The command line of a process that goes on with the run in this folder.

@@ -341,7 +341,7 @@ class Refusals(Case):
         while not self.manifests():
             self.assertLess(time.monotonic(), end)
             time.sleep(0.01)
-        # The process that computes has another one that looks after it.
+        # The process that computes has a supervisor.
         computing = children(run.pid)[0]
         self.refused("meldsim", "resume", "kept", code=2, says=["kept", "is writing it", str(computing)])
         # What it leaves of its lock keeps nobody away.
