@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/pulse.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/record/facts_csv.h"
 #include "runtime/record/facts_hdf5.h"
@@ -61,6 +62,7 @@ std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const
     ByteWriter out;
     std::vector<std::vector<Value>> facts;
     for (const auto& [id, catom] : order) {
+        pulse::beat();
         facts.clear();
         tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), table.predicate, catom,
                          [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
@@ -84,6 +86,7 @@ void merge(const std::vector<std::vector<std::byte>>& parts, FactsFile& file) {
         if (!readers[i].done()) next.emplace(readers[i].read<u64>(), i);
     }
     while (!next.empty()) {
+        pulse::beat();
         const std::size_t i = next.top().second;
         next.pop();
         file.rows(readers[i].read_block());

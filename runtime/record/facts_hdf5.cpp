@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/pulse.h"
 #include "runtime/record/file_kind.h"
 #include "runtime/record/hdf5_library.h"
 #include "runtime/tuple/value_text.h"
@@ -180,6 +181,7 @@ void Hdf5Facts::rows(std::span<const std::byte> packed) {
 }
 
 void Hdf5Facts::write_waiting() {
+    pulse::beat();
     const hsize_t count = std::exchange(waiting_rows_, 0), end = rows_ + count;
     if (!failure_ && count > 0) {
         check(H5Dset_extent(dataset_, &end));

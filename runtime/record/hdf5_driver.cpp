@@ -3,6 +3,8 @@
 #include <map>
 #include <optional>
 
+#include "runtime/base/pulse.h"
+
 namespace meld::record {
 
 namespace {
@@ -30,6 +32,7 @@ H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) 
 }
 
 haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
+    pulse::beat();
     const haddr_t address = next_address(file);
     const haddr_t next = address + size_bytes;
     spaces[file] = {.next = next, .given = true};

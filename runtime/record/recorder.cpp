@@ -9,6 +9,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
+#include "runtime/base/pulse.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/record/state_digest.h"
 
@@ -136,6 +137,7 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     ByteWriter out;
     marks_.send(out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        pulse::beat();
         if (!subdomain.owned(c)) continue;
         out.write(Row{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
         for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
@@ -157,6 +159,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         ByteReader in(all[part], "a step of a recording");
         marks_.receive(in);
         while (!in.done()) {
+            pulse::beat();
             const std::size_t at = all[part].size() - in.left();
             rows.push_back({in.read<Row>().id, part, at});
             for (const RecordedPredicate& r : recorded_) r.skip(in);
@@ -165,6 +168,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     std::sort(rows.begin(), rows.end());
     for (RecordedPredicate& r : recorded_) r.begin_step();
     for (const auto& [id, part, at] : rows) {
+        pulse::beat();
         const std::span<const std::byte> bytes = all[part];
         ByteReader in(bytes.subspan(at), "a row of a recording");
         const auto row = in.read<Row>();

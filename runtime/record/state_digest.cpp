@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/pulse.h"
 #include "runtime/record/fact_tables.h"
 #include "runtime/tuple/facts.h"
 
@@ -30,6 +31,7 @@ Digest state_digest(sim::Subdomain& subdomain) {
         if (!shown(p)) continue;
         const u64 name = hash_combine(hash_text(p.name), p.arity);
         for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+            pulse::beat();
             if (!subdomain.owned(c)) continue;
             const u64 start = hash_combine(name, subdomain.ensemble.id(c));
             tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), i, c,

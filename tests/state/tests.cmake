@@ -1,6 +1,6 @@
 # Runs that are stopped and go on.
 meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE_CURRENT_LIST_DIR}/timeline_test.cpp
-                              ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp
+                              ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp ${CMAKE_CURRENT_LIST_DIR}/pulse_test.cpp
           DEPENDS runtime/driver)
 target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
                                               CLAYMELD_STATE_TESTS="${CMAKE_CURRENT_LIST_DIR}")
@@ -21,7 +21,7 @@ endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
-# Runs that are looked after; the campaign kills them at hundreds of moments, and a change of shape too.
+# Runs that are supervised; the campaign kills them at hundreds of moments, and a change of shape too.
 foreach(class Crashes Hangs Alone Killed)
   string(TOLOWER ${class} name)
   add_test(NAME supervision_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
