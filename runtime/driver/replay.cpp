@@ -53,6 +53,21 @@ std::string from_program(const std::string& folder, const std::string& program) 
     return fs::absolute(folder, error).lexically_normal().lexically_relative(base).string();
 }
 
+// A module that was compiled beforehand does not tell by which folders its includes were found: those that they are in, and the ones above
+// these, as far as they are named.
+std::vector<std::string> folders_of(const std::vector<record::Provenance::Source>& sources) {
+    std::vector<std::string> found;
+    for (const auto& source : sources) {
+        fs::path folder = fs::path(source.path).lexically_normal();
+        do {
+            folder = folder.parent_path();
+            const std::string name = folder.empty() ? "." : folder.string();
+            if (std::ranges::find(found, name) == found.end()) found.push_back(name);
+        } while (!folder.empty() && folder.filename() != "..");
+    }
+    return found;
+}
+
 // What the recording says of its run. Errors: it says nothing, or is of another version.
 Result<record::Provenance> read_provenance(const record::RecordingReader& recording) {
     const std::string text = recording.about("provenance");
@@ -117,19 +132,6 @@ Result<void> write_program(Scratch& scratch, const record::Provenance& p) {
         if (auto written = scratch.write(*place, source.text); !written) return written;
     }
     return {};
-}
-
-// Where the program's includes and libraries are searched for. A module that was compiled beforehand does not tell by which folders it found
-// them, so those that have a source follow, with the folders that these are in; what is found must be what the run had.
-std::vector<std::string> library_folders(const fs::path& folder, const record::Provenance& p) {
-    const fs::path program = program_folder(folder, p);
-    std::vector<std::string> found;
-    for (const std::string& library : p.libraries) found.push_back((program / library).lexically_normal().string());
-    for (const auto& source : p.program)
-        for (fs::path at = (program / source.path).lexically_normal().parent_path(); at != folder && at.has_relative_path();
-             at = at.parent_path())
-            if (std::ranges::find(found, at.string()) == found.end()) found.push_back(at.string());
-    return found;
 }
 
 class Check : public sim::SimModule {
@@ -246,8 +248,9 @@ Result<Again> read_again(const ReplayOptions& options) {
 // The options of the run that is made again, in the folder `scratch`.
 RunOptions options_of(const ReplayOptions& options, const Again& again, const fs::path& scratch) {
     RunOptions run = options.run;
-    run.program = (program_folder(scratch, again.from) / again.from.program.front().path).string();
-    run.library_paths = library_folders(scratch, again.from);
+    const fs::path folder = program_folder(scratch, again.from);
+    for (const std::string& library : again.from.libraries) run.library_paths.push_back((folder / library).lexically_normal().string());
+    run.program = (folder / again.from.program.front().path).string();
     run.link = again.link;
     run.extensions = again.extensions;
     run.optimisation = again.from.optimisation;
@@ -287,7 +290,10 @@ Result<record::Provenance> provenance(const RunOptions& options, const ModuleInf
                          .seed = world.seed,
                          .strict = options.strict};
     for (u32 i = 0; i < module.source_count; ++i) p.program.push_back({module.sources[i].path, module.sources[i].text});
-    for (const std::string& folder : options.library_paths) p.libraries.push_back(from_program(folder, options.program));
+    if (options.program.ends_with(".so"))
+        p.libraries = folders_of(p.program);
+    else
+        for (const std::string& folder : options.library_paths) p.libraries.push_back(from_program(folder, options.program));
     for (auto [paths, files] : {std::pair{&options.link, &p.linked}, std::pair{&options.extensions, &p.extensions}}) {
         Result<std::vector<record::CodeFile>> code = code_files(*paths);
         if (!code) return tl::unexpected<Error>(code.error());
@@ -328,8 +334,7 @@ Result<std::unique_ptr<sim::SimModule>> make_check(const std::string& path) {
     return std::make_unique<Check>(std::move(*p), std::move(by_tick));
 }
 
-Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, bool interrupted,
-                       comm::Communicator& comm) {
+Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, bool interrupted, comm::Communicator& comm) {
     if (!ran && ran.error().code != ExitCode::PropertyFailed) return tl::unexpected<Error>(ran.error());
     if (interrupted) return fail(fmt::format("interrupted after tick {}", tick), "", ExitCode::Interrupted);
     const Result<int> mine = comm.process() == 0 ? compare_and_print(options, ran, tick) : Result<int>(0);
