@@ -216,7 +216,7 @@ std::string describe_launch_failure(int exit_code) {
         case 128 + SIGKILL:
             return "a process was killed (signal 9), most often because memory ran out";
         case 128 + SIGINT:
-            return "the processes were interrupted by a signal (2)";
+            return "the processes were interrupted";
         case 128 + SIGTERM:
             return "the processes were ended by a signal (15)";
         default:

@@ -37,6 +37,7 @@ TEST(LaunchMpi, TellsAKilledProcessFromACrashedOne) {
     EXPECT_EQ(launch_mpi(2, {"sh", "-c", "ulimit -c 0; kill -SEGV $$"}).exit_code, 139);
     EXPECT_NE(describe_launch_failure(137).find("killed"), std::string::npos);
     EXPECT_EQ(describe_launch_failure(139), "a process crashed (signal 11: Segmentation fault)");
+    EXPECT_EQ(describe_launch_failure(130), "the processes were interrupted");
     EXPECT_EQ(describe_launch_failure(0), "");
     EXPECT_EQ(describe_launch_failure(4), "");
     EXPECT_EQ(describe_launch_failure(255), "");
