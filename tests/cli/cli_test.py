@@ -3,55 +3,25 @@ texts. Each must end with its documented exit code and a message, printed once, 
 
     cli_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import os
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
-import time
-import unittest
 
 import h5py
 
-TOOLS = argparse.Namespace()
-SQUARE = 'lattice = "square"\n[[body]]\nshape = "box(2, 2, 1)"\n'
-COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
-FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import COUNT, FOREVER, TOOLS, main, square  # noqa: E402
+
+SQUARE = square(2)
 OUTPUTS = ("--facts-out", "--record", "--digest")
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld cli "))  # With a space: paths may have one.
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.write("w.toml", SQUARE)
-        self.write("p.meld", COUNT)
-
-    def write(self, name, text):
-        data = text if isinstance(text, bytes) else text.encode()
-        (self.folder / name).write_bytes(data)
-
-    def call(self, tool, *arguments, code=0, seconds=60):
-        """Runs it; checks the exit code; returns standard output and standard error."""
-        command = [getattr(TOOLS, tool), *map(str, arguments)]
-        done = subprocess.run(command, cwd=self.folder, stdin=subprocess.DEVNULL, capture_output=True, timeout=seconds)
-        out, err = done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
-        self.assertEqual(done.returncode, code, f"{command}\n{out}{err}")
-        return out, err
-
-    def refused(self, tool, *arguments, code, says):
-        """It ends with this code and one message that holds all the texts; nothing goes to standard output."""
-        out, err = self.call(tool, *arguments, code=code)
-        self.assertEqual(out, "")
-        for text in [says] if isinstance(says, str) else says:
-            self.assertEqual(err.count(text), 1, f"{text!r} should be said once:\n{err}")
-        return err
-
-    def files(self):
-        return {str(p.relative_to(self.folder)) for p in self.folder.rglob("*")}
+class Case(frame.Case):
+    FILES = {"w.toml": SQUARE, "p.meld": COUNT}
 
 
 class Usage(Case):
@@ -108,10 +78,8 @@ class Usage(Case):
         self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--set", "failed-turn=1", code=2, says="no constant 'failed-turn'")
 
     def test_closed_standard_output_is_an_error_not_a_crash(self):
-        command = [TOOLS.meldc, "compile", "p.meld", "--emit=cpp"]
         with open("/dev/full", "wb") as full:
-            done = subprocess.run(command, cwd=self.folder, stdout=full, stderr=subprocess.PIPE, timeout=60)
-        self.assertEqual(done.returncode, 4)
+            self.call("meldc", "compile", "p.meld", "--emit=cpp", stdout=full, code=4)
 
 
 class Programs(Case):
@@ -124,7 +92,7 @@ class Programs(Case):
     def test_wrong_program_is_told_once_on_any_number_of_processes(self):
         self.write("wrong.meld", "type p(node).\np(A) :- q(A).\n")
         for n in (1, 3):
-            self.refused("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, code=1, says="no predicate `q`")
+            self.refused("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, code=1, says="no predicate `q`", lines=None)
 
     def test_path_with_spaces_and_quotes(self):
         self.write("my 'first' program.meld", COUNT)
@@ -149,8 +117,8 @@ class Programs(Case):
         self.call("meldc", "compile", "p.meld", "-o", "mine.so")
         data = bytearray((self.folder / "mine.so").read_bytes())
         # The note's owner, then magic, then the version; any change of it must be noticed before the module is loaded.
-        section = subprocess.run(["readelf", "-SW", "mine.so"], cwd=self.folder, capture_output=True, text=True, check=True).stdout
-        line = next(line for line in section.splitlines() if ".note.meld" in line or ".note.clay" in line)
+        sections, _ = self.call("readelf", "-SW", "mine.so")
+        line = next(line for line in sections.splitlines() if ".note.meld" in line or ".note.clay" in line)
         fields = line[line.index("]") + 1:].split()
         at, size = int(fields[3], 16), int(fields[4], 16)
         refusals = 0
@@ -158,8 +126,7 @@ class Programs(Case):
             changed = bytearray(data)
             changed[offset] ^= 0x40
             self.write("changed.so", bytes(changed))
-            done = subprocess.run([TOOLS.meldsim, "run", "./changed.so", "--world", "w.toml", "--quiet"], cwd=self.folder,
-                                  capture_output=True, timeout=60)
+            done = self.run_tool("meldsim", "run", "./changed.so", "--world", "w.toml", "--quiet")
             self.assertIn(done.returncode, (0, 5), done.stderr)
             refusals += done.returncode == 5
         self.assertGreater(refusals, 3)
@@ -209,19 +176,17 @@ class Worlds(Case):
     def test_limits_of_the_process_count_as_what_there_is(self):
         self.write("big.toml", '[[body]]\nshape = "box(400, 400, 400)"\n')
         for option, by in (("-v", "ulimit -v"), ("-d", "ulimit -d")):
-            done = subprocess.run(["bash", "-c", f'ulimit {option} 1500000 && exec "$0" run p.meld --world big.toml', TOOLS.meldsim],
-                                  cwd=self.folder, capture_output=True, text=True)
-            self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
-            self.assertRegex(done.stderr, rf"\Ameldsim: the world needs .* are left by {by}\..*\n\Z")
+            out, err = self.call("bash", "-c", f'ulimit {option} 1500000 && exec "$0" run p.meld --world big.toml', TOOLS.meldsim, code=4)
+            self.assertEqual(out, "")
+            self.assertRegex(err, rf"\Ameldsim: the world needs .* are left by {by}\..*\n\Z")
 
     def test_memory_that_runs_out_in_the_run_is_one_line(self):
         self.write("grow.meld", "type linear t(node, int).\ntype l(node, list int).\nt(A, 0).\n"
                                 "t(A, N) -o l(A, [N, N, N, N, N, N, N, N, N, N, N, N, N, N, N, N]), t(A, N + 1)@+1.\n")
         self.write("many.toml", 'lattice = "square"\n[[body]]\nshape = "box(300, 300, 1)"\n')
-        done = subprocess.run(["bash", "-c", 'ulimit -v 400000 && exec "$0" run grow.meld --world many.toml --quiet', TOOLS.meldsim],
-                              cwd=self.folder, capture_output=True, text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
-        self.assertRegex(done.stderr, r"\Ameldsim: out of memory.*\n\Z")
+        out, err = self.call("bash", "-c", 'ulimit -v 400000 && exec "$0" run grow.meld --world many.toml --quiet', TOOLS.meldsim, code=4)
+        self.assertEqual(out, "")
+        self.assertRegex(err, r"\Ameldsim: out of memory.*\n\Z")
 
     def test_more_processes_than_catoms(self):
         self.write("one.toml", '[[body]]\ncells = [[0, 0, 0]]\n')
@@ -273,12 +238,12 @@ class Files(Case):
 
 
 class Endings(Case):
-    def ends(self, program, *, code, says, limits="", processes=(1, 3)):
+    def ends(self, program, *, code, says, limits="", processes=(1, 3), lines=1):
         """The same single message on any number of processes; returns it."""
         self.write("d.meld", program)
         self.write("limits.toml", SQUARE + limits)
         for n in processes:
-            self.refused("meldsim", "run", "d.meld", "--world", "limits.toml", "--quiet", "-n", n, code=code, says=says)
+            self.refused("meldsim", "run", "d.meld", "--world", "limits.toml", "--quiet", "-n", n, code=code, says=says, lines=lines)
 
     def test_ping_pong_of_linear_facts(self):
         self.ends("type linear a(node).\ntype linear b(node).\na(@1).\na(A) -o b(A).\nb(A) -o a(A).\n", code=4,
@@ -286,11 +251,11 @@ class Endings(Case):
 
     def test_view_that_grows_at_one_catom(self):
         self.ends("type d(node, int).\nd(@2, 0).\nd(A, N + 1) :- d(A, N).\n", code=4,
-                  says=["more than 100000 derivations", "rule d@3 at catom @2 in tick 1"])
+                  says=["more than 100000 derivations", "rule d@3 at catom @2 in tick 1"], lines=None)
 
     def test_view_that_grows_over_links(self):
         self.ends("type d(node, int).\nd(@0, 0).\nd(B, N + 1) :- neighbor(A, B), d(A, N).\n", limits="[limits]\nmax_facts_per_catom = 50\n",
-                  code=4, says=["more than 50 facts", "at catom @", "max_facts_per_catom"])
+                  code=4, says=["more than 50 facts", "at catom @", "max_facts_per_catom"], lines=None)
 
     def test_list_that_doubles(self):
         self.ends("type linear l(node, list int).\nl(@0, [1, 2, 3]).\nl(A, L) -o l(A, L ++ L).\n", limits="[limits]\nmax_list = 100\n",
@@ -314,7 +279,7 @@ class Endings(Case):
 
     def test_token_that_never_rests(self):
         self.ends("type linear t(node).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\n", limits="[limits]\nmax_ticks = 200\n", code=4,
-                  says=["was not quiescent after 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."])
+                  says=["was not quiescent after 200 ticks", "`t` changed in each", "d.meld:3: t(A), neighbor(A, B) -o t(B)."], lines=None)
 
     def test_facts_of_runs_that_fail(self):
         token = "type linear t(node).\ntype at(node, int).\nt(@0).\nt(A), neighbor(A, B) -o t(B).\nat(A, N) :- tick(A, N).\n"
@@ -325,7 +290,7 @@ class Endings(Case):
         self.write("d.meld", "type p(node, int).\ntype q(node, int).\nq(A, T) :- tick(A, T).\np(A, 1 / (3 - T)) :- tick(A, T).\n")
         for n in (1, 2):
             self.refused("meldsim", "run", "t.meld", "--world", "ten.toml", "--facts-out", f"{n}.facts", "--quiet", "-n", n, code=4,
-                         says="was not quiescent after 10 ticks")
+                         says="was not quiescent after 10 ticks", lines=None)
             self.assertEqual((self.folder / f"{n}.facts").read_text(), (self.folder / "ten.facts").read_text())
             self.write("old.facts", "old")
             self.refused("meldsim", "run", "d.meld", "--world", "w.toml", "--facts-out", "old.facts", "--record", f"{n}.vtkhdf", "--quiet",
@@ -354,7 +319,7 @@ class Endings(Case):
                  ("lsum([9223372036854775807, N])", "too large"), ("down(N)", "functions call each other more than 10000 deep in rule p@2"))
         for body, says in calls:
             self.ends(f"type p(node, int).\np(A, {body}) :- id(A, N), N = 1.\nfun down(int N) : int = 1 + down(N + 1).\n", code=1,
-                      says=[says, where], processes=(1,))
+                      says=[says, where], processes=(1,), lines=None)
         for body in ("[log(0.0 - N)]", "[1, acos(2 * N)]", "normalize([sqrt(0.0 - N)])"):
             self.ends(f"type p(node, list float).\np(A, {body}) :- id(A, N), N = 1.\n", code=1, says=["not a number", where],
                       processes=(1,))
@@ -369,7 +334,7 @@ class Endings(Case):
         self.write("e.meld", "extern int f(int).\ntype p(node, int).\np(A, f(1)).\n")
         self.write("bad.c", "int f( { return 1; }\n")
         self.write("f.c", "#include <stdint.h>\nint64_t f(int64_t x) { return x + 1; }\n")
-        self.refused("meldc", "compile", "e.meld", "--link", "bad.c", code=1, says="bad.c does not compile")
+        self.refused("meldc", "compile", "e.meld", "--link", "bad.c", code=1, says="bad.c does not compile", lines=None)
         self.refused("meldc", "compile", "e.meld", "--link", "none.c", code=2, says="there is no file none.c")
         self.refused("meldc", "compile", "e.meld", "--link", "e.meld", code=2, says="it is not a C or C++ file")
         first, _ = self.call("meldc", "compile", "e.meld", "--link", "f.c")
@@ -380,14 +345,11 @@ class Endings(Case):
     def interrupt(self, *more):
         self.write("for ever.meld", FOREVER)
         # Its own session, so that a signal to the group is what Ctrl-C sends: to the command and all it started.
-        run = subprocess.Popen([TOOLS.meldsim, "run", "for ever.meld", "--world", "w.toml", *more], cwd=self.folder,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True)
+        run = self.begin("meldsim", "run", "for ever.meld", "--world", "w.toml", *more,
+                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True)
         try:
             # The digest file exists as soon as ticks are made.
-            for _ in range(600):
-                if (self.folder / "d").exists() and (self.folder / "d").stat().st_size > 0:
-                    break
-                time.sleep(0.05)
+            self.wait_for(lambda: (self.folder / "d").exists() and (self.folder / "d").stat().st_size > 0)
             os.killpg(run.pid, signal.SIGINT)
             out, err = run.communicate(timeout=60)
         finally:
@@ -455,9 +417,7 @@ class Hostile(Case):
         program = "type p(node, int).\ntype q(node).\nq(A) :- p(A, 1), " + "not (" * 400 + "p(A, 2)" + ")" * 400 + ".\n"
         self.write("h.meld", program)
         self.call("meldc", "compile", "h.meld", "--quiet", "-o", "h.so")
-        done = subprocess.run(["bash", "-c", 'ulimit -s 1024 && "$0" check h.meld && "$0" compile h.meld --quiet -O1', TOOLS.meldc],
-                              cwd=self.folder, capture_output=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.call("bash", "-c", 'ulimit -s 1024 && "$0" check h.meld && "$0" compile h.meld --quiet -O1', TOOLS.meldc)
 
     def test_long_chains(self):
         for order in (1, -1):
@@ -496,10 +456,9 @@ class Hostile(Case):
 
     def test_little_memory_is_one_line_and_code_4(self):
         self.write("h.meld", "type p(node, int).\n" + "".join(f"p(A, {i} + X) :- p(A, X), X < {i}.\n" for i in range(3_000)))
-        done = subprocess.run(["bash", "-c", 'ulimit -v 90000 && exec "$0" compile h.meld --emit=cpp', TOOLS.meldc],
-                              cwd=self.folder, capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stdout), (4, ""), done.stderr)
-        self.assertRegex(done.stderr, r"\Ameldc: out of memory.*\n\Z")
+        out, err = self.call("bash", "-c", 'ulimit -v 90000 && exec "$0" compile h.meld --emit=cpp', TOOLS.meldc, code=4)
+        self.assertEqual(out, "")
+        self.assertRegex(err, r"\Ameldc: out of memory.*\n\Z")
 
     def test_many_facts(self):
         facts = "".join(f"p(@{i % 4}, {i}).\n" for i in range(20_000))
@@ -533,9 +492,4 @@ class Hostile(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    TOOLS, rest = parser.parse_known_args()
-    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

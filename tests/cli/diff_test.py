@@ -3,20 +3,20 @@
 Each test makes two results of runs that differ in a place it knows, and expects that place.
 """
 
-import argparse
 import json
 import os
+import pathlib
 import random
 import shutil
-import subprocess
 import sys
-import unittest
 
 import h5py
 import numpy
 
-import outputs_test
-from outputs_test import TOOLS
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import TOOLS, main  # noqa: E402
 
 # A fact a catom, several facts a catom, strings, floats, vectors, colours, labels and lines.
 PROGRAM = """
@@ -39,27 +39,22 @@ WORLD = 'lattice = "square"\n[[body]]\nshape = "box(4, 1, 1)"\n[record]\nevery =
 DIFFER, USAGE, DAMAGED = 1, 2, 6
 
 
-class Case(outputs_test.Case):
-    def setUp(self):
-        super().setUp()
-        self.write("w.toml", WORLD)
+class Case(frame.Case):
+    FILES = {"w.toml": WORLD}
 
     def program(self, name, odd="0", odds='"odd"'):
         self.write(name, PROGRAM.replace("ODDS", odds).replace("ODD", odd))
 
     def run_program(self, name, *options, ticks=6):
-        self.fine("meldsim", "run", name, "--world", "w.toml", "--ticks", ticks, "--quiet", *options)
+        self.call("meldsim", "run", name, "--world", "w.toml", "--ticks", ticks, "--quiet", *options)
 
     def diff(self, a, b, code):
-        done = subprocess.run([TOOLS.meldsim, "diff", a, b], cwd=self.folder, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        self.assertEqual(bool(done.stdout), code == DIFFER, done.stdout)
-        return done.stdout if code in (0, DIFFER) else done.stderr
+        out, err = self.call("meldsim", "diff", a, b, code=code)
+        self.assertEqual(bool(out), code == DIFFER, out)
+        return out if code in (0, DIFFER) else err
 
     def json(self, a, b, code=DIFFER):
-        done = subprocess.run([TOOLS.meldsim, "diff", a, b, "--json"], cwd=self.folder, capture_output=True, text=True)
-        self.assertEqual(done.returncode, code, done.stderr)
-        found = json.loads(done.stdout)
+        found = json.loads(self.call("meldsim", "diff", a, b, "--json", code=code)[0])
         self.assertEqual(found["same"], code == 0)
         return found
 
@@ -203,10 +198,8 @@ class Facts(Case):
                 a.write(f"p(@{i}, {i}, \"a text that takes some room in memory\").\n")
                 if i != 399_998:
                     b.write(f"p(@{i}, {i}, \"a text that takes some room in memory\").\n")
-        done = subprocess.run(["bash", "-c", f"ulimit -d 20000; '{TOOLS.meldsim}' diff a b"], cwd=self.folder, capture_output=True,
-                              text=True)
-        self.assertEqual(done.returncode, DIFFER, done.stderr)
-        self.assertIn("399999 in both, 1 only in the first", done.stdout)
+        out, _ = self.call("bash", "-c", 'ulimit -d 20000; "$0" diff a b', TOOLS.meldsim, code=DIFFER)
+        self.assertIn("399999 in both, 1 only in the first", out)
 
 
 class Recordings(Case):
@@ -317,7 +310,7 @@ class Recordings(Case):
             for _ in range(20 if not turn % 2 else 0):
                 data[generator.randrange(len(data))] ^= 1 << generator.randrange(8)
             (self.folder / "b").write_bytes(data)
-            done = subprocess.run([TOOLS.meldsim, "diff", "a", "b"], cwd=self.folder, capture_output=True, text=True, timeout=60)
+            done = self.run_tool("meldsim", "diff", "a", "b")
             self.assertIn(done.returncode, (0, DIFFER, USAGE, DAMAGED), (turn, done.stderr))
 
     def test_what_differs_and_is_not_recorded(self):
@@ -413,7 +406,7 @@ class Checkpoints(Case):
         self.keep("p.meld", "b", "--seed", "7")
         self.assertEqual(self.json("a", "b")["runs"], [{"what": "the seed", "a": ["1"], "b": ["7"]}])
         self.write("v.toml", WORLD.replace("box(4, 1, 1)", "move(box(4, 1, 1), 1, 0, 0)"))
-        self.fine("meldsim", "run", "p.meld", "--world", "v.toml", "--ticks", 6, "--quiet", "--checkpoint", "c")
+        self.call("meldsim", "run", "p.meld", "--world", "v.toml", "--ticks", 6, "--quiet", "--checkpoint", "c")
         found = self.json("a", "c")
         self.assertEqual((found["catom"], found["runs"][0]["what"]), (0, "the world"))
         self.assertIn("in cell (", str(found["differences"][0]["a"]))
@@ -457,9 +450,4 @@ class Checkpoints(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    options, rest = parser.parse_known_args()
-    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(options.meldc), os.path.abspath(options.meldsim)
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

@@ -2,26 +2,24 @@
 
     facts_test.py --meldsim PATH [unittest options]
 """
-import argparse
 import json
 import os
 import pathlib
 import re
-import resource
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
-import time
-import unittest
 
 import h5py
 import pandas
 
 import claymeld
 
-TOOLS = argparse.Namespace()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import FOREVER, main, no_file_above  # noqa: E402
+
 WORLD = 'lattice = "cubic"\n[[body]]\nshape = "box(5, 4, 3)"\n'
 # Every type; names that are missing, double or reserved; a string with all that must be escaped; a predicate with two arities.
 EVERYTHING = r"""
@@ -46,39 +44,20 @@ never(A, "x") :- id(A, 0 - 1).
 ONE = "type p(node, int Count).\np(A, N) :- neighborCount(A, N).\n"
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld facts "))
-        self.addCleanup(shutil.rmtree, self.folder)
-        for name, text in (("w.toml", WORLD), ("all.meld", EVERYTHING), ("one.meld", ONE)):
-            (self.folder / name).write_text(text)
+class Case(frame.Case):
+    FILES = {"w.toml": WORLD, "all.meld": EVERYTHING, "one.meld": ONE}
 
-    def run_tool(self, program, *arguments, **options):
-        command = [TOOLS.meldsim, "run", program, "--world", "w.toml", *map(str, arguments)]
-        options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
-        return subprocess.run(command, cwd=self.folder, timeout=60, **options)
+    def runs(self, program, *arguments, **options):
+        return self.call("meldsim", "run", program, "--world", "w.toml", "--quiet", *arguments, **options)
 
-    def fine(self, program, *arguments, **options):
-        done = self.run_tool(program, "--quiet", *arguments, **options)
-        self.assertEqual(done.returncode, 0, (arguments, done))
-        return done
-
-    def refused(self, program, *arguments, says, code=2, **options):
-        done = self.run_tool(program, *arguments, **options)
-        err = done.stderr.decode()
-        self.assertEqual((done.returncode, err.count("\n")), (code, 1), (arguments, done))
-        for text in says:
-            self.assertIn(text, err)
-        return err
-
-    def files(self, *folder):
-        return sorted(p.name for p in self.folder.joinpath(*folder).iterdir())
+    def refuses(self, program, *arguments, says, code=2, **options):
+        return self.refused("meldsim", "run", program, "--world", "w.toml", *arguments, says=says, code=code, **options)
 
 
 class Tables(Case):
     def expected(self):
         """By table, the rows that the facts as text have."""
-        self.fine("all.meld", "--facts-out", "all.facts")
+        self.runs("all.meld", "--facts-out", "all.facts")
         rows = {}
         for line in (self.folder / "all.facts").read_text().splitlines():
             name, arguments = re.fullmatch(r"(\w+)(\(.*\))\.", line).groups()
@@ -93,7 +72,7 @@ class Tables(Case):
         expected = self.expected()
         self.assertGreater(len(expected["dist"]), 50)
         for path in ("tables/", "tables.h5", "tables.hdf5"):
-            self.fine("all.meld", "--facts-out", path)
+            self.runs("all.meld", "--facts-out", path)
             frames = claymeld.facts(self.folder / path)
             self.assertEqual(set(frames), set(expected), path)
             for name, frame in frames.items():
@@ -111,34 +90,34 @@ class Tables(Case):
         for path in ("t/", "t.h5"):
             contents = []
             for processes, threads in ((1, 1), (1, 3), (2, 1), (3, 2)):
-                self.fine("all.meld", "--facts-out", path, "-n", processes, "--threads", threads)
+                self.runs("all.meld", "--facts-out", path, "-n", processes, "--threads", threads)
                 written = self.folder / path
                 contents.append([p.read_bytes() for p in sorted(written.iterdir())] if written.is_dir() else [written.read_bytes()])
             self.assertTrue(all(content == contents[0] for content in contents), path)
 
     def test_other_readers(self):
         """What is read without the package: pandas reads CSV, h5py HDF5."""
-        self.fine("all.meld", "--facts-out", "t/")
-        self.fine("all.meld", "--facts-out", "t.h5")
+        self.runs("all.meld", "--facts-out", "t/")
+        self.runs("all.meld", "--facts-out", "t.h5")
         dist = claymeld.facts(self.folder / "t.h5", "dist")
         pandas.testing.assert_frame_equal(pandas.read_csv(self.folder / "t/dist.csv"), dist)
         with h5py.File(self.folder / "t.h5") as file:
             pandas.testing.assert_frame_equal(pandas.DataFrame(file["dist"][:]), dist)
             self.assertEqual(list(file["all"].attrs["types"]), ["node", "int", *["float"] * 5, "bool", "string"])
         package = json.loads((self.folder / "t/datapackage.json").read_text())
-        self.assertEqual([r["path"] for r in package["resources"]], [n for n in self.files("t") if n.endswith(".csv")])
+        self.assertEqual([r["path"] for r in package["resources"]], sorted(n for n in self.files("t") if n.endswith(".csv")))
         # A fact is a line, whatever its strings hold.
         self.assertEqual(len((self.folder / "t/all.csv").read_bytes().split(b"\n")), len(claymeld.facts(self.folder / "t", "all")) + 2)
 
     def test_program_with_one_table(self):
-        self.fine("one.meld", "--facts-out", "p.csv")
-        self.fine("one.meld", "--facts-out", "t/")
+        self.runs("one.meld", "--facts-out", "p.csv")
+        self.runs("one.meld", "--facts-out", "t/")
         text = (self.folder / "p.csv").read_text()
         self.assertTrue(text.startswith("catom,Count\n0,3\n"), text[:40])
         self.assertEqual(text, (self.folder / "t/p.csv").read_text())
         with open(self.folder / "stream", "wb") as out:
             os.symlink("/dev/stdout", self.folder / "out.csv")
-            self.fine("one.meld", "--facts-out", "out.csv", stdout=out)
+            self.runs("one.meld", "--facts-out", "out.csv", stdout=out)
         self.assertEqual((self.folder / "stream").read_text(), text)
 
 
@@ -147,8 +126,8 @@ class Recorded(Case):
 
     def record(self, *arguments, ticks=99, predicates=("dist", "all", "lists", "many", "here", "never")):
         names = ", ".join(f'"{name}"' for name in predicates)
-        (self.folder / "w.toml").write_text(f"{WORLD}[record]\npredicates = [{names}]\n")
-        self.fine("all.meld", "--record", "r.vtkhdf", "--facts-out", "f.h5", "--ticks", ticks, *arguments)
+        self.write("w.toml", f"{WORLD}[record]\npredicates = [{names}]\n")
+        self.runs("all.meld", "--record", "r.vtkhdf", "--facts-out", "f.h5", "--ticks", ticks, *arguments)
         return claymeld.Recording(self.folder / "r.vtkhdf"), claymeld.facts(self.folder / "f.h5")
 
     def test_every_step_has_every_fact(self):
@@ -190,49 +169,49 @@ class Recorded(Case):
 
 class Refusals(Case):
     def test_names_that_promise_something_else(self):
-        self.refused("all.meld", "--facts-out", "x.csv", says=["holds one table", "has 7: all, dist, here.1", "Write x/", "x.h5"])
+        self.refuses("all.meld", "--facts-out", "x.csv", says=["holds one table", "has 7: all, dist, here.1", "Write x/", "x.h5"])
         for name in ("x.parquet", "x.arrow", "x.feather", "x.tsv", "x.json"):
-            self.refused("one.meld", "--facts-out", name, says=["not written in the format of .", "Write x.h5", "x/"])
+            self.refuses("one.meld", "--facts-out", name, says=["not written in the format of .", "Write x.h5", "x/"])
         (self.folder / "there").mkdir()
-        self.refused("one.meld", "--facts-out", "there", says=["it is a folder", "Write there/"])
-        self.refused("one.meld", "--facts-out", "no/such/", says=["cannot write no/such/: No such file"])
-        self.refused("one.meld", "--facts-out", "no/such.h5", says=["cannot write no/such.h5: No such file"])
-        self.refused("one.meld", "--facts-out", "w.toml/", says=["cannot write w.toml/"])
+        self.refuses("one.meld", "--facts-out", "there", says=["it is a folder", "Write there/"])
+        self.refuses("one.meld", "--facts-out", "no/such/", says=["cannot write no/such/: No such file"])
+        self.refuses("one.meld", "--facts-out", "no/such.h5", says=["cannot write no/such.h5: No such file"])
+        self.refuses("one.meld", "--facts-out", "w.toml/", says=["cannot write w.toml/"])
         os.mkfifo(self.folder / "fifo.h5")
-        self.refused("one.meld", "--facts-out", "fifo.h5", says=["HDF5 is no stream"])
-        self.assertEqual(self.files(), ["all.meld", "fifo.h5", "one.meld", "there", "w.toml"])
+        self.refuses("one.meld", "--facts-out", "fifo.h5", says=["HDF5 is no stream"])
+        self.assertEqual(self.files(), {*self.FILES, "fifo.h5", "there"})
 
     def test_folders_of_others(self):
-        self.fine("all.meld", "--facts-out", "t/")
+        self.runs("all.meld", "--facts-out", "t/")
         before = self.files("t")
-        self.refused("one.meld", "--facts-out", "t/", says=["none of this run, all.csv", "Remove it"])
+        self.refuses("one.meld", "--facts-out", "t/", says=["none of this run, all.csv", "Remove it"])
         self.assertEqual(self.files("t"), before)
         (self.folder / "data").mkdir()
-        (self.folder / "data/datapackage.json").write_text('{"name": "rainfall"}')
-        self.refused("one.meld", "--facts-out", "data/", says=["datapackage.json describes other data"])
+        self.write("data/datapackage.json", '{"name": "rainfall"}')
+        self.refuses("one.meld", "--facts-out", "data/", says=["datapackage.json describes other data"])
         # A table of a user's may have the name of one of the run's.
         (self.folder / "mine").mkdir()
-        (self.folder / "mine/p.csv").write_text("a user's")
-        self.refused("one.meld", "--facts-out", "mine/", says=["none of this run, p.csv"])
-        self.assertEqual(self.files("mine"), ["p.csv"])
+        self.write("mine/p.csv", "a user's")
+        self.refuses("one.meld", "--facts-out", "mine/", says=["none of this run, p.csv"])
+        self.assertEqual(self.files("mine"), {"p.csv"})
         for option in ("--digest", "--record"):
-            self.refused("one.meld", "--facts-out", "t/", option, "./t/x", says=[f"{option} and --facts-out both write into the folder t/"])
+            self.refuses("one.meld", "--facts-out", "t/", option, "./t/x", says=[f"{option} and --facts-out both write into the folder t/"])
         # Files of other kinds may stay.
         (self.folder / "data/datapackage.json").unlink()
-        (self.folder / "data/notes.txt").write_text("a user's")
-        self.fine("one.meld", "--facts-out", "data/")
-        self.fine("one.meld", "--facts-out", "data/")
-        self.assertEqual(self.files("data"), ["datapackage.json", "notes.txt", "p.csv"])
+        self.write("data/notes.txt", "a user's")
+        self.runs("one.meld", "--facts-out", "data/")
+        self.runs("one.meld", "--facts-out", "data/")
+        self.assertEqual(self.files("data"), {"datapackage.json", "notes.txt", "p.csv"})
 
     def test_json_and_facts_on_one_stream(self):
         for path in ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"):
-            self.refused("one.meld", "--json", "--facts-out", path, says=["--facts-out and --json both write to standard output"])
+            self.refuses("one.meld", "--json", "--facts-out", path, says=["--facts-out and --json both write to standard output"])
         with open(self.folder / "both.txt", "wb") as out:
-            self.refused("one.meld", "--json", "--facts-out", "both.txt", stdout=out, says=["both write to standard output"])
+            self.refuses("one.meld", "--json", "--facts-out", "both.txt", stdout=out, says=["both write to standard output"])
         self.assertEqual((self.folder / "both.txt").read_bytes(), b"")
 
     def test_python_says_what_it_cannot_read(self):
-        self.fine("one.meld", "--facts-out", "text")
+        self.runs("one.meld", "--facts-out", "text")
         (self.folder / "folder").mkdir()
         with h5py.File(self.folder / "other.h5", "w"):
             pass
@@ -247,36 +226,28 @@ class Refusals(Case):
 class Whole(Case):
     """Files are replaced as a whole, and a run that fails leaves what was there."""
 
-    def limit(self):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-
     def test_full_disk(self):
-        (self.folder / "w.toml").write_text(WORLD.replace("5, 4, 3", "40, 40, 3"))
-        self.fine("one.meld")
-        (self.folder / "f.h5").write_text("old")
-        self.refused("one.meld", "--quiet", "--facts-out", "f.h5", says=["cannot write f.h5: File too large"], code=4,
-                     preexec_fn=self.limit)
+        self.write("w.toml", WORLD.replace("5, 4, 3", "40, 40, 3"))
+        self.runs("one.meld")
+        self.write("f.h5", "old")
+        self.refuses("one.meld", "--quiet", "--facts-out", "f.h5", says=["cannot write f.h5: File too large"], code=4,
+                     preexec_fn=no_file_above(4096))
         self.assertEqual((self.folder / "f.h5").read_text(), "old")
-        self.fine("one.meld", "--facts-out", "t/", "--ticks", "0")
+        self.runs("one.meld", "--facts-out", "t/", "--ticks", "0")
         before = (self.folder / "t/p.csv").read_bytes()
-        self.refused("one.meld", "--quiet", "--facts-out", "t/", says=["cannot write t/p.csv: File too large"], code=4,
-                     preexec_fn=self.limit)
+        self.refuses("one.meld", "--quiet", "--facts-out", "t/", says=["cannot write t/p.csv: File too large"], code=4,
+                     preexec_fn=no_file_above(4096))
         self.assertEqual((self.folder / "t/p.csv").read_bytes(), before)
-        self.refused("one.meld", "--quiet", "--facts-out", "new/", says=["cannot write new/p.csv"], code=4, preexec_fn=self.limit)
-        self.assertEqual(self.files(), ["all.meld", "f.h5", "one.meld", "t", "w.toml"])
-        self.assertEqual(self.files("t"), ["datapackage.json", "p.csv"])
+        self.refuses("one.meld", "--quiet", "--facts-out", "new/", says=["cannot write new/p.csv"], code=4, preexec_fn=no_file_above(4096))
+        self.assertEqual(self.files(), {*self.FILES, "f.h5", "t", "t/datapackage.json", "t/p.csv"})
 
     def test_second_run_is_refused(self):
-        (self.folder / "ever.meld").write_text("type p(node, int).\np(A, T) :- tick(A, T).\n")
+        self.write("ever.meld", FOREVER)
         for path, lock in (("t/", "t/.p.csv.claymeld-lock"), ("f.h5", ".f.h5.claymeld-lock")):
-            first = subprocess.Popen([TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", "--facts-out", path],
-                                     cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            self.addCleanup(lambda process=first: (process.kill(), process.wait()))
-            end = time.monotonic() + 60
-            while not (self.folder / lock).exists() or (self.folder / lock).read_text() != f"{first.pid}\n":
-                self.assertLess(time.monotonic(), end)
-                time.sleep(0.01)
-            self.refused("one.meld", "--facts-out", path, says=[f"process {first.pid}", "still runs"])
+            first = self.begin("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--facts-out", path,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.wait_for(lambda: (self.folder / lock).exists() and (self.folder / lock).read_text() == f"{first.pid}\n")
+            self.refuses("one.meld", "--facts-out", path, says=[f"process {first.pid}", "still runs"])
             first.send_signal(signal.SIGINT)
             self.assertEqual(first.wait(60), 130)
             self.assertEqual(len(claymeld.facts(self.folder / path, "p")), 60)
@@ -284,33 +255,29 @@ class Whole(Case):
     def test_modes_and_links_stay(self):
         (self.folder / "there").mkdir()
         for name in ("f.h5", "t/"):
-            self.fine("one.meld", "--facts-out", name)
+            self.runs("one.meld", "--facts-out", name)
         for name, file in (("f.h5", "f.h5"), ("t/", "t/p.csv")):
             os.chmod(self.folder / file, 0o640)
-            self.fine("one.meld", "--facts-out", name)
+            self.runs("one.meld", "--facts-out", name)
             self.assertEqual(oct(os.stat(self.folder / file).st_mode & 0o777), oct(0o640))
         (self.folder / "link.h5").symlink_to("there/real.h5")
-        self.fine("one.meld", "--facts-out", "link.h5", "--sync")
+        self.runs("one.meld", "--facts-out", "link.h5", "--sync")
         self.assertTrue((self.folder / "link.h5").is_symlink())
         self.assertEqual((self.folder / "there/real.h5").read_bytes(), (self.folder / "f.h5").read_bytes())
 
     def test_failed_run_has_its_last_good_tick(self):
-        (self.folder / "ever.meld").write_text("type p(node, int).\np(A, T) :- tick(A, T).\n")
-        (self.folder / "w.toml").write_text(WORLD + "[limits]\nmax_ticks = 7\n")
+        self.write("ever.meld", FOREVER)
+        self.write("w.toml", WORLD + "[limits]\nmax_ticks = 7\n")
         for path in ("t/", "f.h5", "f.csv"):
-            self.assertEqual(self.run_tool("ever.meld", "--facts-out", path).returncode, 4)
+            self.runs("ever.meld", "--facts-out", path, code=4)
         self.assertEqual(len(set(claymeld.facts(self.folder / "t", "p")["arg1"])), 1)
         pandas.testing.assert_frame_equal(claymeld.facts(self.folder / "t", "p"), claymeld.facts(self.folder / "f.h5", "p"))
         self.assertEqual((self.folder / "t/p.csv").read_bytes(), (self.folder / "f.csv").read_bytes())
         # One that ends in the middle of a tick writes none.
-        (self.folder / "fails.meld").write_text("type p(node, int).\np(A, 10 / (2 - T)) :- tick(A, T).\n")
-        self.assertEqual(self.run_tool("fails.meld", "--strict", "--facts-out", "new/").returncode, 1)
+        self.write("fails.meld", "type p(node, int).\np(A, 10 / (2 - T)) :- tick(A, T).\n")
+        self.runs("fails.meld", "--strict", "--facts-out", "new/", code=1)
         self.assertFalse((self.folder / "new").exists())
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldsim", required=True)
-    TOOLS, rest = parser.parse_known_args()
-    TOOLS.meldsim = os.path.abspath(TOOLS.meldsim)
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldsim")

@@ -2,18 +2,23 @@
 
     messages_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import json
-import os
+import pathlib
 import sys
-import unittest
 
-import cli_test
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import COUNT, main, square  # noqa: E402
 
 LINE = 'lattice = "square"\n[[body]]\nshape = "box(4, 1, 1)"\n'
 
 
-class Options(cli_test.Case):
+class Case(frame.Case):
+    FILES = {"w.toml": square(2), "p.meld": COUNT}
+
+
+class Options(Case):
     def says(self, tool, *arguments, text):
         self.assertEqual(self.refused(tool, *arguments, code=2, says=text), text + "\n")
 
@@ -49,7 +54,7 @@ class Options(cli_test.Case):
         self.assertIn("4 catoms", self.call("meldsim", "world", "help")[0])
 
 
-class Worlds(cli_test.Case):
+class Worlds(Case):
     def wrong(self, text, says):
         """Both commands report it alike."""
         self.write("wrong.toml", text)
@@ -84,7 +89,7 @@ class Worlds(cli_test.Case):
         self.assertIn("2 catoms, within cells (0, -3, 0) to (2, 0, 4)", self.call("meldsim", "world", "listed.toml")[0])
 
 
-class Runs(cli_test.Case):
+class Runs(Case):
     def test_no_ticks_show_the_catoms(self):
         for n in (1, 2):
             out = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", "0", "-n", n)[0]
@@ -104,7 +109,7 @@ class Runs(cli_test.Case):
             self.assertIn("warning: 1 linear fact was dropped", err)
 
 
-class ManyMistakes(cli_test.Case):
+class ManyMistakes(Case):
     def test_fifty_messages_the_errors_first(self):
         rules = [f"p(A) :- q(A, X{i}).\n" for i in range(60)] + [f"p(A) :- none{i}(A).\n" for i in range(40)]
         self.write("many.meld", "type p(node).\ntype q(node, int).\n" + "".join(rules))
@@ -118,9 +123,4 @@ class ManyMistakes(cli_test.Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    cli_test.TOOLS, rest = parser.parse_known_args()
-    cli_test.TOOLS.meldc, cli_test.TOOLS.meldsim = (os.path.abspath(tool) for tool in (cli_test.TOOLS.meldc, cli_test.TOOLS.meldsim))
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

@@ -3,70 +3,33 @@ disks that are full. Nothing is lost or replaced by surprise, and what could not
 
     outputs_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import contextlib
 import ctypes
 import os
 import pathlib
-import resource
 import shutil
 import signal
 import stat
 import subprocess
 import sys
-import tempfile
 import threading
-import time
 import tty
-import unittest
 
 import h5py
 
-TOOLS = argparse.Namespace()
-WORLD = 'lattice = "square"\n[[body]]\nshape = "box(4, 4, 1)"\n'
-COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
-FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import COUNT, FOREVER, main, no_file_above, square  # noqa: E402
+
+WORLD = square(4)
 TALK = "print(A, int2str(N)) :- tick(A, N).\n"
 OUTPUTS = ("--facts-out", "--digest", "--record")
 RUN = ("run", "p.meld", "--world", "w.toml", "--quiet")
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld outputs "))
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.write("w.toml", WORLD)
-        self.write("p.meld", COUNT)
-        self.write("ever.meld", FOREVER)
-
-    def write(self, name, text):
-        (self.folder / name).write_bytes(text.encode())
-
-    def read(self, name):
-        return (self.folder / name).read_bytes()
-
-    def files(self):
-        return {str(p.relative_to(self.folder)) for p in self.folder.rglob("*")}
-
-    def run_tool(self, tool, *arguments, seconds=60, **options):
-        command = [getattr(TOOLS, tool), *map(str, arguments)]
-        options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
-        return subprocess.run(command, cwd=self.folder, timeout=seconds, **options)
-
-    def fine(self, tool, *arguments, **options):
-        done = self.run_tool(tool, *arguments, **options)
-        self.assertEqual(done.returncode, 0, (arguments, done))
-        return done
-
-    def refused(self, tool, *arguments, code, says, **options):
-        """It ends with this code and one line that holds all the texts."""
-        done = self.run_tool(tool, *arguments, **options)
-        err = done.stderr.decode()
-        self.assertEqual(done.returncode, code, (arguments, done))
-        self.assertEqual(err.count("\n"), 1, err)
-        for text in [says] if isinstance(says, str) else says:
-            self.assertIn(text, err)
-        return err
+class Case(frame.Case):
+    FILES = {"w.toml": WORLD, "p.meld": COUNT, "ever.meld": FOREVER}
 
 
 class Paths(Case):
@@ -74,13 +37,13 @@ class Paths(Case):
         return stat.S_IFMT(os.lstat(self.folder / name).st_mode)
 
     def test_fifo_is_written_to(self):
-        self.fine("meldsim", *RUN, "--facts-out", "f", "--digest", "d")
+        self.call("meldsim", *RUN, "--facts-out", "f", "--digest", "d")
         for option, whole in (("--facts-out", "f"), ("--digest", "d")):
             os.mkfifo(self.folder / "fifo")
             heard = []
             reader = threading.Thread(target=lambda: heard.append(self.read("fifo")))
             reader.start()
-            self.fine("meldsim", *RUN, option, "fifo")
+            self.call("meldsim", *RUN, option, "fifo")
             reader.join(60)
             self.assertEqual(heard, [self.read(whole)])
             self.assertEqual(self.kind("fifo"), stat.S_IFIFO)
@@ -94,7 +57,7 @@ class Paths(Case):
         threading.Thread(target=self.read_to_the_end, args=(ours,), daemon=True).start()
         self.addCleanup(os.close, theirs)
         for command in (["meldsim", *RUN, "--facts-out"], ["meldsim", *RUN, "--digest"], ["meldc", "compile", "p.meld", "-o"]):
-            self.fine(*command, device)
+            self.call(*command, device)
             self.assertEqual(self.kind(device), stat.S_IFCHR)
         # A recording is read while it is written.
         self.refused("meldsim", *RUN, "--record", device, code=2, says=[device, "no regular file"])
@@ -116,12 +79,12 @@ class Paths(Case):
                 else:
                     (self.folder / "there" / target).unlink(missing_ok=True)
                 link.symlink_to(f"there/{target}")
-                self.fine("meldsim", *RUN, option, link.name)
+                self.call("meldsim", *RUN, option, link.name)
                 self.assertTrue(link.is_symlink())
                 self.assertNotIn(self.read(f"there/{target}"), (b"", b"old"))
         self.write("there/x.meld", "type  p( node,int ).\n")
         (self.folder / "x.meld").symlink_to("there/x.meld")
-        self.fine("meldc", "fmt", "x.meld")
+        self.call("meldc", "fmt", "x.meld")
         self.assertTrue((self.folder / "x.meld").is_symlink())
         self.assertEqual(self.read("there/x.meld"), b"type p(node, int).\n")
 
@@ -136,7 +99,7 @@ class Paths(Case):
                 if os.geteuid() == 0:
                     os.chown(self.folder / name, 1234, 4321)
                 before = os.stat(self.folder / name)
-                self.fine(tool, *arguments)
+                self.call(tool, *arguments)
                 after = os.stat(self.folder / name)
                 self.assertNotEqual(before.st_ino, after.st_ino, "replaced, not written over")
                 self.assertEqual([oct(before.st_mode), before.st_uid, before.st_gid],
@@ -144,7 +107,7 @@ class Paths(Case):
 
     def test_new_files_have_the_users_mask(self):
         for mask in (0o022, 0o077):
-            self.fine("meldsim", *RUN, "--facts-out", f"f{mask}", "--digest", f"d{mask}", "--record", f"r{mask}", umask=mask)
+            self.call("meldsim", *RUN, "--facts-out", f"f{mask}", "--digest", f"d{mask}", "--record", f"r{mask}", umask=mask)
             for name in (f"f{mask}", f"d{mask}", f"r{mask}", f"r{mask}.xdmf"):
                 self.assertEqual(oct(stat.S_IMODE(os.stat(self.folder / name).st_mode)), oct(0o666 & ~mask), name)
 
@@ -152,12 +115,12 @@ class Paths(Case):
         names = ("notes", "notes.tmp", "notes.xdmf.tmp", "p.meld.tmp", "m.so.tmp")
         for name in names[1:]:
             self.write(name, "a user's")
-        self.fine("meldsim", *RUN, "--facts-out", "notes")
-        self.fine("meldsim", *RUN, "--digest", "notes")
-        self.fine("meldsim", *RUN, "--record", "notes")
-        self.fine("meldc", "compile", "p.meld", "-o", "m.so")
+        self.call("meldsim", *RUN, "--facts-out", "notes")
+        self.call("meldsim", *RUN, "--digest", "notes")
+        self.call("meldsim", *RUN, "--record", "notes")
+        self.call("meldc", "compile", "p.meld", "-o", "m.so")
         self.write("p.meld", COUNT.replace(",", " ,"))
-        self.fine("meldc", "fmt", "p.meld")
+        self.call("meldc", "fmt", "p.meld")
         for name in names[1:]:
             self.assertEqual(self.read(name), b"a user's")
         self.assertEqual(self.files(), {"w.toml", "p.meld", "ever.meld", "notes.xdmf", "m.so", *names})
@@ -183,10 +146,10 @@ class Paths(Case):
                                 (("--digest", "-", "--facts-out", "/dev/stdout"), "--facts-out and --digest")):
             self.refused("meldsim", "run", "p.meld", "--world", "w.toml", *arguments, code=2, says=[says, "standard output"])
         # The summary gives way.
-        out = self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--facts-out", "-")
-        self.fine("meldsim", *RUN, "--facts-out", "f")
-        self.assertEqual(out.stdout, self.read("f"))
-        self.assertIn(b"catoms", out.stderr)
+        out, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--facts-out", "-")
+        self.call("meldsim", *RUN, "--facts-out", "f")
+        self.assertEqual(out.encode(), self.read("f"))
+        self.assertIn("catoms", err)
 
     def test_permission_is_not_absence(self):
         secret = self.folder / "secret"
@@ -212,16 +175,8 @@ def give_up_reading_everything():
 
 class Locks(Case):
     def start(self, *arguments):
-        process = subprocess.Popen([TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", *arguments], cwd=self.folder,
-                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(lambda: (process.kill(), process.wait()))
-        return process
-
-    def wait_for(self, condition):
-        end = time.monotonic() + 60
-        while not condition():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        return self.begin("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", *arguments,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def locked_by(self, name):
         lock = self.folder / f".{name}.claymeld-lock"
@@ -231,10 +186,10 @@ class Locks(Case):
         for option, name in zip(OUTPUTS, ("f", "d", "r")):
             first = self.start(option, name)
             self.wait_for(lambda: self.locked_by(name) == first.pid)
-            self.refused("meldsim", *RUN, option, f"./{name}", code=2, says=[f"process {first.pid}", "still runs", name])
+            self.refused("meldsim", *RUN, option, f"./{name}", code=2, says=[f"./{name}: process {first.pid}", "still runs"])
             first.send_signal(signal.SIGINT)
             self.assertEqual(first.wait(60), 130)
-            self.fine("meldsim", *RUN, option, name)
+            self.call("meldsim", *RUN, option, name)
             self.assertEqual(self.locked_by(name), 0)
 
     def test_lock_of_a_killed_run_is_taken_over(self):
@@ -243,7 +198,7 @@ class Locks(Case):
         first.kill()
         first.wait()
         self.assertIn(".f.claymeld-lock", self.files())
-        self.fine("meldsim", *RUN, "--facts-out", "f")
+        self.call("meldsim", *RUN, "--facts-out", "f")
         self.assertEqual(self.files(), {"w.toml", "p.meld", "ever.meld", "f"})
 
     def test_digest_of_a_killed_run_stays_and_an_earlier_one_too(self):
@@ -287,17 +242,17 @@ class Streams(Case):
         self.write("wrong.meld", "p(A) :- q(A).\n")
         with open("/dev/full", "wb") as full:
             for n in ("1", "2"):
-                self.assertEqual(self.run_tool("meldsim", *RUN, "-n", n, stderr=full).returncode, 0)
-                self.assertEqual(self.run_tool("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, stderr=full).returncode, 1)
-            self.assertEqual(self.run_tool("meldsim", "run", "p.meld", "--world", "none", stderr=full).returncode, 2)
-            self.assertEqual(self.run_tool("meldc", "check", "wrong.meld", stderr=full).returncode, 1)
+                self.call("meldsim", *RUN, "-n", n, stderr=full)
+                self.call("meldsim", "run", "wrong.meld", "--world", "w.toml", "-n", n, stderr=full, code=1)
+            self.call("meldsim", "run", "p.meld", "--world", "none", stderr=full, code=2)
+            self.call("meldc", "check", "wrong.meld", stderr=full, code=1)
 
     def test_closed_descriptors(self):
         """A file that is opened must not take the place of a closed stream and get what is meant for it."""
-        self.fine("meldsim", *RUN, "--facts-out", "f")
+        self.call("meldsim", *RUN, "--facts-out", "f")
         for closed in ((0,), (1,), (2,), (0, 1, 2)):
             for n in ("1", "2"):
-                self.fine("meldsim", *RUN, "-n", n, "--facts-out", "x", "--record", "r", stdin=None, stdout=None, stderr=None,
+                self.call("meldsim", *RUN, "-n", n, "--facts-out", "x", "--record", "r", stdin=None, stdout=None, stderr=None,
                           preexec_fn=self.closing(*closed))
                 self.assertEqual(self.read("x"), self.read("f"))
                 with h5py.File(self.folder / "r") as recording:
@@ -310,9 +265,8 @@ class Streams(Case):
         self.write("talk.meld", TALK)
         for n in ("1", "2"):
             for program, arguments in (("talk.meld", ()), ("ever.meld", ("--digest", "-"))):
-                command = [TOOLS.meldsim, "run", program, "--world", "w.toml", "--quiet", "-n", n, *arguments]
-                process = subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL,
-                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                process = self.begin("meldsim", "run", program, "--world", "w.toml", "--quiet", "-n", n, *arguments,
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE)
                 self.assertTrue(process.stdout.readline())
                 process.stdout.close()
                 err = process.stderr.read().decode()
@@ -322,48 +276,34 @@ class Streams(Case):
 
 
 class Disks(Case):
-    """A limit on the size of files stands for the disk, with an error at the same places; a small disk where one may be mounted."""
-
-    @staticmethod
-    def limit(size_bytes):
-        return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, size_bytes))
-
-    def small_disk(self, size):
-        place = self.folder / "disk"
-        place.mkdir()
-        mount = shutil.which("mount")
-        command = [mount, "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place]
-        if mount is None or subprocess.run(command, capture_output=True).returncode != 0:
-            self.skipTest("no disk may be mounted here")
-        self.addCleanup(subprocess.run, ["umount", "-l", place], check=True)
-        return place
+    """A limit on the size of files stands for the disk; a small disk where one may be mounted."""
 
     def test_file_that_becomes_too_large(self):
-        self.write("w.toml", WORLD.replace("4, 4", "60, 60"))
+        self.write("w.toml", square(60))
         # Both are in the cache then.
-        self.fine("meldsim", *RUN)
-        self.fine("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "1")
+        self.call("meldsim", *RUN)
+        self.call("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "1")
         for name in ("f", "d", "r"):
             self.write(name, "old")
         self.refused("meldsim", *RUN, "--facts-out", "f", code=4, says=["cannot write f: File too large"],
-                     preexec_fn=self.limit(4096))
+                     preexec_fn=no_file_above(4096))
         self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--digest", "d", code=4,
-                     says=["cannot write d: File too large"], preexec_fn=self.limit(4096))
-        self.refused("meldsim", *RUN, "--record", "r", code=4, says=["cannot write r: "], preexec_fn=self.limit(4096))
+                     says=["cannot write d: File too large"], preexec_fn=no_file_above(4096))
+        self.refused("meldsim", *RUN, "--record", "r", code=4, says=["cannot write r: "], preexec_fn=no_file_above(4096))
         for name in ("f", "d", "r"):
             self.assertEqual(self.read(name), b"old")
         self.refused("meldc", "compile", "p.meld", "-o", "m.so", code=4, says=["cannot write m.so: File too large"],
-                     preexec_fn=self.limit(4096))
+                     preexec_fn=no_file_above(4096))
         self.assertNotIn("m.so", self.files())
 
     def test_cache_that_is_full(self):
         for size_bytes in (0, 1000, 4096, 20_000):
             cache = self.folder / f"cache {size_bytes}"
-            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", env={**os.environ, "CLAYMELD_CACHE": str(cache)},
-                                 preexec_fn=self.limit(size_bytes))
+            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", environment={"CLAYMELD_CACHE": cache},
+                                 preexec_fn=no_file_above(size_bytes))
             if done.returncode != 0:
                 self.assertEqual(done.returncode, 4, (size_bytes, done))
-                self.assertIn(b"File too large", done.stderr)
+                self.assertIn("File too large", done.stderr)
 
     def test_cache_on_a_disk_that_is_nearly_full(self):
         place = self.small_disk("1m")
@@ -374,20 +314,22 @@ class Disks(Case):
             (place / "rest").unlink(missing_ok=True)
             space = os.statvfs(place)
             (place / "rest").write_bytes(b"x" * max(0, space.f_bavail * space.f_bsize - free))
-            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", env={**os.environ, "CLAYMELD_CACHE": str(cache)})
+            done = self.run_tool("meldc", "compile", "p.meld", "--quiet", environment={"CLAYMELD_CACHE": cache})
             codes.add(done.returncode)
             self.assertIn(done.returncode, (0, 4), done)
             if done.returncode != 0:
-                self.assertIn(b"No space left", done.stderr, done)
+                self.assertIn("No space left", done.stderr, done)
         self.assertEqual(codes, {0, 4})
 
     def test_full_disk_keeps_what_was_there(self):
         place = self.small_disk("2m")
-        self.write("w.toml", WORLD.replace("4, 4", "60, 60") + "[record]\nevery = 1\n")
+        self.write("w.toml", square(60) + "[record]\nevery = 1\n")
         for name in ("f", "d", "r"):
             (place / name).write_bytes(b"old")
         (place / "rest").write_bytes(b"x" * 1_300_000)
-        err = self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--record", place / "r", code=4, says=["space"])
+        err = self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--record", place / "r", code=4,
+                           says="cannot write")
+        self.assertIn("space", err)
         self.assertEqual((place / "r").read_bytes(), b"old")
         # What there is of the new one is said, and can be read.
         begun = [path for path in place.iterdir() if path.name.startswith("r.part-")]
@@ -406,10 +348,4 @@ class Disks(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    TOOLS, rest = parser.parse_known_args()
-    for tool in ("meldc", "meldsim"):
-        setattr(TOOLS, tool, os.path.abspath(getattr(TOOLS, tool)))
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

@@ -5,120 +5,21 @@ file behind, and what they wrote is whole.
 
 --runs: how many runs are ended at random moments.
 """
-import argparse
 import os
 import pathlib
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import time
-import unittest
 
-import h5py
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-import cli_test
-from cli_test import TOOLS
-
-# The promise is two seconds; other tests may have the machine.
-SECONDS = 5
-# In every tick all catoms have another fact.
-FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
-# A tick takes minutes.
-LONG_TICK = """type p(node, int).
-fun spin(int N, int S) : int = if N = 0 then S else spin(N - 1, (S * 31 + N) % 1000003) end.
-fun turn(int N, int S) : int = if N = 0 then S else turn(N - 1, spin(9000, S)) end.
-p(A, turn(10, I)) :- id(A, I).
-"""
-WORLD = 'lattice = "square"\n[[body]]\nshape = "box({0}, {0}, 1)"\n[record]\nevery = 1\npredicates = ["p"]\n'
+from frame import OPEN_MPI, TOOLS, main  # noqa: E402
+from running import Running, processes_of  # noqa: E402
 
 
-def stat(pid):
-    """State, parent, group and session of a process."""
-    try:
-        fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(") ", 1)[1].split()
-        return fields[0], *map(int, fields[1:4])
-    except (OSError, IndexError):
-        return None
-
-
-def processes_of(session):
-    found = {int(p.name): stat(p.name) for p in pathlib.Path("/proc").iterdir() if p.name.isdigit()}
-    return {pid for pid, status in found.items() if status and status[3] == session and status[0] != "Z"}
-
-
-class Case(cli_test.Case):
-    def setUp(self):
-        super().setUp()
-        self.write("forever.meld", FOREVER)
-        self.write("long.meld", LONG_TICK)
-        self.write("small.toml", WORLD.format(10))
-        self.write("large.toml", WORLD.format(600))
-        (self.folder / "shm").mkdir()
-
-    def forget_outputs(self):
-        for name in ("d", "f", "r", "r.xdmf"):
-            (self.folder / name).unlink(missing_ok=True)
-
-    def start(self, *arguments, environment=None, launcher=()):
-        # What parts share lies where nobody else's does. A session of its own, so that its processes can be told.
-        environment = dict(os.environ, OMPI_MCA_btl_vader_backing_directory=str(self.folder / "shm"), CLAYMELD_CACHE=TOOLS.cache,
-                           **environment or {})
-        if "--new" in arguments:
-            environment["CLAYMELD_CACHE"] = str(self.folder / "cache")
-        command = [*launcher, TOOLS.meldsim, "run", *(str(a) for a in arguments if a != "--new")]
-        run = subprocess.Popen(command, cwd=self.folder, env=environment,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-                               restore_signals=True, text=True)
-        self.addCleanup(self.end, run)
-        return run
-
-    def end(self, run):
-        for pid in processes_of(run.pid):
-            os.kill(pid, signal.SIGKILL)
-        run.communicate()
-
-    def ended(self, run, codes):
-        """Waits for the end after a signal; returns what was said."""
-        begin = time.monotonic()
-        out, err = run.communicate(timeout=SECONDS)
-        self.assertIn(run.returncode, codes, out + err)
-        while processes_of(run.pid) and time.monotonic() < begin + SECONDS:
-            time.sleep(0.05)
-        self.assertEqual(processes_of(run.pid), set(), "processes are left")
-        self.assertEqual(os.listdir(self.folder / "shm"), [], "shared memory is left")
-        for wrong in ("crashed", "internal error", "terminate called"):
-            self.assertNotIn(wrong, out + err)
-        return out, err
-
-    def wait_for(self, condition, run):
-        end = time.monotonic() + 60
-        while not condition() and run.poll() is None and time.monotonic() < end:
-            time.sleep(0.02)
-
-    def ticks_are_made(self, run, name="d"):
-        self.wait_for(lambda: (self.folder / name).exists() and (self.folder / name).stat().st_size > 0, run)
-
-    def check_outputs(self):
-        """What is there is whole, and nothing else is; returns the tick of the facts, or None."""
-        digest = (self.folder / "d").read_text() if (self.folder / "d").exists() else ""
-        self.assertTrue(digest == "" or digest.endswith("\n"))
-        last = int(digest.splitlines()[-1].split()[1]) if digest else 0
-        if (self.folder / "r").exists():
-            with h5py.File(self.folder / "r") as recording:
-                self.assertIn("VTKHDF", recording)
-        facts = None
-        if (self.folder / "f").exists():
-            lines = (self.folder / "f").read_text().splitlines()
-            self.assertEqual(lines, sorted((f"p(@{i}, {last})." for i in range(100)), key=lambda line: int(line[3:line.index(",")])))
-            facts = last
-        mine = {"forever.meld", "long.meld", "small.toml", "large.toml", "p.meld", "w.toml", "d", "f", "r", "r.xdmf", "shm", "bin"}
-        self.assertLessEqual({p.name for p in self.folder.iterdir() if p.name != "cache"}, mine, "files are left")
-        return facts
-
-
-class Interrupts(Case):
+class Interrupts(Running):
     OUTPUTS = ("--world", "small.toml", "--digest", "d", "--facts-out", "f", "--record", "r")
 
     def test_while_ticks_are_made(self):
@@ -185,9 +86,7 @@ class Interrupts(Case):
 
     def test_what_was_switched_off_stays_so(self):
         """As nohup does, and a shell without job control for what it starts in the background."""
-        ignore = subprocess.Popen(["env", "--ignore-signal=INT", TOOLS.meldsim, "run", "forever.meld", *self.OUTPUTS, "--quiet"],
-                                  cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True)
-        self.addCleanup(self.end, ignore)
+        ignore = self.start("forever.meld", *self.OUTPUTS, "--quiet", launcher=("env", "--ignore-signal=INT"))
         self.ticks_are_made(ignore)
         for _ in range(2):
             ignore.send_signal(signal.SIGINT)
@@ -197,7 +96,7 @@ class Interrupts(Case):
         self.ended(ignore, [143])
 
 
-class Launcher(Case):
+class Launcher(Running):
     """Whatever mpirun makes of it: a script in its place that says what the next one does."""
     OUTPUTS = (*Interrupts.OUTPUTS, "--quiet")
 
@@ -264,15 +163,13 @@ class Launcher(Case):
         self.ended(run, [143])
 
 
-class UsersOwn(Case):
+class UsersOwn(Running):
     def test_mpirun(self):
         """Its exit code is its own affair."""
-        allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-        mpirun = ("mpirun", "--oversubscribe", "-n", "2")
         for sent in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
             with self.subTest(sent=sent):
                 self.forget_outputs()
-                run = self.start("forever.meld", *Interrupts.OUTPUTS, launcher=mpirun, environment=allowed)
+                run = self.start("forever.meld", *Interrupts.OUTPUTS, launcher=("mpirun", "-n", "2"), environment=OPEN_MPI)
                 self.ticks_are_made(run)
                 run.send_signal(sent)
                 out, err = self.ended(run, [1, 130, 143])
@@ -280,7 +177,7 @@ class UsersOwn(Case):
                 self.assertIsNotNone(self.check_outputs(), out + err)
 
 
-class Random(Case):
+class Random(Running):
     def test_at_random_moments(self):
         generator = random.Random(TOOLS.seed)
         whole, longest = 0, (0, "")
@@ -302,7 +199,7 @@ class Random(Case):
         self.assertGreater(whole, 0)
 
 
-class Stopped(Case):
+class Stopped(Running):
     def test_a_stopped_process_is_told_of_and_goes_on(self):
         for which in (0, 1):
             with self.subTest(which=which):
@@ -326,12 +223,4 @@ class Stopped(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    parser.add_argument("--runs", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=1)
-    _, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
-    TOOLS.cache = os.environ.get("CLAYMELD_CACHE") or os.path.expanduser("~/.cache/claymeld")
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim", runs={"type": int, "default": 6}, seed={"type": int, "default": 1})

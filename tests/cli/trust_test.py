@@ -3,38 +3,29 @@ processes of a run are of one mind.
 
     trust_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import json
 import os
+import pathlib
 import pwd
-import subprocess
 import sys
-import unittest
 
-import cli_test
-from cli_test import COUNT, SQUARE, TOOLS
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import COUNT, OPEN_MPI, TOOLS, main, square  # noqa: E402
 
 # A terminal would change its title, turn red, go back to the start of the line, and read backwards.
 EVIL = "\x1b]0;owned\x07\x1b[31m\r\x7f\u009b2J\u202e"
 OBEYED = ("\x1b", "\x07", "\r", "\x7f", "\u009b", "\u202e")
 
 
-class Case(cli_test.Case):
-    def environment(self, **changes):
-        """The environment with these changes; None takes a variable away."""
-        changed = dict(os.environ, **{name: str(value) for name, value in changes.items() if value is not None})
-        return {name: value for name, value in changed.items() if name not in changes or changes[name] is not None}
-
-    def run_in(self, environment, *command, seconds=60):
-        done = subprocess.run([str(word) for word in command], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
-                              capture_output=True, timeout=seconds)
-        return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
+class Case(frame.Case):
+    FILES = {"w.toml": square(2), "p.meld": COUNT}
 
 
 class Cache(Case):
     def compile(self, code, says="", **changes):
-        got, out, err = self.run_in(self.environment(**{"CLAYMELD_CACHE": None} | changes), TOOLS.meldc, "compile", "p.meld")
-        self.assertEqual(got, code, out + err)
+        out, err = self.call("meldc", "compile", "p.meld", environment={"CLAYMELD_CACHE": None} | changes, code=code)
         self.assertIn(says, err)
         return out.strip()
 
@@ -89,7 +80,7 @@ class Inputs(Case):
         for path, says in (("pipe", "is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 64")):
             for word in ("include", "import p from"):
                 self.write("i.meld", f'{word} "{path}".\n' + COUNT)
-                self.refused("meldc", "check", "i.meld", code=1, says=["E0113", says])
+                self.refused("meldc", "check", "i.meld", code=1, says=["E0113", says], lines=None)
 
     def test_linked_files(self):
         self.write("e.meld", "extern int f(int).\ntype p(node, int).\np(A, f(1)).\n")
@@ -114,8 +105,7 @@ class Inputs(Case):
 
     def test_a_pipe_that_the_user_names_is_read(self):
         for command in ('"$1" check <(cat p.meld)', '"$2" run p.meld --quiet --world <(cat w.toml) --facts-out f'):
-            code, out, err = self.run_in(os.environ, "bash", "-c", command, "bash", TOOLS.meldc, TOOLS.meldsim)
-            self.assertEqual(code, 0, out + err)
+            self.call("bash", "-c", command, "bash", TOOLS.meldc, TOOLS.meldsim)
         self.assertEqual((self.folder / "f").read_text().count("p(@"), 4)
 
 
@@ -141,10 +131,10 @@ class Terminal(Case):
         self.shows_nothing_obeyed("meldc", "explain", f"{EVIL}", code=2)
 
     def test_messages_of_a_run(self):
-        self.write("w.toml", SQUARE + f"[set]\n\"{json.dumps(EVIL)[1:-1]}\" = 1\n")
+        self.write("w.toml", square(2) + f"[set]\n\"{json.dumps(EVIL)[1:-1]}\" = 1\n")
         self.shows_nothing_obeyed("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
         self.shows_nothing_obeyed("meldsim", "run", "p.meld", "--world", f"none{EVIL}", code=2)
-        self.write(f"w{EVIL}.toml", SQUARE)
+        self.write(f"w{EVIL}.toml", square(2))
         self.shows_nothing_obeyed("meldsim", "world", f"w{EVIL}.toml", code=0, holds="w\\x1b]0;")
 
     def test_what_catoms_print(self):
@@ -166,9 +156,7 @@ class Agreement(Case):
         words = []
         for arguments in commands:
             words += [":"] * bool(words) + ["-n", "1", TOOLS.meldsim, "run", *arguments]
-        environment = self.environment(OMPI_ALLOW_RUN_AS_ROOT=1, OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1, OMPI_MCA_rmaps_base_oversubscribe=1)
-        got, out, err = self.run_in(environment, "mpirun", "--quiet", "--bind-to", "none", *words)
-        self.assertEqual(got, code, out + err)
+        _, err = self.call("mpirun", "--quiet", "--bind-to", "none", *words, environment=OPEN_MPI, code=code)
         self.assertEqual(err.count("meldsim:"), 1 if says else 0, err)
         for text in [says] if isinstance(says, str) else says:
             self.assertIn(text, err)
@@ -222,9 +210,4 @@ class Agreement(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    _, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

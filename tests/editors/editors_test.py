@@ -3,7 +3,6 @@ Pygments lexer, in every example, in the formatter's golden files, and in every_
 
     editors_test.py --meldc PATH [unittest options]
 """
-import argparse
 import json
 import pathlib
 import re
@@ -11,17 +10,15 @@ import subprocess
 import sys
 import unittest
 
-from textmate import Grammar
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(ROOT / "editors/pygments"))
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "editors/pygments")]
 
+from frame import TOOLS, Case, main  # noqa: E402
 from meld_lexer import MeldLexer  # noqa: E402
 from pygments.lexers import load_lexer_from_file  # noqa: E402
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Punctuation, String  # noqa: E402
-
-TOOLS = argparse.Namespace()
+from textmate import Grammar  # noqa: E402
 
 # Token kinds by the beginnings of the TextMate scopes they may have, and the Pygments types.
 DECLARATION = (("keyword.declaration",), (Keyword.Declaration,))
@@ -95,15 +92,14 @@ def all_files():
         yield from sorted(path for path in (ROOT / folder).rglob("*.meld") if not wrongly_scanned(path))
 
 
-class Table(unittest.TestCase):
+class Table(Case):
     def test_every_kind_has_a_colour_and_stands_in_the_sample(self):
         kinds = set(re.findall(r"^MELD_TOKEN\((\w+),", (ROOT / "compiler/syntax/tokens.def").read_text(), re.MULTILINE)) - {"End"}
         self.assertEqual(set(COLOURS), kinds)
         self.assertEqual({kind for kind, _, _ in tokens_of(HERE / "every_token.meld")}, kinds)
 
     def test_the_sample_has_no_syntax_errors(self):
-        done = subprocess.run([TOOLS.meldc, "fmt", "--stdout", HERE / "every_token.meld"], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.call("meldc", "fmt", "--stdout", HERE / "every_token.meld")
 
 
 class Pygments(unittest.TestCase):
@@ -200,8 +196,4 @@ class Extension(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    TOOLS, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc = str(pathlib.Path(TOOLS.meldc).resolve())
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc")

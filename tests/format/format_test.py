@@ -5,7 +5,6 @@ prints them, comments by the regular expression below.
 
 golden/NAME.in is formatted to golden/NAME.meld; --update writes the latter anew.
 """
-import argparse
 import os
 import pathlib
 import random
@@ -13,12 +12,14 @@ import re
 import stat
 import subprocess
 import sys
-import tempfile
-import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import TOOLS, main  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GOLDEN = pathlib.Path(__file__).resolve().parent / "golden"
-TOOLS = argparse.Namespace()
 STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"?|//[^\n]*|;;[^\n]*|/\*')
 
 
@@ -86,13 +87,8 @@ def programs():
         yield from sorted(path for path in (ROOT / folder).rglob("*.meld") if "__pycache__" not in path.parts)
 
 
-class Case(unittest.TestCase):
+class Case(frame.Case):
     maxDiff = 4000
-
-    def setUp(self):
-        scratch = tempfile.TemporaryDirectory(prefix="meld format ")
-        self.addCleanup(scratch.cleanup)
-        self.folder = pathlib.Path(scratch.name)
 
     def keeps_everything(self, text, name):
         """Formats the text; checks that the result has its tokens and comments and does not change again."""
@@ -188,11 +184,6 @@ class Command(Case):
     UGLY = "type p(node).p(A):-p(A) .\n"
     NEAT = "type p(node).\np(A) :- p(A).\n"
 
-    def write(self, name, text):
-        path = self.folder / name
-        path.write_text(text)
-        return path
-
     def test_a_file_is_replaced_with_its_permissions(self):
         path = self.write("ugly.meld", self.UGLY)
         path.chmod(0o640)
@@ -251,9 +242,4 @@ class Command(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--update", action="store_true")
-    TOOLS, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc = str(pathlib.Path(TOOLS.meldc).resolve())
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", update={"action": "store_true"})

@@ -2,7 +2,6 @@
 
     install_test.py --build FOLDER [unittest options]
 """
-import argparse
 import json
 import os
 import pathlib
@@ -12,8 +11,9 @@ import sys
 import tempfile
 import unittest
 
-BUILD = pathlib.Path()  # Set from the command line.
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
+from frame import OPEN_MPI, TOOLS, main  # noqa: E402
 
 # What examples/extensions/pile.cpp does, as rules.
 PILE_AS_RULES = """
@@ -36,11 +36,10 @@ class Installed(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld install "))
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         first, cls.prefix = cls.folder / "first", cls.folder / "moved"
-        subprocess.run(["cmake", "--install", BUILD, "--prefix", first], check=True, capture_output=True)
+        subprocess.run(["cmake", "--install", TOOLS.build, "--prefix", first], check=True, capture_output=True)
         first.rename(cls.prefix)
         cls.environment = {"PATH": f"{cls.prefix / 'bin'}:/usr/bin:/bin", "HOME": str(cls.folder),
-                           "CLAYMELD_CACHE": str(cls.folder / "cache"), "OMPI_ALLOW_RUN_AS_ROOT": "1",
-                           "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+                           "CLAYMELD_CACHE": str(cls.folder / "cache"), **OPEN_MPI}
 
     def call(self, *command):
         done = subprocess.run(command, env=self.environment, cwd=self.folder, capture_output=True, text=True, check=False)
@@ -178,8 +177,4 @@ class Installed(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--build", type=pathlib.Path, required=True)
-    known, rest = parser.parse_known_args()
-    BUILD = known.build
-    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
+    main("build")

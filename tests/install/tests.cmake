@@ -1,5 +1,5 @@
 # What `cmake --install` leaves under a prefix; and, in the campaign where the machine allows it, the Debian package in a clean root.
-add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/install_test.py --build ${CMAKE_BINARY_DIR})
+add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/install_test.py --build ${CMAKE_BINARY_DIR} -v)
 set_tests_properties(install PROPERTIES TIMEOUT 300)
 find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)
 execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHITESPACE)

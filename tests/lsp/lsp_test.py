@@ -2,19 +2,18 @@
 
     lsp_test.py --meldc PATH [unittest options]
 """
-import argparse
 import os
 import pathlib
 import random
-import subprocess
 import sys
-import tempfile
-import unittest
 
-from session import Session, path_of, uri
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import frame  # noqa: E402
+from frame import TOOLS, environment_with, main  # noqa: E402
+from session import Session, path_of, uri  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TOOLS = argparse.Namespace()
 
 PROGRAM = """\
 include "shared.meld".
@@ -36,20 +35,17 @@ ball(A, N), dist(A, D) -o { B | neighbor(A, B), B <> A | ball(B, N + D) }.
 SHARED = "type source(node).\nsource(@0).\n"
 
 
-class Case(unittest.TestCase):
+class Case(frame.Case):
     maxDiff = 4000
+    FILES = {"shared.meld": SHARED}
 
     def setUp(self):
-        scratch = tempfile.TemporaryDirectory(prefix="meld lsp ")  # With a space: addresses escape it.
-        self.addCleanup(scratch.cleanup)
-        self.folder = pathlib.Path(scratch.name).resolve()
-        self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
-        self.server = Session([TOOLS.meldc, "lsp", "--stdio"], self.environment)
+        super().setUp()
+        self.server = Session([TOOLS.meldc, "lsp", "--stdio"], environment_with({"XDG_CACHE_HOME": self.folder / "cache"}))
         self.addCleanup(self.server.kill)
         self.capabilities = self.server.start()["capabilities"]
         self.path = self.folder / "main.meld"
         self.shared = self.folder / "shared.meld"
-        self.shared.write_text(SHARED)
 
     def open(self, text=PROGRAM):
         self.text = text
@@ -300,17 +296,14 @@ class Names(Case):
     def rename(self, needle, name, inside=""):
         return self.about("rename", needle, inside, newName=name)["changes"]
 
-    def refused(self, needle, name):
+    def refusal(self, needle, name):
         line, column = self.at(needle)
         asked = {"textDocument": {"uri": uri(self.path)}, "position": {"line": line, "character": column}, "newName": name}
         answer = self.server.answer("textDocument/rename", asked)
         return answer["error"]["message"]
 
     def check(self, text):
-        path = self.folder / "renamed.meld"
-        path.write_text(text)
-        done = subprocess.run([TOOLS.meldc, "check", path], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.call("meldc", "check", self.write("renamed.meld", text))
 
     def test_predicates_constants_and_variables(self):
         self.open()
@@ -339,15 +332,15 @@ class Names(Case):
 
     def test_what_is_refused(self):
         self.open(PROGRAM + "type end(node).\nball(@0, if limit > 1 then 1 else 2 end).\n")
-        self.assertIn("prelude", self.refused("neighbor(A, B), dist", "touches"))
-        self.assertIn("prelude", self.refused("setColor(A, 255", "paint"))
-        self.assertIn("taken", self.refused("dist(A, 0)", "ball"))
-        self.assertIn("taken", self.refused("D < limit", "A"))
-        self.assertIn("not a name", self.refused("dist(A, 0)", "Dist"))
-        self.assertIn("not a name", self.refused("dist(A, 0)", "two words"))
-        self.assertIn("not a variable", self.refused("D < limit", "d"))
-        self.assertIn("nothing here", self.refused(":- source", "x"))
-        self.assertIn("something else", self.refused("ball(A, N)", "not"))
+        self.assertIn("prelude", self.refusal("neighbor(A, B), dist", "touches"))
+        self.assertIn("prelude", self.refusal("setColor(A, 255", "paint"))
+        self.assertIn("taken", self.refusal("dist(A, 0)", "ball"))
+        self.assertIn("taken", self.refusal("D < limit", "A"))
+        self.assertIn("not a name", self.refusal("dist(A, 0)", "Dist"))
+        self.assertIn("not a name", self.refusal("dist(A, 0)", "two words"))
+        self.assertIn("not a variable", self.refusal("D < limit", "d"))
+        self.assertIn("nothing here", self.refusal(":- source", "x"))
+        self.assertIn("something else", self.refusal("ball(A, N)", "not"))
 
     def test_original_meld_has_lower_case_variables(self):
         self.open("type p(node, int).\ntype q(node, int).\nq(a, n) :- p(a, n), n > 1.\n")
@@ -434,8 +427,4 @@ class Hostile(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    TOOLS, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc = str(pathlib.Path(TOOLS.meldc).resolve())
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc")

@@ -1,54 +1,36 @@
-#!/usr/bin/env python3
 """`meldsim bisect`: the tick that it finds is the first one, on any number of processes, and asking changes nothing.
 
-Usage: bisect_test.py --meldc FILE --meldsim FILE [TEST ...]
+    bisect_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import json
-import os
+import pathlib
 import re
-import subprocess
 import sys
-import tempfile
-import unittest
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import Case, main  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples/meld"
-OWN = Path(__file__).resolve().parent / "programs"
+OWN = pathlib.Path(__file__).resolve().parent / "programs"
 
 
-class Bisect(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def call(self, tool, *arguments):
-        return subprocess.run([str(tool), *map(str, arguments)], capture_output=True, text=True, cwd=self.folder.name)
-
+class Bisect(Case):
     def bisect(self, *arguments, code=0):
-        done = self.call(OPTIONS.meldsim, "bisect", *arguments, "--json", "--quiet")
-        self.assertEqual(done.returncode, code, done.stderr)
-        return json.loads(done.stdout)
-
-    def refused(self, code, *arguments):
-        done = self.call(OPTIONS.meldsim, "bisect", *arguments)
-        self.assertEqual((done.returncode, done.stdout), (code, ""))
-        return done.stderr
+        return json.loads(self.call("meldsim", "bisect", *arguments, "--json", "--quiet", code=code)[0])
 
     def facts(self, program, ticks, name):
-        done = self.call(OPTIONS.meldsim, "run", program, "--ticks", ticks, "--quiet", "--facts-out", "-")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return re.findall(rf"^{name}\(@(\d+)(?:, (.*))?\)\.$", done.stdout, re.M)
+        facts, _ = self.call("meldsim", "run", program, "--ticks", ticks, "--quiet", "--facts-out", "-")
+        return re.findall(rf"^{name}\(@(\d+)(?:, (.*))?\)\.$", facts, re.M)
 
     def test_a_planted_fault_is_found(self):
         """A rule that counts wrong from 12 on: neighbours differ by more than one."""
         text = (EXAMPLES / "gradient.meld").read_text()
         faulty = text.replace("dist(B, D + 1)", "dist(B, D + 1 + D / 12)")
         self.assertNotEqual(text, faulty)
-        program = Path(self.folder.name, "faulty.meld")
-        program.write_text(faulty)
-        program.with_suffix(".toml").write_text((EXAMPLES / "gradient.toml").read_text())
+        program = self.write("faulty.meld", faulty)
+        self.write("faulty.toml", (EXAMPLES / "gradient.toml").read_text())
         body = "neighbor(A, B), dist(A, X), dist(B, Y), X > Y + 1"
         answers = [self.bisect(program, "--until", body, "-n", n) for n in (1, 2, 3)]
         self.assertEqual(answers[0]["tick"], 14)
@@ -82,17 +64,15 @@ class Bisect(unittest.TestCase):
                               (EXAMPLES / "walk.meld", "neighbor(A, B), neighbor(B, C), position(C, X, _, _), X > 1.0"),
                               (OWN / "waiting.meld", "N = count : { neighbor(A, B), dist(B, _) }, dist(A, D), D > N"),
                               (OWN / "storm.meld", "last(A, N), not neighborCount(A, 3), seen(A, B, 1)")):
-            module = Path(self.folder.name, "asked.so")
-            done = self.call(OPTIONS.meldc, "compile", program, "--ask", body, "-o", module)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            module = self.folder / "asked.so"
+            self.call("meldc", "compile", program, "--ask", body, "-o", module)
             results = []
             for what in (program, module):
-                done = self.call(OPTIONS.meldsim, "run", what, "--world", program.with_suffix(".toml"), "--ticks", 40, "--quiet",
-                                 "--digest", "run.digest", "--facts-out", "run.facts")
-                self.assertEqual(done.returncode, 0, done.stderr)
-                results.append([Path(self.folder.name, name).read_text() for name in ("run.digest", "run.facts")])
+                self.call("meldsim", "run", what, "--world", program.with_suffix(".toml"), "--ticks", 40, "--quiet",
+                          "--digest", "run.digest", "--facts-out", "run.facts")
+                results.append([self.read("run.digest"), self.read("run.facts")])
             self.assertEqual(results[0], results[1], program.name)
-            self.assertNotIn("question", results[1][1])
+            self.assertNotIn(b"question", results[1][1])
 
     def test_mistakes_have_their_place(self):
         program = EXAMPLES / "gradient.meld"
@@ -104,29 +84,20 @@ class Bisect(unittest.TestCase):
                                     ("3 > 2", 2, "has no fact of a catom"),
                                     ("", 2, "there is nothing to look for")):
             for processes in (1, 2):
-                self.assertIn(message, self.refused(code, program, "--until", body, "-n", processes))
-        self.assertIn("asks about a linear fact, token", self.refused(2, OWN / "waiting.meld", "--until", "token(A, N, _)"))
-        self.assertIn("--until 'body' or --while 'body'", self.refused(2, program))
-        self.refused(2, program, "--until", "source(A)", "--while", "source(A)")
-        module = Path(self.folder.name, "gradient.so")
-        self.call(OPTIONS.meldc, "compile", program, "-o", module)
-        self.assertIn("a module has no room for a body", self.refused(2, module, "--until", "source(A)"))
+                self.refused("meldsim", "bisect", program, "--until", body, "-n", processes, code=code, says=message,
+                             lines=None if code == 1 else 1)
+        self.refused("meldsim", "bisect", OWN / "waiting.meld", "--until", "token(A, N, _)", code=2,
+                     says="asks about a linear fact, token")
+        self.refused("meldsim", "bisect", program, code=2, says="--until 'body' or --while 'body'")
+        self.refused("meldsim", "bisect", program, "--until", "source(A)", "--while", "source(A)", code=2, says="--while")
+        module = self.folder / "gradient.so"
+        self.call("meldc", "compile", program, "-o", module)
+        self.refused("meldsim", "bisect", module, "--until", "source(A)", code=2, says="a module has no room for a body")
 
     def test_a_program_that_fails_is_no_answer(self):
-        program = Path(self.folder.name, "fails.meld")
-        program.write_text("type linear n(node, int).\nn(A, 5).\nn(A, N) -o n(A, 10 / N - 2).\n")
-        self.assertIn("divided by zero", self.refused(1, program, "--until", "id(A, -1)"))
-
-
-def main():
-    global OPTIONS
-    parser = argparse.ArgumentParser()
-    for tool in ("meldc", "meldsim"):
-        parser.add_argument(f"--{tool}", required=True, type=Path)
-    OPTIONS, rest = parser.parse_known_args()
-    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
-    unittest.main(argv=[sys.argv[0], *rest])
+        program = self.write("fails.meld", "type linear n(node, int).\nn(A, 5).\nn(A, N) -o n(A, 10 / N - 2).\n")
+        self.refused("meldsim", "bisect", program, "--until", "id(A, -1)", code=1, says="divided by zero")
 
 
 if __name__ == "__main__":
-    main()
+    main("meldc", "meldsim")

@@ -6,17 +6,16 @@ Whatever call fails, the run says so and goes on, or ends with the documented co
 goes on from there to the results of one that was never disturbed.
 """
 
-import argparse
 import errno
 import os
-import resource
+import pathlib
 import shutil
-import subprocess
 import sys
-import unittest
 
-import resume_test
-from resume_test import outputs_test
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import resume_test  # noqa: E402
+from frame import TOOLS, main, no_file_above  # noqa: E402
 
 # Few ticks, with three checkpoints, a step of the recording between two of them, and steps that the next one does not have.
 RUN = ("run", "waiting.meld", "--ticks", "36", "--quiet", "--digest", "digests", "--facts-out", "facts", "--record", "film")
@@ -30,7 +29,7 @@ class Case(resume_test.Case):
         self.wanted = self.undisturbed()
 
     def undisturbed(self):
-        self.fine("meldsim", *RUN)
+        self.call("meldsim", *RUN)
         result = self.outcome()
         self.again()
         return result
@@ -55,7 +54,7 @@ class Case(resume_test.Case):
         else:
             self.refused("meldsim", "resume", "kept", code=DAMAGED, says="there is no checkpoint in")
             shutil.rmtree(self.folder / "kept", ignore_errors=True)
-            self.fine("meldsim", *RUN, *KEEP)
+            self.call("meldsim", *RUN, *KEEP)
         self.assertEqual(self.outcome(), self.wanted)
 
 
@@ -64,16 +63,16 @@ class Calls(Case):
 
     def each_failure(self, path, command, prepare, number=errno.ENOSPC, on=False, many=False):
         """Runs the command with the n-th call failed, for all n, and gives how it ended and which call it was."""
-        step = outputs_test.TOOLS.stride
+        step = TOOLS.stride
         # Of hundreds of writes fewer are tried in a short test.
         step = 1 + (step - 1) * (12 if many else 1)
         n = 1 + step // 2 * on
         while True:
             self.again()
             prepare()
-            environment = {"LD_PRELOAD": outputs_test.TOOLS.fail_calls, "FAIL_PATH": path, "FAIL_AT": n, "FAIL_ERRNO": number,
+            environment = {"LD_PRELOAD": TOOLS.fail_calls, "FAIL_PATH": path, "FAIL_AT": n, "FAIL_ERRNO": number,
                            "FAIL_ON": int(on), "FAIL_LOG": self.folder / "log"}
-            done = self.run_tool("meldsim", *command, env={**os.environ, **{key: str(value) for key, value in environment.items()}})
+            done = self.run_tool("meldsim", *command, environment=environment)
             if "log" not in self.files():
                 break
             call = self.read("log").decode().replace(str(self.folder), "").split("\n")[0]
@@ -93,13 +92,13 @@ class Calls(Case):
                 if done.returncode != 0:
                     # The folder could not be taken: nothing has begun.
                     self.assertEqual(done.returncode, LIMIT, done)
-                    self.assertIn(b"cannot write kept: No space left", done.stderr)
+                    self.assertIn("cannot write kept: No space left", done.stderr)
                     self.assertEqual(self.ticks_kept(), [])
                     continue
                 self.assertEqual(self.outcome(), self.wanted)
                 if 36 not in self.ticks_kept():
-                    self.assertIn(b"warning: no checkpoint of tick 36: cannot write", done.stderr)
-                    self.assertIn(b"The run goes on", done.stderr)
+                    self.assertIn("warning: no checkpoint of tick 36: cannot write", done.stderr)
+                    self.assertIn("The run goes on", done.stderr)
                 self.assertLessEqual(len(self.ticks_kept()), 3)
                 self.goes_on()
 
@@ -108,7 +107,7 @@ class Calls(Case):
             for done, call in self.each_failure("/" + name, [*RUN, *KEEP], lambda: None, number, on, name == "film"):
                 if done.returncode != 0:
                     self.assertIn(done.returncode, (2, LIMIT), done)
-                    self.assertIn(b"cannot write " + name.encode(), done.stderr)
+                    self.assertIn("cannot write " + name, done.stderr)
                 self.goes_on()
 
     def test_digests(self):
@@ -119,7 +118,7 @@ class Calls(Case):
 
     def test_recording_that_goes_on(self):
         """A failure while the recording is opened again and cut loses nothing that the checkpoint speaks of."""
-        self.fine("meldsim", *[word if word != "36" else "30" for word in RUN], *KEEP)
+        self.call("meldsim", *[word if word != "36" else "30" for word in RUN], *KEEP)
         (self.folder / "kept/30.checkpoint.json").unlink()
         shutil.copytree(self.folder, self.folder / "saved")
 
@@ -131,7 +130,7 @@ class Calls(Case):
         for on in (False, True):
             for done, call in self.each_failure("/film", ["resume", "kept", "--ticks", "36", "--quiet"], prepare, errno.EIO, on, True):
                 if done.returncode != 0:
-                    self.assertIn(b"film", done.stderr)
+                    self.assertIn("film", done.stderr)
                 self.goes_on("--ticks", "36")
 
 
@@ -139,7 +138,7 @@ class Full(Case):
     """A disk that becomes full while checkpoints, a recording and digests are written to it; and then there is room again."""
 
     def limited(self, size_bytes, *command):
-        return self.run_tool("meldsim", *command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, size_bytes)))
+        return self.run_tool("meldsim", *command, preexec_fn=no_file_above(size_bytes))
 
     def test_files_that_become_too_large(self):
         codes = set()
@@ -150,13 +149,13 @@ class Full(Case):
             with self.subTest(size_bytes=size_bytes):
                 self.assertIn(done.returncode, (0, LIMIT), done)
                 if done.returncode == LIMIT:
-                    self.assertIn(b"cannot write", done.stderr)
+                    self.assertIn("cannot write", done.stderr)
                 if (self.folder / "kept").exists():
                     self.goes_on()
         self.assertEqual(codes, {0, LIMIT})
 
     def test_small_disk(self):
-        disk = outputs_test.Disks.small_disk(self, "8m")
+        disk = self.small_disk("8m")
         for name in self.files() - {"disk"}:
             shutil.copy(self.folder / name, disk)
         self.folder = disk
@@ -170,7 +169,7 @@ class Full(Case):
             codes.add(done.returncode)
             with self.subTest(free=free):
                 self.assertIn(done.returncode, (0, LIMIT), done)
-                self.assertTrue(done.returncode == 0 or b"space" in done.stderr, done)
+                self.assertTrue(done.returncode == 0 or "space" in done.stderr, done)
                 (disk / "rest").unlink()
                 if (self.folder / "kept").exists():
                     self.goes_on()
@@ -178,13 +177,4 @@ class Full(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    parser.add_argument("--fail-calls", required=True)
-    parser.add_argument("--stride", default=1, type=int)
-    options, rest = parser.parse_known_args()
-    for name in ("meldc", "meldsim", "fail_calls"):
-        setattr(outputs_test.TOOLS, name, os.path.abspath(getattr(options, name)))
-    outputs_test.TOOLS.stride = options.stride
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim", "fail-calls", stride={"type": int, "default": 1})

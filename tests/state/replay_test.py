@@ -1,11 +1,10 @@
-#!/usr/bin/env python3
 """`meldsim replay`: a recording carries all that it takes to make its run again, and what is not the same is named.
 
-Usage: replay_test.py --meldc FILE --meldsim FILE [TEST ...]
+    replay_test.py --meldc PATH --meldsim PATH [unittest options]
 """
-import argparse
 import json
 import os
+import pathlib
 import pty
 import shutil
 import signal
@@ -13,11 +12,13 @@ import subprocess
 import sys
 import tempfile
 import time
-import unittest
-from pathlib import Path
 
 import h5py
 import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import Case, main  # noqa: E402
 
 # Every piece comes from another file: an include, a library folder, cells, and what the command line says.
 FILES = {
@@ -65,37 +66,23 @@ n(A, twice(I)) :- id(A, I).
 }
 
 
-class Replay(unittest.TestCase):
-    def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.folder = Path(temporary.name)
+class Replay(Case):
+    def replay(self, *arguments, code=0):
+        return self.call("meldsim", "replay", *arguments, code=code)[0]
 
-    def write(self, files):
+    def refuses(self, *arguments, code, says):
+        return self.refused("meldsim", "replay", *arguments, code=code, says=says)
+
+    def write_all(self, files):
         for name, text in files.items():
-            path = self.folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
-
-    def call(self, *arguments, folder=""):
-        return subprocess.run([str(OPTIONS.meldsim), *map(str, arguments)], capture_output=True, text=True, cwd=self.folder / folder)
-
-    def fine(self, *arguments, folder=""):
-        done = self.call(*arguments, folder=folder)
-        self.assertEqual(done.returncode, 0, done.stderr + done.stdout)
-        return done.stdout
-
-    def refused(self, code, *arguments):
-        done = self.call("replay", *arguments)
-        self.assertEqual(done.returncode, code, done.stderr + done.stdout)
-        return done.stderr
+            self.write(name, text)
 
     def record(self):
         """The run in pieces; returns the options that say what it is. The recording is run.vtkhdf, and its last tick the run's."""
-        self.write(FILES)
+        self.write_all(FILES)
         what = ("main.meld", "--world", "worlds/here.toml", "-I", "../library", "--arg", "40", "--set", "step=2", "--seed", "11")
-        self.fine("run", *what, "--quiet", "--ticks", 40, "--record", self.folder / "run.vtkhdf", "--digest", self.folder / "digest",
-                  folder="work")
+        self.call("meldsim", "run", *what, "--quiet", "--ticks", 40, "--record", self.folder / "run.vtkhdf",
+                  "--digest", self.folder / "digest", cwd=self.folder / "work")
         return what
 
     def change(self, change):
@@ -107,30 +94,31 @@ class Replay(unittest.TestCase):
 
     def test_nothing_else_is_needed(self):
         what = self.record()
-        self.fine("run", *what, "--quiet", "--ticks", 14, "--facts-out", self.folder / "facts", folder="work")
+        self.call("meldsim", "run", *what, "--quiet", "--ticks", 14, "--facts-out", self.folder / "facts", cwd=self.folder / "work")
         for name in ("work", "library"):
             shutil.rmtree(self.folder / name)
         left = set(os.listdir(tempfile.gettempdir()))
         for processes in (1, 2, 3):
-            answer = json.loads(self.fine("replay", "run.vtkhdf", "--json", "-n", processes, "--digest", "again"))
+            answer = json.loads(self.replay("run.vtkhdf", "--json", "-n", processes, "--digest", "again"))
             self.assertEqual((answer["same"], answer["ticks"]), (True, 19))
             self.assertGreater(answer["steps"], 6)
-            self.assertEqual((self.folder / "again").read_text(), (self.folder / "digest").read_text())
+            self.assertEqual(self.read("again"), self.read("digest"))
             # The state in a tick that is not recorded.
-            self.fine("replay", "run.vtkhdf", "--quiet", "--to", 14, "--facts-out", "then", "-n", processes, "--threads", 2)
-            self.assertEqual((self.folder / "then").read_text(), (self.folder / "facts").read_text())
-        self.assertIn("replayed 19 ticks: all", self.fine("replay", "run.vtkhdf"))
+            self.replay("run.vtkhdf", "--quiet", "--to", 14, "--facts-out", "then", "-n", processes, "--threads", 2)
+            self.assertEqual(self.read("then"), self.read("facts"))
+        self.assertIn("replayed 19 ticks: all", self.replay("run.vtkhdf"))
         self.assertEqual([name for name in set(os.listdir(tempfile.gettempdir())) - left if name.startswith("claymeld-replay")], [])
 
     def test_code_is_named_by_its_hash(self):
-        self.write(EXTERN)
-        self.fine("run", "main.meld", "--quiet", "--link", "twice.c", "--record", "run.vtkhdf")
-        self.fine("replay", "run.vtkhdf", "--quiet")
+        self.write_all(EXTERN)
+        self.call("meldsim", "run", "main.meld", "--quiet", "--link", "twice.c", "--record", "run.vtkhdf")
+        self.replay("run.vtkhdf", "--quiet")
         shutil.move(self.folder / "twice.c", self.folder / "kept.c")
-        self.write({"twice.c": EXTERN["twice.c"].replace("2", "3")})
+        self.write("twice.c", EXTERN["twice.c"].replace("2", "3"))
         for given in ((), ("--link", "twice.c")):
-            self.assertRegex(self.refused(2, "run.vtkhdf", *given), r"was made with /.*/twice\.c, .*its hash, [0-9a-f]{16}.*with --link")
-        self.fine("replay", "run.vtkhdf", "--quiet", "--link", "kept.c", "-n", 2)
+            message = self.refuses("run.vtkhdf", *given, code=2, says="was made with")
+            self.assertRegex(message, r"was made with /.*/twice\.c, .*its hash, [0-9a-f]{16}.*with --link")
+        self.replay("run.vtkhdf", "--quiet", "--link", "kept.c", "-n", 2)
 
     def test_the_first_difference_is_named(self):
         self.record()
@@ -138,75 +126,73 @@ class Replay(unittest.TestCase):
         # Another program: from the event in tick 7 on, catoms hear of another source.
         self.change(lambda text: text.replace("id == 29", "id == 28"))
         for processes in (1, 2):
-            message = self.refused(3, "run.vtkhdf", "-n", processes)
+            message = self.refuses("run.vtkhdf", "-n", processes, code=3, says="is not as it was recorded")
             self.assertRegex(message, r"tick 9 is not as it was recorded: catom @\d+; .*dist: .* now, .* in run.vtkhdf")
-            answer = json.loads(self.call("replay", "run.vtkhdf", "--json", "--quiet", "-n", processes).stdout)
+            answer = json.loads(self.replay("run.vtkhdf", "--json", "--quiet", "-n", processes, code=3))
             self.assertEqual((answer["same"], answer["tick"]), (False, 9))
             self.assertEqual(answer["differences"][-1]["what"], "dist")
         # Before it, only what the recording says of the world.
-        self.assertIn("the run is not as it was recorded; the world", self.refused(3, "run.vtkhdf", "--to", 6))
+        self.refuses("run.vtkhdf", "--to", 6, code=3, says="the run is not as it was recorded; the world")
         # The state is the same, and a column is not.
         shutil.copy(self.folder / "whole", self.folder / "run.vtkhdf")
         with h5py.File(self.folder / "run.vtkhdf", "r+") as file:
             file["VTKHDF/PointData/dist"][int(file["VTKHDF/Steps/PointDataOffsets/dist"][2]) + 4] += 1
-        self.assertRegex(self.refused(3, "run.vtkhdf"),
+        self.assertRegex(self.refuses("run.vtkhdf", code=3, says="is not as it was recorded"),
                          r"tick 6 is not as it was recorded: catom @4; dist: .*, 4\) now, .*, 5\) in run.vtkhdf")
         # The columns are the same, and the state is not.
         shutil.copy(self.folder / "whole", self.folder / "run.vtkhdf")
         with h5py.File(self.folder / "run.vtkhdf", "r+") as file:
             file["VTKHDF/Steps/StateDigestLow"][4] += 1
-        self.assertIn("tick 12 is not as it was recorded; what differs is not recorded", self.refused(3, "run.vtkhdf"))
+        self.refuses("run.vtkhdf", code=3, says="tick 12 is not as it was recorded; what differs is not recorded")
 
     def test_a_run_that_ends_early_is_another(self):
         """Also where no recorded step is left that could differ."""
-        self.write({"ends.meld": "extern int ends(int).\ntype clock(node, int).\nclock(A, T) :- tick(A, T).\n"
+        self.write_all({"ends.meld": "extern int ends(int).\ntype clock(node, int).\nclock(A, T) :- tick(A, T).\n"
                                  "stop-program(A) :- clock(A, T), ends(T) > 0.\n",
                     "ends.c": "#include <meld/extern.h>\n#include <unistd.h>\n"
                               "int64_t ends(int64_t tick) { return tick >= 30 && access(\"now\", F_OK) == 0; }\n",
                     "ends.toml": "lattice = \"square\"\n[[body]]\nshape = \"box(3, 3, 1)\"\n[record]\nevery = 50\n"})
-        self.fine("run", "ends.meld", "--quiet", "--link", "ends.c", "--ticks", 100, "--record", "run.vtkhdf")
-        self.assertIn("replayed 100 ticks: all 3 recorded steps are the same", self.fine("replay", "run.vtkhdf"))
-        self.assertIn("replayed 20 ticks: the only recorded step is the same", self.fine("replay", "run.vtkhdf", "--to", 20))
-        self.write({"now": ""})
+        self.call("meldsim", "run", "ends.meld", "--quiet", "--link", "ends.c", "--ticks", 100, "--record", "run.vtkhdf")
+        self.assertIn("replayed 100 ticks: all 3 recorded steps are the same", self.replay("run.vtkhdf"))
+        self.assertIn("replayed 20 ticks: the only recorded step is the same", self.replay("run.vtkhdf", "--to", 20))
+        self.write_all({"now": ""})
         for processes in (1, 2):
-            self.assertIn("is not as it was recorded; the last tick: 30 now, at least 100 in run.vtkhdf",
-                          self.refused(3, "run.vtkhdf", "-n", processes))
-        answer = json.loads(self.call("replay", "run.vtkhdf", "--json", "--to", 40).stdout)
+            self.refuses("run.vtkhdf", "-n", processes, code=3,
+                         says="is not as it was recorded; the last tick: 30 now, at least 100 in run.vtkhdf")
+        answer = json.loads(self.replay("run.vtkhdf", "--json", "--quiet", "--to", 40, code=3))
         self.assertEqual((answer["same"], answer["tick"]), (False, 30))
         self.assertEqual(answer["differences"], [{"what": "the last tick", "recorded": ["at least 40"], "now": ["30"]}])
 
     def test_a_module_that_was_compiled_beforehand(self):
         """It carries its sources, but not where they were found, nor what was linked into it."""
-        self.write({"program/main.meld": "include \"deep/n.meld\".\nuse \"count\".\nextern int twice(int).\n"
+        self.write_all({"program/main.meld": "include \"deep/n.meld\".\nuse \"count\".\nextern int twice(int).\n"
                                          "n(A, twice(I)) :- id(A, I).\nknown(A, N) :- n(A, N).\n",
                     "one/deep/n.meld": "include \"own.meld\".\ntype n(node, int).\n", "one/deep/own.meld": "type own(node).\n",
                     "two/count.meld": "type known(node, max int).\n", "code/twice.c": EXTERN["twice.c"], "main.toml": EXTERN["main.toml"]})
-        subprocess.run([str(OPTIONS.meldc), "compile", "program/main.meld", "-I", "one", "-I", "two", "--link", "code/twice.c",
-                        "-o", "main.so"], cwd=self.folder, check=True)
-        self.fine("run", "main.so", "--world", "main.toml", "--quiet", "--record", "run.vtkhdf")
+        self.call("meldc", "compile", "program/main.meld", "-I", "one", "-I", "two", "--link", "code/twice.c", "-o", "main.so")
+        self.call("meldsim", "run", "main.so", "--world", "main.toml", "--quiet", "--record", "run.vtkhdf")
         for name in ("program", "one", "two"):
             shutil.rmtree(self.folder / name)
-        self.assertIn("--link", self.refused(1, "run.vtkhdf"))
+        self.assertIn("--link", self.call("meldsim", "replay", "run.vtkhdf", code=1)[1])
         for processes in (1, 2):
-            self.fine("replay", "run.vtkhdf", "--link", "code/twice.c", "-n", processes)
-        self.write({"thrice.c": EXTERN["twice.c"].replace("2", "3")})
-        self.assertIn("tick 1 is not as it was recorded: catom @1; n: n(@1, 3) now, n(@1, 2) in run.vtkhdf",
-                      self.refused(3, "run.vtkhdf", "--link", "thrice.c"))
+            self.replay("run.vtkhdf", "--link", "code/twice.c", "-n", processes)
+        self.write_all({"thrice.c": EXTERN["twice.c"].replace("2", "3")})
+        self.refuses("run.vtkhdf", "--link", "thrice.c", code=3,
+                     says="tick 1 is not as it was recorded: catom @1; n: n(@1, 3) now, n(@1, 2) in run.vtkhdf")
 
     def test_the_recording_is_only_read(self):
         self.record()
-        whole = (self.folder / "run.vtkhdf").read_bytes()
+        whole = self.read("run.vtkhdf")
         for option in ("--digest", "--facts-out"):
-            self.assertIn(f"the recording and {option} are the same file", self.refused(2, "run.vtkhdf", option, "./run.vtkhdf"))
-        self.assertEqual((self.folder / "run.vtkhdf").read_bytes(), whole)
+            self.refuses("run.vtkhdf", option, "./run.vtkhdf", code=2, says=f"the recording and {option} are the same file")
+        self.assertEqual(self.read("run.vtkhdf"), whole)
 
     def test_quiet_on_a_terminal(self):
         self.record()
         for options, silent in ((("--quiet",), True), ((), False)):
             terminal, end = pty.openpty()
             with open(terminal, "rb", buffering=0) as shown:
-                subprocess.run([str(OPTIONS.meldsim), "replay", "run.vtkhdf", *options], cwd=self.folder, check=True,
-                               stdout=subprocess.DEVNULL, stderr=end)
+                self.call("meldsim", "replay", "run.vtkhdf", *options, stdout=subprocess.DEVNULL, stderr=end)
                 os.write(end, b"the end")
                 os.close(end)
                 text = b""
@@ -215,26 +201,24 @@ class Replay(unittest.TestCase):
                 self.assertEqual(text == b"the end", silent, text)
 
     def test_an_interrupted_replay_leaves_nothing(self):
-        self.write({"slow.meld": "include \"parts/clock.meld\".\nextern int slow(int).\ntype seen(node, int).\n"
+        self.write_all({"slow.meld": "include \"parts/clock.meld\".\nextern int slow(int).\ntype seen(node, int).\n"
                                  "seen(@0, slow(T)) :- clock(@0, T).\n",
                     "parts/clock.meld": "type clock(node, int).\nclock(A, T) :- tick(A, T).\n",
                     "slow.c": "#include <meld/extern.h>\n#include <unistd.h>\n"
                               "int64_t slow(int64_t tick) { if (access(\"now\", F_OK) == 0) usleep(tick < 6 ? 20000 : 9000000);"
                               " return tick; }\n",
                     "slow.toml": "lattice = \"square\"\n[[body]]\nshape = \"box(3, 3, 1)\"\n"})
-        self.fine("run", "slow.meld", "--quiet", "--link", "slow.c", "--ticks", 9, "--record", "run.vtkhdf")
-        self.write({"now": ""})
+        self.call("meldsim", "run", "slow.meld", "--quiet", "--link", "slow.c", "--ticks", 9, "--record", "run.vtkhdf")
+        self.write_all({"now": ""})
         (self.folder / "tmp").mkdir()
-        environment = dict(os.environ, TMPDIR=str(self.folder / "tmp"))
 
         def left():
             return [path.name for path in (self.folder / "tmp").rglob("*") if not str(path).startswith(f"{self.folder}/tmp/ompi")]
 
         def interrupted(signals, until, *options):
-            run = subprocess.Popen([str(OPTIONS.meldsim), "replay", "run.vtkhdf", *map(str, options)], cwd=self.folder, env=environment,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            while not until(left()) and run.poll() is None:
-                time.sleep(0.002)
+            run = self.begin("meldsim", "replay", "run.vtkhdf", *options, environment={"TMPDIR": self.folder / "tmp"},
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            self.wait_for(lambda: until(left()), run)
             for each in signals:
                 run.send_signal(each)
                 time.sleep(0.1)
@@ -265,33 +249,23 @@ class Replay(unittest.TestCase):
 
     def test_what_cannot_be_replayed(self):
         self.record()
-        self.assertIn("ends with tick 19, before tick 41", self.refused(2, "run.vtkhdf", "--to", 41))
-        whole = (self.folder / "run.vtkhdf").read_bytes()
+        self.refuses("run.vtkhdf", "--to", 41, code=2, says="ends with tick 19, before tick 41")
+        whole = self.read("run.vtkhdf")
         for change, message in ((lambda text: text.replace('"version":"', '"version":"9'), "is of version 9"),
                                 (lambda text: text[:100], "is damaged"),
                                 (lambda text: text.replace("parts/spread.meld", "/tmp/spread.meld"), "cannot be placed"),
                                 (lambda text: "", "does not say how its run is made again")):
-            (self.folder / "run.vtkhdf").write_bytes(whole)
+            self.write("run.vtkhdf", whole)
             self.change(change)
             for processes in (1, 2):
-                self.assertIn(message, self.refused(6, "run.vtkhdf", "-n", processes))
+                self.refuses("run.vtkhdf", "-n", processes, code=6, says=message)
         with h5py.File(self.folder / "foreign.h5", "w") as file:
             file["numbers"] = [1, 2, 3]
-        self.assertIn("is no recording of meldsim", self.refused(6, "foreign.h5"))
-        (self.folder / "short").write_bytes(whole[: len(whole) // 2])
-        self.refused(6, "short")
-        self.refused(2, "missing.vtkhdf")
-
-
-def main():
-    global OPTIONS
-    parser = argparse.ArgumentParser()
-    for tool in ("meldc", "meldsim"):
-        parser.add_argument(f"--{tool}", required=True, type=Path)
-    OPTIONS, rest = parser.parse_known_args()
-    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
-    unittest.main(argv=[sys.argv[0], *rest])
+        self.refuses("foreign.h5", code=6, says="is no recording of meldsim")
+        self.write("short", whole[: len(whole) // 2])
+        self.refuses("short", code=6, says="short")
+        self.refuses("missing.vtkhdf", code=2, says="missing.vtkhdf")
 
 
 if __name__ == "__main__":
-    main()
+    main("meldc", "meldsim")

@@ -4,7 +4,6 @@ Whatever stopped a run, its digests and facts are in the end those of a run that
 has the same data and attributes.
 """
 
-import argparse
 import os
 import pathlib
 import random
@@ -12,14 +11,13 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
-import unittest
 
 import h5py
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-import outputs_test  # noqa: E402
+import frame  # noqa: E402
+from frame import COUNT, FOREVER, TOOLS, files_of, main, square  # noqa: E402
 
 PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
 # The program of these tests: it does something in each of 300 ticks, and never ends by itself.
@@ -53,15 +51,12 @@ def recorded(path):
     return found
 
 
-class Case(outputs_test.Case):
-    def setUp(self):
-        super().setUp()
-        for file in PROGRAMS.iterdir():
-            shutil.copy(file, self.folder)
+class Case(frame.Case):
+    FILES = {"w.toml": square(4), "p.meld": COUNT, "ever.meld": FOREVER, **files_of(PROGRAMS)}
 
     def undisturbed(self, *options):
         """The digests and facts of a run without checkpoints."""
-        self.fine("meldsim", *RUN, *options)
+        self.call("meldsim", *RUN, *options)
         result = self.outcome()
         self.forget()
         return result
@@ -74,8 +69,9 @@ class Case(outputs_test.Case):
             if name in ("d", "f") or name.split(".")[0] == "r" or ".part-" in name:
                 (self.folder / name).unlink()
 
-    def resume(self, *options, **more):
-        return self.fine("meldsim", "resume", "kept", "--quiet", *options, **more)
+    def resume(self, *options):
+        """Returns what it said of it."""
+        return self.call("meldsim", "resume", "kept", "--quiet", *options)[1]
 
     def shares(self):
         return sorted((self.folder / "kept").glob("*.share"), key=lambda p: int(p.name.split(".")[0]))
@@ -89,7 +85,7 @@ class Ways(Case):
 
     def test_a_run_with_checkpoints_is_the_same_run(self):
         wanted = self.undisturbed()
-        self.fine("meldsim", *RUN, *KEEP)
+        self.call("meldsim", *RUN, *KEEP)
         self.assertEqual(self.outcome(), wanted)
         # Two generations, and nothing else.
         self.assertEqual([p.name for p in self.manifests()], ["280.checkpoint.json", "300.checkpoint.json"])
@@ -97,24 +93,24 @@ class Ways(Case):
 
     def test_it_goes_on_with_more_ticks(self):
         wanted = self.undisturbed()
-        self.fine("meldsim", *until(110), *KEEP)
+        self.call("meldsim", *until(110), *KEEP)
         for processes, ticks in ((3, 111), (2, 200), (4, 300)):
             self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
         self.assertEqual(self.outcome(), wanted)
 
     def test_bodies_go_on(self):
         options = ["doze.meld" if word == "waiting.meld" else word for word in until(80)]
-        self.fine("meldsim", *options)
+        self.call("meldsim", *options)
         wanted = self.outcome()
         for name in "df":
             (self.folder / name).unlink()
-        self.fine("meldsim", *["20" if word == "80" else word for word in options], *KEEP)
+        self.call("meldsim", *["20" if word == "80" else word for word in options], *KEEP)
         for processes, ticks in ((3, 21), (2, 50), (4, 80)):
             self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
         self.assertEqual(self.outcome(), wanted)
 
     def test_resume_of_a_run_that_is_over_does_nothing(self):
-        self.fine("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
+        self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
         before = self.outcome()
         self.resume("-n", 2)
         self.assertEqual(self.outcome(), before)
@@ -126,9 +122,8 @@ class Ways(Case):
                 with self.subTest(signal=sent, processes=processes):
                     shutil.rmtree(self.folder / "kept", ignore_errors=True)
                     self.forget()
-                    run = subprocess.Popen([outputs_test.TOOLS.meldsim, *until(100000), *KEEP[:2],
-                                            "-n", str(processes)], cwd=self.folder)
-                    self.wait_for_lines(5)
+                    run = self.begin("meldsim", *until(100000), *KEEP[:2], "-n", processes)
+                    self.wait_for(lambda: (self.folder / "d").exists() and self.read("d").count(b"\n") >= 5)
                     run.send_signal(sent)
                     self.assertEqual(run.wait(20), code)
                     ticks = self.read("d").count(b"\n")
@@ -138,17 +133,10 @@ class Ways(Case):
                         self.resume("--ticks", 300, "-n", 3 - processes)
                         self.assertEqual(self.outcome(), wanted)
 
-    def wait_for_lines(self, count):
-        end = time.monotonic() + 30
-        while not (self.folder / "d").exists() or self.read("d").count(b"\n") < count:
-            self.assertLess(time.monotonic(), end, "no digests come")
-            time.sleep(0.01)
-
     def test_it_goes_on_in_the_folder_where_it_was_started(self):
         wanted = self.undisturbed()
-        self.fine("meldsim", *until(50), *KEEP)
-        done = subprocess.run([outputs_test.TOOLS.meldsim, "resume", self.folder / "kept", "--ticks", "300"], cwd="/", capture_output=True)
-        self.assertEqual(done.returncode, 0, done)
+        self.call("meldsim", *until(50), *KEEP)
+        self.call("meldsim", "resume", self.folder / "kept", "--ticks", 300, cwd="/")
         self.assertEqual(self.outcome(), wanted)
 
     def test_names_that_are_no_text(self):
@@ -156,22 +144,22 @@ class Ways(Case):
         name = os.fsdecode(b"kept \xff\n")
         there = self.folder / os.fsdecode(b"\xfe")
         there.mkdir()
-        for file in PROGRAMS.iterdir():
-            shutil.copy(file, there)
         self.folder = there
-        self.fine("meldsim", *until(50), "--checkpoint", name)
-        self.fine("meldsim", "resume", there / name, "--ticks", 300, "--quiet", "-n", 2)
+        for file, text in self.FILES.items():
+            self.write(file, text)
+        self.call("meldsim", *until(50), "--checkpoint", name)
+        self.call("meldsim", "resume", there / name, "--ticks", 300, "--quiet", "-n", 2)
         self.assertEqual(self.outcome(), wanted)
 
     def test_checkpoints_by_time(self):
-        self.fine("meldsim", *RUN, "--checkpoint", "kept", "--checkpoint-every", "1ms", "-n", 2)
+        self.call("meldsim", *RUN, "--checkpoint", "kept", "--checkpoint-every", "1ms", "-n", 2)
         self.assertEqual(len(self.manifests()), 2)
 
     def test_files_of_an_earlier_run_are_replaced_at_the_end(self):
         wanted = self.undisturbed()
         self.write("d", "of an earlier run\n")
         self.write("r", "of an earlier run\n")
-        self.fine("meldsim", *until(60), *KEEP)
+        self.call("meldsim", *until(60), *KEEP)
         self.resume("--ticks", 300)
         self.assertEqual(self.outcome(), wanted)
 
@@ -182,7 +170,7 @@ class Kills(Case):
     def kill_and_resume(self, rng, loops):
         for program, ticks in (("waiting", 1500), ("storm", 200), ("doze", 120)):
             run = [program + ".meld" if word == "waiting.meld" else word for word in until(ticks)]
-            self.fine("meldsim", *run)
+            self.call("meldsim", *run)
             # Ticks of bodies are long.
             self.kills_of(rng, loops if program != "doze" else (loops + 1) // 2, run, self.outcome())
 
@@ -194,7 +182,7 @@ class Kills(Case):
             self.forget()
             command = [*run_words, *every, "-n", str(rng.choice((1, 1, 2)))]
             for _ in range(50):
-                run = subprocess.Popen([outputs_test.TOOLS.meldsim, *command], cwd=self.folder, stderr=subprocess.PIPE)
+                run = self.begin("meldsim", *command, stderr=subprocess.PIPE)
                 try:
                     words = run.communicate(timeout=rng.uniform(0.02, 0.6 if command[-1] == "1" else 2))[1]
                 except subprocess.TimeoutExpired:
@@ -220,12 +208,12 @@ class Kills(Case):
                     if rng.randrange(2):
                         self.forget()
             else:
-                self.fine("meldsim", *command)
+                self.call("meldsim", *command)
             self.assertEqual(self.outcome(), wanted, f"after {kills} kills")
         print(f"{kills} kills", file=sys.stderr)
 
     def test_kills(self):
-        self.kill_and_resume(random.Random(1), outputs_test.TOOLS.loops)
+        self.kill_and_resume(random.Random(1), TOOLS.loops)
 
 
 class Damage(Case):
@@ -234,7 +222,7 @@ class Damage(Case):
     def setUp(self):
         super().setUp()
         self.wanted = self.undisturbed()
-        self.fine("meldsim", *until(100), *KEEP)
+        self.call("meldsim", *until(100), *KEEP)
         shutil.copytree(self.folder / "kept", self.folder / "whole")
         self.half = self.outcome()
         self.recording = self.read("r")
@@ -243,7 +231,7 @@ class Damage(Case):
         shutil.rmtree(self.folder / "kept")
         shutil.copytree(self.folder / "whole", self.folder / "kept")
         for name, text in zip("dfr", (*self.half[:2], self.recording)):
-            (self.folder / name).write_bytes(text)
+            self.write(name, text)
 
     def damages(self, data, rng):
         """Data that ends too early, or has other bytes."""
@@ -261,8 +249,8 @@ class Damage(Case):
                 with self.subTest(file=place.name, bytes=len(data)):
                     self.again()
                     place.write_bytes(data)
-                    done = self.resume("--ticks", 300)
-                    self.assertIn(b"warning: a newer checkpoint is not whole, and the run goes on from that of tick 80", done.stderr)
+                    said = self.resume("--ticks", 300)
+                    self.assertIn("warning: a newer checkpoint is not whole, and the run goes on from that of tick 80", said)
                     self.assertEqual(self.outcome(), self.wanted)
 
     def test_none_is_whole(self):
@@ -273,7 +261,7 @@ class Damage(Case):
 
     def test_a_share_is_missing(self):
         self.shares()[-1].unlink()
-        self.assertIn(b"goes on from that of tick 80", self.resume("--ticks", 300).stderr)
+        self.assertIn("goes on from that of tick 80", self.resume("--ticks", 300))
         self.assertEqual(self.outcome(), self.wanted)
 
     def test_what_the_run_wrote_is_not_as_it_was(self):
@@ -287,11 +275,10 @@ class Damage(Case):
         self.assertEqual(recorded(self.folder / "r"), self.half[2])
 
     def test_a_recording_that_is_not_as_it_was(self):
-        self.fine("meldsim", *[word if word != "r" else "other" for word in until(100)], "--seed", "9")
+        self.call("meldsim", *[word if word != "r" else "other" for word in until(100)], "--seed", "9")
         for data, says in ((self.recording[:-4000], "it is shorter than it was"), (b"x" * 10_000_000, "signature not found"),
                            (self.read("other"), "it is a recording of another run")):
-            self.write("r", "")
-            (self.folder / "r").write_bytes(data)
+            self.write("r", data)
             self.refused("meldsim", "resume", "kept", code=2, says=["cannot go on with r", says, "Put it back as the run left it"])
             self.assertEqual(self.read("r"), data)
         (self.folder / "r").unlink()
@@ -303,12 +290,12 @@ class Damage(Case):
                 before = self.read(name)
                 self.write(name, before.decode() + ("# more\n" if name.endswith("toml") else "lit(@7) :- given(@7).\n"))
                 self.refused("meldsim", "resume", "kept", code=DAMAGED, says=["cannot go on", what, "has changed"])
-                (self.folder / name).write_bytes(before)
+                self.write(name, before)
 
     def test_a_program_that_includes_another_file(self):
         self.write("part.meld", "type q(node, int).\nq(A, 1).\n")
         self.write("ever.meld", 'include "part.meld".\ntype p(node, int).\np(A, N) :- tick(A, N).\n')
-        self.fine("meldsim", "run", "ever.meld", "--world", "w.toml", "--ticks", 5, "--quiet", "--checkpoint", "other")
+        self.call("meldsim", "run", "ever.meld", "--world", "w.toml", "--ticks", 5, "--quiet", "--checkpoint", "other")
         self.write("part.meld", "type q(node, int).\nq(A, 2).\n")
         self.refused("meldsim", "resume", "other", code=DAMAGED, says=["cannot go on", "the module"])
 
@@ -319,7 +306,7 @@ class Refusals(Case):
         self.refused("meldsim", "resume", "nowhere", code=DAMAGED, says=says)
 
     def test_a_folder_with_checkpoints(self):
-        self.fine("meldsim", *RUN, *KEEP)
+        self.call("meldsim", *RUN, *KEEP)
         self.refused("meldsim", *RUN, *KEEP, code=2, says=["kept has checkpoints of an earlier run", "meldsim resume kept"])
 
     def test_intervals(self):
@@ -329,18 +316,13 @@ class Refusals(Case):
 
     def test_an_engine_of_one_process(self):
         self.write("doze.toml", self.read("doze.toml").decode().replace("[motion]", '[motion]\nengine = "ode"'))
-        self.fine("meldsim", "run", "doze.meld", "--ticks", 5, "--quiet", "--checkpoint", "kept")
+        self.call("meldsim", "run", "doze.meld", "--ticks", 5, "--quiet", "--checkpoint", "kept")
         self.refused("meldsim", "resume", "kept", "--ticks", 6, "-n", 2, code=2, says=['the engine "ode" runs on one process'])
 
     def test_one_run_at_a_time(self):
-        run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "100000000",
-                                "--checkpoint", "kept", "--checkpoint-every", "1ms"], cwd=self.folder)
-        self.addCleanup(run.wait)
-        self.addCleanup(run.kill)
-        end = time.monotonic() + 30
-        while not self.manifests():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        run = self.begin("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", 100000000,
+                         "--checkpoint", "kept", "--checkpoint-every", "1ms")
+        self.wait_for(self.manifests)
         # The process that computes has a supervisor.
         computing = children(run.pid)[0]
         self.refused("meldsim", "resume", "kept", code=2, says=["kept", "is writing it", str(computing)])
@@ -356,11 +338,4 @@ class Refusals(Case):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    parser.add_argument("--loops", default=2, type=int, help="runs that are killed until they end")
-    options, rest = parser.parse_known_args()
-    outputs_test.TOOLS.meldc, outputs_test.TOOLS.meldsim = (os.path.abspath(p) for p in (options.meldc, options.meldsim))
-    outputs_test.TOOLS.loops = options.loops
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim", loops={"type": int, "default": 2, "help": "runs that are killed until they end"})

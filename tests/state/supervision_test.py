@@ -3,7 +3,6 @@
 Nobody touches the run; in the end its digests are those of an undisturbed one, byte for byte, and no process and no file is left.
 """
 
-import argparse
 import json
 import os
 import pathlib
@@ -11,16 +10,14 @@ import pty
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import threading
 import time
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-import signals_test  # noqa: E402
-from signals_test import TOOLS, processes_of, stat  # noqa: E402
+from frame import TOOLS, files_of, main  # noqa: E402
+from running import LONG_TICK, Running, processes_of, recorded_square, stat  # noqa: E402
 
 PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
 FAULTY = ("faulty.meld", "--link", "faults.c", "--ticks", "60", "--digest", "d")
@@ -28,11 +25,8 @@ KEEP = ("--checkpoint", "kept", "--checkpoint-every", "15ticks")
 WAITING = ("waiting.meld", "--ticks", "700", "--quiet", "--digest", "d", "--facts-out", "f")
 
 
-class Case(signals_test.Case):
-    def setUp(self):
-        super().setUp()
-        for file in PROGRAMS.iterdir():
-            shutil.copy(file, self.folder)
+class Case(Running):
+    FILES = Running.FILES | files_of(PROGRAMS)
 
     def begin_again(self, fault="", once=True):
         for name in ("d", "f", "once", "fault"):
@@ -109,7 +103,7 @@ class Crashes(Case):
                          "The last checkpoint is of tick 30: `meldsim resume kept`")
         # Somebody has removed the cause.
         (self.folder / "fault").unlink()
-        self.assertEqual(subprocess.run([TOOLS.meldsim, "resume", "kept", "--quiet"], cwd=self.folder).returncode, 0)
+        self.call("meldsim", "resume", "kept", "--quiet")
         self.assertEqual(self.outcome(), self.whole(*FAULTY, "--quiet"))
 
     def test_restarts_are_used_up(self):
@@ -179,8 +173,8 @@ class Hangs(Case):
                 self.assertEqual(self.outcome(), wanted)
 
     def test_a_long_tick_is_none(self):
-        self.write("long.meld", signals_test.LONG_TICK.replace("turn(10, I)", "turn(7, I)"))
-        self.write("middle.toml", signals_test.WORLD.format(128))
+        self.write("long.meld", LONG_TICK.replace("turn(10, I)", "turn(7, I)"))
+        self.write("middle.toml", recorded_square(128))
         run = self.start("long.meld", "--world", "middle.toml", "-n", 2, *KEEP, "--heartbeat", "1s", "--json")
         out, err = run.communicate(timeout=60)
         self.assertEqual((run.returncode, err), (0, ""))
@@ -316,7 +310,6 @@ class Alone(Case):
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)
-            os.environ["CLAYMELD_CACHE"] = TOOLS.cache
             os.execv(TOOLS.meldsim, [TOOLS.meldsim, "run", *self.RUN])
         shown = b""
         end = time.monotonic() + 60
@@ -457,8 +450,7 @@ capacity = 1
         self.assertEqual(disturbed["ticks"], summary["ticks"])
         self.assertGreaterEqual(len(disturbed["restarts"]), 5, err)
         self.assertEqual((self.folder / "f").read_bytes(), wanted)
-        same = subprocess.run([TOOLS.meldsim, "diff", "whole", "kept"], cwd=self.folder, capture_output=True, text=True)
-        self.assertEqual((same.returncode, same.stdout), (0, ""), same.stderr)
+        self.assertEqual(self.call("meldsim", "diff", "whole", "kept", seconds=3600)[0], "")
         ticks = [restart["in_tick"] for restart in disturbed["restarts"]]
         print(f"{summary['catoms']} catoms, {summary['ticks']} ticks, {kills} kills; restarted in ticks {ticks}", file=sys.stderr)
 
@@ -471,21 +463,11 @@ capacity = 1
         self.assertEqual(run.returncode, 130)
         for n, ticks, code in ((3, summary["ticks"] // 2, 0), (1, None, 0)):
             options = ["--ticks", str(ticks)] if ticks else ["--ticks", str(summary["ticks"])]
-            done = subprocess.run([TOOLS.meldsim, "resume", "kept", "-n", str(n), "--quiet", *options], cwd=self.folder,
-                                  capture_output=True)
-            self.assertEqual(done.returncode, code, done.stderr)
+            self.call("meldsim", "resume", "kept", "-n", n, "--quiet", *options, code=code, seconds=3600)
         self.assertEqual((self.folder / "f").read_bytes(), wanted)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    parser.add_argument("--runs", type=int, default=1)
-    parser.add_argument("--kills", type=int, default=3, help="in each run")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--side", type=int, default=22, choices=ShapeChange.SIDES, help="of the cube that changes its shape")
-    _, rest = parser.parse_known_args(namespace=TOOLS)
-    TOOLS.meldc, TOOLS.meldsim = os.path.abspath(TOOLS.meldc), os.path.abspath(TOOLS.meldsim)
-    TOOLS.cache = os.environ.get("CLAYMELD_CACHE") or os.path.expanduser("~/.cache/claymeld")
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim", runs={"type": int, "default": 1}, kills={"type": int, "default": 3, "help": "in each run"},
+         seed={"type": int, "default": 1},
+         side={"type": int, "default": 22, "choices": ShapeChange.SIDES, "help": "of the cube that changes its shape"})
