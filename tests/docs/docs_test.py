@@ -28,6 +28,10 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import OPEN_MPI  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PYTHON = "/usr/bin/python3"
 LANGUAGES = {"meld", "toml", "console", "sh", "python", "cpp", "text", ""}
@@ -106,8 +110,7 @@ class Page:
         (scratch / "docs").symlink_to(ROOT / "docs")
         self.environment = dict(os.environ, PATH=f"{tools}:{bin_folder}:{os.environ['PATH']}", XDG_CACHE_HOME=str(scratch.parent / "cache"),
                                 PYTHONPATH=str(ROOT / "python"), PYTHONDONTWRITEBYTECODE="1",
-                                COLUMNS="100", LC_ALL="C.UTF-8", OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                                OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+                                COLUMNS="100", LC_ALL="C.UTF-8", OMPI_MCA_mpi_yield_when_idle="1", **OPEN_MPI)
 
     def call(self, command):
         done = subprocess.run(command, cwd=self.scratch, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,

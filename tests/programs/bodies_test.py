@@ -1,9 +1,7 @@
 """What bodies in a world file do, sense and refuse, against formulas: bodies_test.py MELDSIM."""
 
-import collections
 import json
 import math
-import os
 import pathlib
 import re
 import subprocess
@@ -11,7 +9,7 @@ import sys
 import tempfile
 
 from recorded import Recorded
-from runner import literal, split, FACT
+from runner import Outcome, environment_with
 
 ONE = "[[body]]\npositions = [[0, 0, 0]]\n[motion]\nkind = \"bodies\"\n"
 
@@ -20,8 +18,7 @@ class Bodies:
     def __init__(self, meldsim, folder):
         self.meldsim = meldsim
         self.folder = pathlib.Path(folder)
-        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1",
-                                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
+        self.environment = environment_with({"CLAYMELD_CACHE": self.folder / "cache"})
 
     def command(self, program, world, ticks, *options):
         (self.folder / "p.meld").write_text(program)
@@ -35,11 +32,8 @@ class Bodies:
         done = self.command(program, world, ticks, "--facts-out", self.folder / "out.facts", *options)
         if done.returncode != 0:
             sys.exit(f"{program}\n{world}\nended with {done.returncode}:\n{done.stderr}")
-        facts = collections.defaultdict(list)
-        for line in (self.folder / "out.facts").read_text().splitlines():
-            name, arguments = FACT.fullmatch(line).groups()
-            facts[name].append(tuple(literal(word) for word in split(arguments)))
-        return facts, json.loads(done.stdout)
+        found = Outcome((self.folder / "out.facts").read_text(), json.loads(done.stdout))
+        return found.facts, found.summary
 
 
 def close(found, wanted, tolerance, what):

@@ -8,6 +8,10 @@ import re
 import subprocess
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import environment_with  # noqa: E402
+
 WHERE = "\ntype where-cell(node, int X, int Y, int Z).\nwhere-cell(A, X, Y, Z) :- cell(A, X, Y, Z).\n"
 # Processes and threads: the first list in a program's first world; the others, in turn, in its further worlds. The campaign
 # (`scripts/test --all`) takes more of them.
@@ -67,8 +71,7 @@ class Runner:
         self.telling = self.folder / self.program.name
         self.telling.write_text(self.program.read_text() + telling)
         self.told = tuple(re.findall(r"type ([\w-]+)", telling))
-        self.environment = dict(os.environ, CLAYMELD_CACHE=str(self.folder / "cache"), OMPI_ALLOW_RUN_AS_ROOT="1",
-                                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
+        self.environment = environment_with({"CLAYMELD_CACHE": self.folder / "cache"})
 
     def run(self, program, world, processes, threads, options):
         facts, digest = self.folder / "out.facts", self.folder / "out.digest"

@@ -5,10 +5,9 @@ Usage: storm_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 """
 
 import random
-import subprocess
 import sys
-import tempfile
-from pathlib import Path
+
+from seeds import Divided
 
 # `seen` has rows that neighbours read and changes with every move; `memory` is a list that grows and follows its catom.
 COMMON = """
@@ -59,35 +58,11 @@ def case(seed):
     return program, world
 
 
-def outcome(meldsim, folder, processes, threads, ticks):
-    command = [meldsim, "run", folder / "storm.meld", "--world", folder / "storm.toml", "--ticks", str(ticks), "--quiet"]
-    command += ["-n", str(processes), "--threads", str(threads), "--digest", "-"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    return done.returncode, done.stdout, "" if done.returncode == 0 else done.stderr
-
-
 def main():
-    meldsim = Path(sys.argv[1])
-    first, seeds, ticks = (int(word) for word in (sys.argv[2:] + ["0", "4", "12"][len(sys.argv) - 2 :])[:3])
-    failures = moving = 0
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for seed in range(first, first + seeds):
-            program, world = case(seed)
-            (folder / "storm.meld").write_text(program)
-            (folder / "storm.toml").write_text(world)
-            outcomes = [outcome(meldsim, folder, *setting, ticks) for setting in SETTINGS]
-            moving += len(set(outcomes[0][1].splitlines())) > ticks // 2
-            if outcomes[0][0] == 0 and outcomes.count(outcomes[0]) == len(outcomes):
-                continue
-            failures += 1
-            print(f"seed {seed}:\n{program}{world}")
-            for setting, (code, digests, errors) in zip(SETTINGS, outcomes):
-                print(f"-- on {setting[0]} processes with {setting[1]} threads: exit code {code}\n{digests}{errors}")
-    if moving == 0:
-        print("in no world of any seed did anything change: the worlds test nothing")
-    print(f"{failures} of {seeds} seeds differ")
-    return 1 if failures or moving == 0 else 0
+    meldsim, first, seeds, ticks = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "4", "12"][len(sys.argv) - 2 :])[:3])
+    divided = Divided(meldsim, "storm", SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
+    return divided.compare(((seed, *case(seed)) for seed in range(first, first + seeds)),
+                           lambda digests: len(set(digests.splitlines())) > ticks // 2)
 
 
 if __name__ == "__main__":

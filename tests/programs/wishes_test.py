@@ -4,10 +4,9 @@ Usage: wishes_test.py MELDSIM [FIRST_SEED [SEEDS]]
 """
 
 import random
-import subprocess
 import sys
-import tempfile
-from pathlib import Path
+
+from seeds import Divided
 
 ACTIONS = {
     "moveTo": "int, int, int",
@@ -63,35 +62,10 @@ def world(seed):
     return "\n".join(lines) + "\n"
 
 
-def outcome(meldsim, folder, processes):
-    command = [meldsim, "run", folder / "wishes.meld", "--world", folder / "wishes.toml", "-n", str(processes), "--ticks", "8"]
-    done = subprocess.run([*command, "--quiet", "--facts-out", "-"], capture_output=True, text=True, timeout=120)
-    return done.returncode, done.stdout, "" if done.returncode == 0 else done.stderr
-
-
 def main():
-    meldsim = Path(sys.argv[1])
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
-    seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 24
-    failures = moved = 0
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "wishes.meld").write_text(PROGRAM)
-        for seed in range(first, first + seeds):
-            text = world(seed)
-            (folder / "wishes.toml").write_text(text)
-            outcomes = [outcome(meldsim, folder, n) for n in (1, 2, 3)]
-            moved += outcomes[0][1].count("lost")
-            if outcomes[0][0] == 0 and outcomes.count(outcomes[0]) == len(outcomes):
-                continue
-            failures += 1
-            print(f"seed {seed}:\n{text}")
-            for n, (code, facts, errors) in enumerate(outcomes, 1):
-                print(f"-- on {n} processes, exit code {code}\n{facts}{errors}")
-    if moved == 0:
-        print("no request of any seed failed: the worlds test nothing")
-    print(f"{failures} of {seeds} seeds differ")
-    return 1 if failures or moved == 0 else 0
+    meldsim, first, seeds = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "24"][len(sys.argv) - 2 :])[:2])
+    divided = Divided(meldsim, "wishes", [(1, 1), (2, 1), (3, 1)], ["--ticks", "8", "--facts-out", "-"])
+    return divided.compare(((seed, PROGRAM, world(seed)) for seed in range(first, first + seeds)), lambda facts: "lost" in facts)
 
 
 if __name__ == "__main__":
