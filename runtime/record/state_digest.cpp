@@ -1,9 +1,11 @@
 #include "runtime/record/state_digest.h"
 
+#include <algorithm>
 #include <bit>
+#include <span>
+#include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/base/pulse.h"
 #include "runtime/record/fact_tables.h"
 #include "runtime/tuple/facts.h"
 
@@ -11,33 +13,47 @@ namespace meld::record {
 
 namespace {
 
+// A worker takes so many catoms at a time: enough to ask for the facts of each predicate in turn, and few enough to stay in the cache.
+constexpr std::size_t kCatomsAtOnce = 2048;
+
 // Of a cell its key, of a place anywhere all its bits.
 u64 place_of(const sim::Subdomain& subdomain, sim::Catom catom) {
-    if (!subdomain.ensemble.is_free()) return subdomain.ensemble.key(subdomain.ensemble.cell(catom));
+    if (!subdomain.ensemble.is_free()) return subdomain.ensemble.key_of(catom);
     u64 hash = 0;
     for (const double x : subdomain.ensemble.position(catom)) hash = hash_combine(hash, std::bit_cast<u64>(x + 0.0));
     return hash;
+}
+
+// Of some catoms, and all that they hold.
+Digest digest_of(const sim::Subdomain& subdomain, std::span<const sim::Catom> catoms) {
+    Digest digest;
+    for (const sim::Catom c : catoms) digest.add(hash_combine(subdomain.ensemble.id(c), place_of(subdomain, c)));
+    for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
+        const PredicateInfo& p = subdomain.module.predicates[i];
+        if (!shown(p)) continue;
+        const u64 name = hash_combine(hash_text(p.name), p.arity);
+        tuple::each_fact_of(subdomain.module, subdomain.columns, subdomain.geometry(), i, catoms, [&](sim::Catom c, const Value* v) {
+            digest.add(tuple::hash_arguments(subdomain.module, p, hash_combine(name, subdomain.ensemble.id(c)), v));
+        });
+    }
+    return digest;
 }
 
 }  // namespace
 
 Digest state_digest(sim::Subdomain& subdomain) {
     subdomain.refresh();
+    const std::size_t count = subdomain.ensemble.index_count();
+    std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
+    subdomain.workers.run((count + kCatomsAtOnce - 1) / kCatomsAtOnce, [&](int worker, std::size_t part) {
+        std::vector<sim::Catom> catoms;
+        catoms.reserve(kCatomsAtOnce);
+        for (std::size_t c = part * kCatomsAtOnce; c < std::min(count, (part + 1) * kCatomsAtOnce); ++c)
+            if (subdomain.owned(static_cast<sim::Catom>(c))) catoms.push_back(static_cast<sim::Catom>(c));
+        by_worker[static_cast<std::size_t>(worker)].combine(digest_of(subdomain, catoms));
+    });
     Digest digest;
-    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
-        if (subdomain.owned(c)) digest.add(hash_combine(subdomain.ensemble.id(c), place_of(subdomain, c)));
-    for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
-        const PredicateInfo& p = subdomain.module.predicates[i];
-        if (!shown(p)) continue;
-        const u64 name = hash_combine(hash_text(p.name), p.arity);
-        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
-            pulse::beat();
-            if (!subdomain.owned(c)) continue;
-            const u64 start = hash_combine(name, subdomain.ensemble.id(c));
-            tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), i, c,
-                             [&](const Value* v) { digest.add(tuple::hash_arguments(subdomain.module, p, start, v)); });
-        }
-    }
+    for (const Digest& each : by_worker) digest.combine(each);
     ByteWriter bytes;
     bytes.write(digest);
     Digest sum;

@@ -165,11 +165,12 @@ std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, 
     return find_of_kind(PredicateKind::Sensed, module, name, arity);
 }
 
-void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
-               const std::function<void(const Value*)>& visit) {
-    const PredicateInfo& p = module.predicates[predicate];
-    if (p.column == kNone16) return;
-    std::vector<Value> values(p.arity);
+namespace {
+
+// `values` is room for the arguments.
+template <class Visit>
+void facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, const PredicateInfo& p, u32 catom,
+              std::vector<Value>& values, const Visit& visit) {
     if (p.storage == Storage::Rows) {
         const RowsHead& head = columns.rows(p.column, catom);
         for (u32 r = 0; r < head.count; ++r) {
@@ -193,6 +194,22 @@ void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry&
     if (!present(p, record)) return;
     for (u32 i = 0; i < p.arity; ++i) values[i] = load(p.fields[i], record);
     visit(values.data());
+}
+
+}  // namespace
+
+void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
+               const std::function<void(const Value*)>& visit) {
+    each_fact_of(module, columns, geometry, predicate, {&catom, 1}, [&](u32, const Value* values) { visit(values); });
+}
+
+void each_fact_of(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, std::span<const u32> catoms,
+                  const std::function<void(u32, const Value*)>& visit) {
+    const PredicateInfo& p = module.predicates[predicate];
+    if (p.column == kNone16) return;
+    std::vector<Value> values(p.arity);
+    for (const u32 catom : catoms)
+        facts_at(module, columns, geometry, p, catom, values, [&](const Value* arguments) { visit(catom, arguments); });
 }
 
 bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool) {

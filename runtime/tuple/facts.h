@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,9 @@ std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, 
 // their neighbour by id. World predicates hold nothing here.
 void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
                const std::function<void(const Value*)>& visit);
+// The same for many catoms, one after the other: visit(catom, arguments).
+void each_fact_of(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, std::span<const u32> catoms,
+                  const std::function<void(u32, const Value*)>& visit);
 
 // Adds a fact to a predicate that may be given facts (linear: always; persistent and sensed: if it is not there). A Single is replaced.
 // Lists among the arguments are copied, so they may be in any memory. Returns whether anything changed. The caller marks the catom with the

@@ -121,6 +121,31 @@ Catom Ensemble::add(std::uint64_t id, Cell cell, CatomState state) {
     return catom;
 }
 
+bool Ensemble::empty(Slot slot, std::uint32_t first_number, std::uint32_t count) const {
+    MELD_EXPECT(slot <= brick_count() && first_number + count <= kBrickCells, "{} cells from {} on", count, first_number);
+    const auto first = cell_catom_.begin() + static_cast<std::ptrdiff_t>(std::size_t{slot} << kBrickCellBits | first_number);
+    return std::all_of(first, first + count, [](std::int32_t catom) { return catom == kNobody; });
+}
+
+Catom Ensemble::add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_number, std::uint32_t count, CatomState state) {
+    MELD_EXPECT(free_.empty() && !free_links_ && empty(slot, first_number, count), "slot {}", slot);
+    const auto first = static_cast<Catom>(id_.size());
+    const std::uint32_t site = slot << kBrickCellBits | first_number;
+    if (id_.empty()) first_id_ = first_id;
+    id_.resize(first + count);
+    site_.resize(first + count);
+    state_.resize(first + count, static_cast<std::uint8_t>(state));
+    for (std::uint32_t i = 0; i < count; ++i) {
+        id_[first + i] = first_id + i;
+        site_[first + i] = site + i;
+        cell_catom_[site + i] = static_cast<std::int32_t>(first + i);
+    }
+    this->count(state, count);
+    for (Catom catom = first; ids_kept_ && catom < first + count; ++catom)
+        if (!in_order(catom)) ids_.insert(catom, id_);
+    return first;
+}
+
 Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState state) {
     Catom catom = static_cast<Catom>(id_.size());
     if (id_.empty()) first_id_ = id;

@@ -41,6 +41,11 @@ class Ensemble {
 
     // Adds a catom on an empty cell and returns its index: the lowest free one, otherwise a new one at the end.
     Catom add(std::uint64_t id, Cell cell, CatomState state);
+    // Adds catoms with consecutive ids on consecutive cells of a brick, which must be empty, and returns the index of the first; those of
+    // the others follow. No catom may have been removed.
+    Catom add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_number, std::uint32_t count, CatomState state);
+    // Whether nobody stands on these consecutive cells of a brick.
+    bool empty(Slot slot, std::uint32_t first_number, std::uint32_t count) const;
     void remove(Catom catom);
     // Moves a catom to an empty cell.
     void move(Catom catom, Cell to);
@@ -69,6 +74,11 @@ class Ensemble {
     std::optional<Catom> at(Cell cell) const;
     // Like Lattice::key, without the walk along the curve for bricks that are present.
     CellKey key(Cell cell) const;
+    // Of the cell on which a catom stands.
+    CellKey key_of(Catom catom) const {
+        const std::uint32_t site = site_[catom];
+        return key_[site >> kBrickCellBits] << kBrickCellBits | (site & (kBrickCells - 1));
+    }
     Cell cell(Catom catom) const;
     std::uint64_t id(Catom catom) const { return id_[catom]; }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }

@@ -416,7 +416,7 @@ class Checkpoints(Case):
         self.write("p.meld", "type high(node).\nhigh(A) :- position(A, _, _, Z), Z > 100.0.\n")
         for name, x, processes in (("b", 4.5, 1), ("c", 4.75, 2)):
             self.write(name + ".toml", f'[[body]]\npositions = [[0, 0, 9], [{x}, 0, 9], [8, 0, 9]]\n[motion]\nkind = "bodies"\n')
-            self.fine("meldsim", "run", "p.meld", "--world", name + ".toml", "--ticks", 6, "--quiet", "--checkpoint", name, "-n", processes)
+            self.call("meldsim", "run", "p.meld", "--world", name + ".toml", "--ticks", 6, "--quiet", "--checkpoint", name, "-n", processes)
         found = self.json("b", "c")
         self.assertEqual((found["catom"], found["catoms"]), (1, 1))
         (one,) = found["differences"]

@@ -22,6 +22,35 @@ TEST(Ensemble, StartsWithAnEmptyBrickThatIsItsOwnNeighbour) {
     }
 }
 
+TEST(Ensemble, AddsRunsOfCatomsAsIfOneByOne) {
+    const Lattice lattice(LatticeKind::Cubic);
+    Ensemble one_by_one(lattice, {}), runs(lattice, {});
+    const Cell brick = {1, -2, 3};
+    std::uint64_t id = 7;
+    for (const auto& [number, count] : {std::pair(3u, 5u), {100u, 1u}, {500u, 12u}}) {
+        for (u32 i = 0; i < count; ++i) one_by_one.add(id + i, lattice.cell_in_brick(brick, number + i), kCatomOwned);
+        const Slot slot = runs.slot(brick);
+        EXPECT_TRUE(runs.empty(slot, number, count));
+        const Catom next = static_cast<Catom>(runs.index_count());
+        EXPECT_EQ(runs.add_run(id, slot, number, count, kCatomOwned), next);
+        EXPECT_EQ(runs.index_count(), next + count);
+        EXPECT_FALSE(runs.empty(slot, number + count - 1, 1));
+        // The next run has other numbers, and is found too.
+        EXPECT_EQ(runs.find(id + count - 1), runs.index_count() - 1);
+        id += 2 * count;
+    }
+    ASSERT_EQ(runs.index_count(), one_by_one.index_count());
+    EXPECT_EQ(runs.owned_count(), 18u);
+    for (Catom catom = 0; catom < runs.index_count(); ++catom) {
+        EXPECT_EQ(runs.id(catom), one_by_one.id(catom));
+        EXPECT_EQ(runs.cell(catom), one_by_one.cell(catom));
+        EXPECT_EQ(runs.state(catom), kCatomOwned);
+        EXPECT_EQ(runs.at(runs.cell(catom)), catom);
+        EXPECT_EQ(runs.key_of(catom), lattice.key(runs.cell(catom)));
+    }
+    EXPECT_EQ(runs.find(7 + 5), std::nullopt);
+}
+
 TEST(Ensemble, FindsNeighboursAcrossBricksOnEachLattice) {
     for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
         const Lattice lattice(kind);
