@@ -37,6 +37,17 @@ class ByteWriter {
         write_count(block.size());
         write_bytes(block.data(), block.size());
     }
+    // A block whose bytes are written next: until end_block() gets what begin_block() returned.
+    std::size_t begin_block() {
+        write_count(0);
+        return bytes_.size();
+    }
+    void end_block(std::size_t begun) {
+        const std::size_t count = bytes_.size() - begun;
+        MELD_CHECK(count <= 0xffffffff, "{} bytes in one block", count);
+        const auto written = static_cast<std::uint32_t>(count);
+        std::memcpy(bytes_.data() + begun - sizeof written, &written, sizeof written);
+    }
     void write_string(std::string_view text) { write_block(std::as_bytes(std::span(text))); }
     void write_count(std::size_t count) {
         MELD_CHECK(count <= 0xffffffff, "{} items in one message", count);
@@ -49,6 +60,8 @@ class ByteWriter {
     std::span<const std::byte> view() const { return bytes_; }
     // The bytes written from this position on, to be changed in place.
     std::span<std::byte> written_from(std::size_t start) { return std::span(bytes_).subspan(start); }
+    // Starts again empty, in the same memory.
+    void clear() { bytes_.clear(); }
     // Hands over the bytes and starts again empty.
     std::vector<std::byte> take() { return std::exchange(bytes_, {}); }
 

@@ -194,7 +194,7 @@ void Columns::pack_column(u32 column, u32 catom, ByteWriter& out) const {
     each_list(column, from, count, [&](const List* list, u16 type) { tuple::pack({module_.types, type}, Value{.list = list}, out); });
 }
 
-void Columns::unpack_column(u32 column, u32 catom, ByteReader& in, int pool) {
+void Columns::unpack_column(u32 column, u32 catom, ByteReader& in, int pool, Unpacking& room) {
     const ColumnInfo& info = module_.columns[column];
     const u32 count = info.rows ? in.read_count(info.row_bytes) : 1;
     const std::span<const std::byte> raw = in.read_bytes(info.rows ? std::size_t{count} * info.row_bytes : info.stride);
@@ -206,11 +206,12 @@ void Columns::unpack_column(u32 column, u32 catom, ByteReader& in, int pool) {
         return;
     }
     const auto* from = reinterpret_cast<const u8*>(raw.data());
-    std::vector<u8> rows(from, from + raw.size());
-    Arena arena;
+    std::vector<u8>& rows = room.rows;
+    rows.assign(from, from + raw.size());
+    room.lists.clear();
     for (u32 r = 0; r < count; ++r)
         for (u32 i = 0; i < info.list_count; ++i) {
-            const Value v = tuple::unpack({module_.types, info.list_types[i]}, in, arena);
+            const Value v = tuple::unpack({module_.types, info.list_types[i]}, in, room.lists);
             std::memcpy(rows.data() + r * std::size_t{info.row_bytes} + info.list_offsets[i], &v, sizeof v);
         }
     if (info.rows)

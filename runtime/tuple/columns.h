@@ -85,11 +85,20 @@ class Columns {
     void load(std::span<const SavedCatom> catoms, ByteReader& in);
     // One column only.
     void pack_column(u32 column, u32 catom, ByteWriter& out) const;
-    void unpack_column(u32 column, u32 catom, ByteReader& in, int pool);
+    void unpack_column(u32 column, u32 catom, ByteReader& in, int pool) {
+        Unpacking room;
+        unpack_column(column, catom, in, pool, room);
+    }
 
     std::size_t bytes() const;
 
   private:
+    // Memory for what is read, used again and again.
+    struct Unpacking {
+        std::vector<u8> rows;
+        Arena lists;
+    };
+    void unpack_column(u32 column, u32 catom, ByteReader& in, int pool, Unpacking& room);
     void initialise(u32 column, std::size_t from, std::size_t to);
     void change_in_place(u32 column, u32 catom, const RowChanges& changes, int pool);
     void merge_changes(u32 column, u32 catom, const RowChanges& changes, int pool);

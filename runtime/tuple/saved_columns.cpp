@@ -9,9 +9,9 @@ void Columns::save(std::span<const u32> catoms, ByteWriter& out) const {
     for (u32 c = 0; c < module_.column_count; ++c) {
         if (module_.columns[c].list_count > 0) {
             for (const u32 catom : catoms) {
-                ByteWriter one;
-                pack_column(c, catom, one);
-                out.write_block(one.view());
+                const std::size_t begun = out.begin_block();
+                pack_column(c, catom, out);
+                out.end_block(begun);
             }
         } else if (module_.columns[c].rows) {
             save_rows(c, catoms, out);
@@ -23,11 +23,12 @@ void Columns::save(std::span<const u32> catoms, ByteWriter& out) const {
 }
 
 void Columns::load(std::span<const SavedCatom> catoms, ByteReader& in) {
+    Unpacking room;
     for (u32 c = 0; c < module_.column_count; ++c) {
         if (module_.columns[c].list_count > 0) {
             for (const SavedCatom& each : catoms) {
                 ByteReader one(in.read_block(), "a column of a snapshot");
-                if (each.owned || (each.here() && module_.columns[c].exported)) unpack_column(c, each.catom, one, 0);
+                if (each.owned || (each.here() && module_.columns[c].exported)) unpack_column(c, each.catom, one, 0, room);
             }
         } else if (module_.columns[c].rows) {
             load_rows(c, catoms, in);
@@ -51,9 +52,14 @@ void Columns::load_records(u32 column, std::span<const SavedCatom> catoms, ByteR
     const ColumnInfo& info = module_.columns[column];
     const std::span<const std::byte> all = in.read_bytes(catoms.size() * info.stride);
     if (all.empty()) return;
-    for (std::size_t i = 0; i < catoms.size(); ++i)
-        if (catoms[i].owned || (catoms[i].here() && info.exported))
-            std::memcpy(entry(column, catoms[i].catom), all.data() + i * info.stride, info.stride);
+    const auto follows = [&](std::size_t i) {
+        return catoms[i].catom == catoms[i - 1].catom + 1 && catoms[i].owned == catoms[i - 1].owned;
+    };
+    for (std::size_t from = 0, to = 0; from < catoms.size(); from = to) {
+        for (to = from + 1; to < catoms.size() && catoms[from].here() && follows(to);) ++to;
+        if (catoms[from].owned || (catoms[from].here() && info.exported))
+            std::memcpy(entry(column, catoms[from].catom), all.data() + from * info.stride, (to - from) * info.stride);
+    }
 }
 
 void Columns::save_rows(u32 column, std::span<const u32> catoms, ByteWriter& out) const {

@@ -91,23 +91,52 @@ u64 hash(Type type, Value v) {
 
 // ---- arena
 
+namespace {
+
+// Most values that are read are a few lists of a few words.
+constexpr std::size_t kChunkWords = 512, kListWords = sizeof(List) / sizeof(u64);
+static_assert(sizeof(List) % sizeof(u64) == 0 && alignof(List) <= alignof(u64));
+
+}  // namespace
+
 u64* Arena::words(std::size_t count) {
-    words_.push_back(std::make_unique<u64[]>(count));
-    return words_.back().get();
+    if (count > left_) {
+        left_ = std::max(count, kChunkWords);
+        next_ = 0;
+        chunks_.push_back(std::make_unique_for_overwrite<u64[]>(left_));
+    }
+    u64* const words = chunks_.back().get() + next_;
+    next_ += count, left_ -= count;
+    return words;
+}
+
+void Arena::clear() {
+    if (chunks_.empty()) return;
+    // The first is never smaller than a chunk is.
+    chunks_.resize(1);
+    next_ = 0, left_ = kChunkWords;
+}
+
+// The items follow the list.
+const List* Arena::place(u64* at, std::size_t count) { return new (at) List{at + kListWords, static_cast<u32>(count), 0}; }
+
+std::pair<const List*, u64*> Arena::make_list(std::size_t count) {
+    u64* const at = words(kListWords + count);
+    return {place(at, count), at + kListWords};
 }
 
 const List* Arena::list(const std::vector<u64>& items) {
     if (items.empty()) return nullptr;
-    u64* copy = words(items.size());
+    const auto [list, copy] = make_list(items.size());
     std::copy(items.begin(), items.end(), copy);
-    return &lists_.emplace_back(List{copy, static_cast<u32>(items.size()), 0});
+    return list;
 }
 
 const List* Arena::text(std::string_view bytes) {
     if (bytes.empty()) return nullptr;
-    u64* copy = words((bytes.size() + 7) / 8);
-    std::memcpy(copy, bytes.data(), bytes.size());
-    return &lists_.emplace_back(List{copy, static_cast<u32>(bytes.size()), 0});
+    u64* const at = words(kListWords + (bytes.size() + 7) / 8);
+    std::memcpy(at + kListWords, bytes.data(), bytes.size());
+    return place(at, bytes.size());
 }
 
 // ---- packing
@@ -130,9 +159,11 @@ Value unpack(Type type, ByteReader& in, Arena& arena) {
         return v;
     }
     // An item is a word or the count of a list.
-    std::vector<u64> items(in.read_count(sizeof(u32)));
-    for (std::size_t i = 0; i < items.size(); ++i) items[i] = unpack(type.item(i), in, arena).catom;
-    v.list = arena.list(items);
+    const std::size_t count = in.read_count(sizeof(u32));
+    if (count == 0) return v;
+    const auto [list, items] = arena.make_list(count);
+    for (std::size_t i = 0; i < count; ++i) items[i] = unpack(type.item(i), in, arena).catom;
+    v.list = list;
     return v;
 }
 

@@ -5,9 +5,9 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
@@ -60,10 +60,15 @@ class Arena {
     // A list of these items; null if there are none.
     const List* list(const std::vector<u64>& items);
     const List* text(std::string_view bytes);
+    // A list of so many items, more than none, which are to be written to the words that it returns too.
+    std::pair<const List*, u64*> make_list(std::size_t count);
+    // All lists end; the memory of some is used again.
+    void clear();
 
   private:
-    std::deque<List> lists_;
-    std::vector<std::unique_ptr<u64[]>> words_;
+    const List* place(u64* at, std::size_t count);
+    std::vector<std::unique_ptr<u64[]>> chunks_;
+    std::size_t next_ = 0, left_ = 0;  // In words, of the last chunk.
 };
 
 // To bytes, without addresses, and back: into an arena, for the same types. A single word is packed unchanged.
