@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -98,8 +99,8 @@ class BlockEngine final : public Engine {
         std::uint64_t key = 0;
         std::uint32_t first = 0, count = 0;
         BlockState state = {};
-        std::optional<Cages> cages = {};  // Slots are counted from the first of the block.
-        std::vector<std::byte> contacts = {};
+        std::optional<Cages> cages = {};           // Slots are counted from the first of the block.
+        std::span<const std::byte> contacts = {};  // Valid until loaded().
     };
     struct Loading {
         GridShape shape;

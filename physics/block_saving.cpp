@@ -91,8 +91,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
         for (Rattler& rattler : cages.rattlers)
             if (rattler = bodies.read<Rattler>(); rattler.slot >= count) return damaged_snapshot("watches a body that is not there");
     }
-    const auto rest = contacts.read_bytes(contacts.left());
-    block.contacts.assign(rest.begin(), rest.end());
+    block.contacts = contacts.read_bytes(contacts.left());
     return {};
 }
 
@@ -130,7 +129,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     grid_.restore(loading_.shape, blocks, workers);
     Contacts::add_motionless(bodies, blocks.size());
     states_.clear(), cages_.clear();
-    std::vector<std::vector<std::byte>> contacts;
+    std::vector<std::span<const std::byte>> contacts;
     for (LoadedBlock& block : loading_.blocks) {
         const auto index = static_cast<std::uint32_t>(states_.size());
         const std::uint32_t first = grid_.blocks()[index].first;
@@ -141,7 +140,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
             for (Rattler& rattler : block.cages->rattlers) rattler.slot += first;
             cages_.emplace(index, std::move(*block.cages));
         }
-        contacts.push_back(std::move(block.contacts));
+        contacts.push_back(block.contacts);
     }
     give_back(loading_.blocks);
     if (auto done = contacts_.load({grid_, bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}}, contacts, workers);

@@ -94,7 +94,7 @@ class Contacts {
     // In a snapshot (saved_contacts.cpp): the batches of a block, as they lie, without lanes of bodies flagged kRemoved, which end in the
     // next list; and back, each block from its bytes. The bodies are those of the grid then. Errors: they name what is not there.
     void save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const;
-    Result<void> load(const Setup& setup, std::span<const std::vector<std::byte>> of_block, Workers& workers);
+    Result<void> load(const Setup& setup, std::span<const std::span<const std::byte>> of_block, Workers& workers);
     // Adds the motionless entries, one a block.
     static void add_motionless(Bodies& bodies, std::size_t blocks);
     // Forgets impulses and touches, for a state that did not follow from the last one.

@@ -95,7 +95,7 @@ class Engine {
     virtual std::vector<std::uint32_t> slots_of(Home home, std::span<const std::uint32_t> known) const = 0;
     // What it keeps of the bodies of a home, which ghosts need too; and of their contacts, which only their owner has.
     virtual void save_home(Home, ByteWriter& bodies, ByteWriter& contacts) const = 0;
-    // The bodies are in the slots from `first` on. Errors: what is invalid.
+    // The bodies are in the slots from `first` on. The bytes of contacts stay until loaded(). Errors: what is invalid.
     virtual Result<void> load_home(Home, std::uint32_t first, Holds, ByteReader& bodies, ByteReader& contacts) = 0;
     // State that belongs to no home. It is loaded first, once for each subdomain that saved it.
     virtual void save_rest(ByteWriter&) const {}

@@ -169,7 +169,7 @@ void Contacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t b
     save_impulses(obstacles, saved, out);
 }
 
-Result<void> Contacts::load(const Setup& setup, std::span<const std::vector<std::byte>> of_block, Workers& workers) {
+Result<void> Contacts::load(const Setup& setup, std::span<const std::span<const std::byte>> of_block, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
     MELD_EXPECT(of_block.size() == blocks, "{} of {} blocks", of_block.size(), blocks);
     const std::size_t per_chunk = batches_per_chunk(setup.bodies, workers);

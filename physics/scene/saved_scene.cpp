@@ -33,7 +33,7 @@ Result<std::vector<SavedHome::SavedPlace>> SavedHome::places() const {
     ByteReader in(bodies, "the bodies of a snapshot", ByteReader::Origin::Outside);
     std::vector<SavedPlace> places;
     each_saved_place(in, [&](BodyId body, Vec3 position_m) { places.push_back({body, position_m}); });
-    if (in.failed()) return damaged_snapshot(in.outcome().error().problem);
+    if (in.failed()) return damaged(in);
     return places;
 }
 

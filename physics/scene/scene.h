@@ -163,7 +163,7 @@ class Scene {
     void save_rest(ByteWriter& out) const;
     // In a divided world, what each subdomain has saved, one after the other.
     void load_rest(ByteReader& in);
-    // Errors: what is invalid.
+    // The bytes of the contacts of own bodies are read until all is loaded. Errors: what is invalid.
     Result<void> load_home(const SavedHome& saved, Holds holds);
     Result<void> loaded(Workers& workers);
 

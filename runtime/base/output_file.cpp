@@ -24,6 +24,8 @@ namespace meld {
 namespace {
 
 constexpr std::size_t kBufferBytes = 1 << 16;
+// As much as keeps a disk busy.
+constexpr std::uint64_t kBeginBytes = 1 << 23;
 constexpr int kMostLinks = 40;
 
 // "/dev/stdout" and the other names of this process's descriptors. Reopening them would overwrite a redirected file from its start.
@@ -215,6 +217,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       error_(other.error_),
       reserved_(other.reserved_),
       offset_(other.offset_),
+      begun_(other.begun_),
       waiting_(std::move(other.waiting_)) {}
 
 OutputFile::~OutputFile() {
@@ -251,15 +254,23 @@ bool OutputFile::make_file() {
 }
 
 void OutputFile::give_to_system() {
-    if (waiting_.empty() || !make_file()) return;
+    put(waiting_);
+    waiting_.clear();
+}
+
+void OutputFile::put(std::string_view text) {
+    if (text.empty() || !make_file()) return;
     pulse::beat();
     std::optional<pulse::WritesToStream> writes;
     if (stream_) writes.emplace();
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
-    if (error_ == 0 && !write_all(descriptor_, waiting_)) set_error(errno);
-    offset_ += waiting_.size();
+    if (error_ == 0 && !write_all(descriptor_, text)) set_error(errno);
+    offset_ += text.size();
     note_written();
-    waiting_.clear();
+    // What must get to the disk anyway begins now, while more is made. Whether it gets there is what fsync says.
+    if (stream_ || durability_ == Durability::Process || offset_ < begun_ + kBeginBytes) return;
+    sync_file_range(descriptor_, static_cast<off_t>(begun_), static_cast<off_t>(offset_ - begun_), SYNC_FILE_RANGE_WRITE);
+    begun_ = offset_;
 }
 
 void OutputFile::note_written() {
@@ -270,6 +281,10 @@ void OutputFile::note_written() {
 void OutputFile::write(std::string_view text) {
     MELD_EXPECT(!committed_);
     if (error_ != 0) return;
+    if (text.size() >= kBufferBytes) {
+        give_to_system();
+        return put(text);
+    }
     waiting_ += text;
     if (waiting_.size() >= kBufferBytes) give_to_system();
 }

@@ -85,6 +85,7 @@ class OutputFile {
     static Result<OutputFile> open_regular(const std::string& shown, const std::string& target, Appears appears, Durability durability);
     bool make_file();
     void give_to_system();
+    void put(std::string_view text);
     Result<void> sync_name();
     void set_error(int error_number);
     // If the process ends before commit().
@@ -106,6 +107,8 @@ class OutputFile {
     int error_ = 0;
     bool reserved_ = false;
     std::uint64_t offset_ = 0;  // The offset of the waiting bytes in a regular file.
+    // Up to where the disk was told to begin.
+    std::uint64_t begun_ = 0;
     std::string waiting_;
 };
 

@@ -80,9 +80,10 @@ void Checkpoints::write() {
     sim::Subdomain& subdomain = simulation_.subdomain();
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     pulse::enter(pulse::Phase::Checkpoint);
-    sim::Manifest manifest{.tick = subdomain.tick(), .digest = record::state_digest(subdomain).to_string(), .run = run_, .shares = {}};
+    const auto save = [&](sim::ShareSink& sink) { return simulation_.save(sink); };
+    const auto digest = [&] { return record::state_digest(subdomain).to_string(); };
     Result<void> written = simulation_.secure();
-    if (written) written = folder_.write(std::move(manifest), [&](sim::ShareSink& sink) { return simulation_.save(sink); }, subdomain.comm);
+    if (written) written = folder_.write({.tick = subdomain.tick(), .digest = "", .run = run_, .shares = {}}, save, digest, subdomain.comm);
     if (!written && subdomain.comm.process() == 0)
         log::warning("no checkpoint of tick {}: {}. The run goes on{}", subdomain.tick(), written.error().message(),
                      folder_.last() ? fmt::format("; the last checkpoint is of tick {}", *folder_.last()) : "");

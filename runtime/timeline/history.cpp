@@ -17,13 +17,13 @@ class Sharing : public sim::ShareSink {
     explicit Sharing(const KeptShare* alike) : alike_(alike) {}
     // A change somewhere costs a chunk, so chunks are small; two of them fit into a processor's cache while they are compared.
     std::size_t chunk_catoms() const override { return 2048; }
-    Result<void> chunk(sim::Chunk chunk) override {
-        share_.blocks.push_back(shared(std::move(chunk.places)));
-        share_.blocks.push_back(shared(std::move(chunk.state)));
+    Result<void> chunk(const sim::Chunk& chunk) override {
+        share_.blocks.push_back(shared(chunk.places));
+        share_.blocks.push_back(shared(chunk.state));
         return {};
     }
-    Result<void> rest(sim::Block rest) override {
-        share_.rest = own(std::move(rest));
+    Result<void> rest(sim::BlockView rest) override {
+        share_.rest = own(rest);
         return {};
     }
     KeptShare take() { return std::move(share_); }
@@ -31,19 +31,16 @@ class Sharing : public sim::ShareSink {
     std::size_t own_bytes() const { return own_bytes_; }
 
   private:
-    SharedBlock shared(sim::Block block) {
+    SharedBlock shared(sim::BlockView block) {
         const std::size_t at = share_.blocks.size();
         if (alike_ != nullptr && at < alike_->blocks.size() && same(*alike_->blocks[at], block)) return alike_->blocks[at];
-        return own(std::move(block));
+        return own(block);
     }
     // The library compares bytes one by one.
-    static bool same(const sim::Block& a, const sim::Block& b) {
-        return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size()) == 0;
-    }
-    SharedBlock own(sim::Block block) {
-        block.shrink_to_fit();
+    static bool same(sim::BlockView a, sim::BlockView b) { return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size()) == 0; }
+    SharedBlock own(sim::BlockView block) {
         own_bytes_ += block.size();
-        return std::make_shared<const sim::Block>(std::move(block));
+        return std::make_shared<const sim::Block>(block.begin(), block.end());
     }
 
     const KeptShare* alike_;

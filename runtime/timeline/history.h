@@ -35,9 +35,13 @@ class GatheredShares : public sim::Shares {
     static GatheredShares gather(const KeptShare& mine, comm::Communicator& comm);
     std::size_t count() const override { return shares_.size(); }
     std::size_t chunks(std::size_t share) const override { return shares_[share].blocks.size() / 2; }
-    Result<sim::Block> places(std::size_t share, std::size_t chunk) const override { return *shares_[share].blocks[2 * chunk]; }
-    Result<sim::Block> state(std::size_t share, std::size_t chunk) const override { return *shares_[share].blocks[2 * chunk + 1]; }
-    Result<sim::Block> rest(std::size_t share) const override { return *shares_[share].rest; }
+    Result<sim::BlockView> places(std::size_t share, std::size_t chunk, sim::Block&) const override {
+        return *shares_[share].blocks[2 * chunk];
+    }
+    Result<sim::BlockView> state(std::size_t share, std::size_t chunk, sim::Block&) const override {
+        return *shares_[share].blocks[2 * chunk + 1];
+    }
+    Result<sim::BlockView> rest(std::size_t share, sim::Block&) const override { return *shares_[share].rest; }
 
   private:
     std::vector<KeptShare> shares_;

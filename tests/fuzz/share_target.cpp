@@ -32,11 +32,12 @@ std::string read(const fs::path& path) {
 void write_again(const meld::sim::ShareFiles& share, const std::string& path) {
     const auto writer = meld::sim::ShareWriter::create(path);
     MELD_CHECK(writer.has_value(), "{}", writer.error().problem);
+    meld::sim::Block places, state;
     for (std::size_t chunk = 0; chunk < share.chunks(0); ++chunk) {
-        const auto written = (*writer)->chunk({share.places(0, chunk).value(), share.state(0, chunk).value()});
+        const auto written = (*writer)->chunk({share.places(0, chunk, places).value(), share.state(0, chunk, state).value()});
         MELD_CHECK(written.has_value(), "chunk {}", chunk);
     }
-    const auto ended = (*writer)->rest(share.rest(0).value());
+    const auto ended = (*writer)->rest(share.rest(0, state).value());
     const auto closed = (*writer)->close();
     MELD_CHECK(ended && closed, "{}", path);
 }

@@ -63,7 +63,7 @@ class Damage : public testing::Test {
                     EXPECT_TRUE(sink.chunk({block(0, 0), block(0, 0)}));
                     return sink.rest(block(17, tick));
                 },
-                *comm_));
+                [] { return std::string("0123456789abcdef"); }, *comm_));
         }
     }
     ~Damage() override { fs::remove_all(folder_); }

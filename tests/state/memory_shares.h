@@ -1,7 +1,6 @@
 // A snapshot that stays in memory, of all processes that made it.
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "runtime/sim/state/share.h"
@@ -10,15 +9,18 @@ namespace meld::sim {
 
 // One process's share.
 struct MemoryShare : ShareSink {
-    Result<void> chunk(Chunk chunk) override {
-        chunks.push_back(std::move(chunk));
+    struct Kept {
+        Block places, state;
+    };
+    Result<void> chunk(const Chunk& chunk) override {
+        chunks.push_back({{chunk.places.begin(), chunk.places.end()}, {chunk.state.begin(), chunk.state.end()}});
         return {};
     }
-    Result<void> rest(Block block) override {
-        the_rest = std::move(block);
+    Result<void> rest(BlockView rest) override {
+        the_rest.assign(rest.begin(), rest.end());
         return {};
     }
-    std::vector<Chunk> chunks;
+    std::vector<Kept> chunks;
     Block the_rest;
 };
 
@@ -29,9 +31,9 @@ class MemoryShares : public Shares {
 
     std::size_t count() const override { return shares_.size(); }
     std::size_t chunks(std::size_t share) const override { return shares_[share].chunks.size(); }
-    Result<Block> places(std::size_t share, std::size_t chunk) const override { return shares_[share].chunks[chunk].places; }
-    Result<Block> state(std::size_t share, std::size_t chunk) const override { return shares_[share].chunks[chunk].state; }
-    Result<Block> rest(std::size_t share) const override { return shares_[share].the_rest; }
+    Result<BlockView> places(std::size_t share, std::size_t chunk, Block&) const override { return shares_[share].chunks[chunk].places; }
+    Result<BlockView> state(std::size_t share, std::size_t chunk, Block&) const override { return shares_[share].chunks[chunk].state; }
+    Result<BlockView> rest(std::size_t share, Block&) const override { return shares_[share].the_rest; }
 
   private:
     std::vector<MemoryShare> shares_;

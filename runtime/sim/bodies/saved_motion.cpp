@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/give_back.h"
 #include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/bodies/saved_places.h"
 
@@ -144,11 +143,8 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
         physics_.scene->load_rest(in);
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
-    for (KeptHome& home : loading_.homes) {
+    for (const KeptHome& home : loading_.homes)
         if (auto loaded = physics_.scene->load_home(home.view(), physics::Holds::Own); !loaded) return loaded;
-        // The scene has them now; the bodies may be needed elsewhere.
-        give_back(home.contacts);
-    }
     return {};
 }
 

@@ -213,18 +213,23 @@ Result<Checkpoint> CheckpointFolder::newest(comm::Communicator& comm) {
     return mine;
 }
 
-Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, comm::Communicator& comm) {
+Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save,
+                                     const std::function<std::string()>& digest, comm::Communicator& comm) {
     const auto name_of = [&](int process) { return fmt::format("{}.{}-of-{}{}", manifest.tick, process, comm.processes(), kShare); };
+    Result<std::unique_ptr<ShareWriter>> share = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
     const auto write_share = [&]() -> Result<void> {
-        Result<std::unique_ptr<ShareWriter>> file = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
-        if (!file) return tl::unexpected<Error>(file.error());
+        if (!share) return tl::unexpected<Error>(share.error());
         // As much as the last one took: a disk that is too full is found before all of it is written.
-        if (const Result<void> reserved = (*file)->reserve(share_bytes_); !reserved) return reserved;
-        if (const Result<void> saved = save(**file); !saved) return saved;
-        share_bytes_ = (*file)->size();
-        return (*file)->close();
+        if (const Result<void> reserved = (*share)->reserve(share_bytes_); !reserved) return reserved;
+        if (const Result<void> saved = save(**share); !saved) return saved;
+        share_bytes_ = (*share)->size();
+        return {};
     };
     Result<void> all = comm::outcome_of_all(comm, write_share());
+    if (!all) return all;
+    manifest.digest = digest();
+    all = comm::outcome_of_all(comm, (*share)->close());
+    share->reset();
     if (!all) return all;
     for (int process = 0; process < comm.processes(); ++process) manifest.shares.push_back(name_of(process));
     const auto write_manifest = [&]() -> Result<void> {

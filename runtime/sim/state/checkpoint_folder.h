@@ -66,9 +66,10 @@ class CheckpointFolder {
     // reads all of it once to check it.
     Result<Checkpoint> newest(comm::Communicator& comm);
 
-    // Writes a checkpoint: `save` gives this process's share. All processes return the same. Errors: a file cannot be written; the
-    // checkpoints that were there before are still there.
-    Result<void> write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, comm::Communicator& comm);
+    // Writes a checkpoint: `save` gives this process's share, and then `digest`, which is collective, that of the state, while the disk
+    // writes. All processes return the same. Errors: a file cannot be written; the checkpoints that were there before are still there.
+    Result<void> write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, const std::function<std::string()>& digest,
+                       comm::Communicator& comm);
     // The tick of the last one that is whole.
     std::optional<std::int64_t> last() const { return last_; }
     const std::string& path() const { return path_; }

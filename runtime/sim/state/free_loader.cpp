@@ -1,84 +1,130 @@
 // Setting up catoms at arbitrary positions from a snapshot: those whose homes are this process's, then ghosts of those that are linked
 // with them, and the links.
-#include <algorithm>
-#include <optional>
+#include <fmt/format.h>
 
+#include <optional>
+#include <unordered_set>
+
+#include "runtime/base/radix_sort.h"
 #include "runtime/sim/state/loader.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
 
-Result<FreePlaces> Loader::free_places(std::size_t share, std::size_t chunk) const {
-    const Result<Block> block = shares_.places(share, chunk);
-    if (!block) return tl::unexpected<Error>(block.error());
-    ByteReader in = reader(*block, "the places of a snapshot");
-    FreePlaces all = FreePlaces::read(in);
-    if (auto whole = read_to_its_end(in, "its places"); !whole) return tl::unexpected<Error>(whole.error());
-    return all;
+// Catoms of this process while they are added.
+struct Loader::Free {
+    struct Seat {
+        std::size_t chunk;
+        std::uint32_t at;
+    };
+    // By chunk, of all shares one after the other.
+    std::vector<std::vector<tuple::SavedCatom>> here;
+    // Those that are to be added, by their numbers, and where each is in the snapshot.
+    std::vector<Keyed> order;
+    std::vector<Seat> seats;
+    // The numbers of ghosts.
+    std::unordered_set<std::uint32_t> ghosts;
+};
+
+template <class Visit>
+Result<void> Loader::each_places(const Visit& visit) {
+    std::size_t index = 0;
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Result<BlockView> block = shares_.places(share, chunk, room_);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the places of a snapshot");
+        const Result<FreePlaces> all = FreePlaces::read(in);
+        if (!all) return tl::unexpected<Error>(all.error());
+        if (auto whole = read_to_its_end(in, "its places"); !whole) return whole;
+        return visit(index++, *all);
+    });
 }
 
-Result<void> Loader::count_homes(CountOf& count_of) const {
-    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<FreePlaces> all = free_places(share, chunk);
-        if (!all) return tl::unexpected<Error>(all.error());
-        for (const world::BrickKey home : all->homes()) ++count_of[home];
+Result<void> Loader::count_homes(CountOf& count_of) {
+    return each_places([&](std::size_t, const FreePlaces& all) -> Result<void> {
+        for (const FreePlaces::Home& run : all.homes()) count_of[run.home] += run.count;
         return {};
     });
 }
 
 Result<void> Loader::add_freely() {
-    // The numbers that are linked with catoms of this process.
-    std::unordered_set<std::uint64_t> beside;
-    const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<FreePlaces> all = free_places(share, chunk);
-        if (!all) return tl::unexpected<Error>(all.error());
-        return add_own(*all, found_[share].emplace_back(all->ids().size()), beside);
+    Free free;
+    Result<void> done = each_places([&](std::size_t chunk, const FreePlaces& all) -> Result<void> {
+        free.here.emplace_back(all.ids().size());
+        std::uint32_t at = 0;
+        for (const FreePlaces::Home& run : all.homes()) {
+            const bool ours = subdomain_.members_.partition->owner(run.home) == subdomain_.comm.process();
+            for (std::uint32_t i = 0; ours && i < run.count; ++i) {
+                free.order.push_back({all.ids()[at + i], static_cast<std::uint32_t>(free.seats.size())});
+                free.seats.push_back({chunk, at + i});
+            }
+            at += run.count;
+        }
+        return {};
     });
-    if (!added || subdomain_.alone()) return added;
-    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<FreePlaces> all = free_places(share, chunk);
-        if (!all) return tl::unexpected<Error>(all.error());
-        Found& found = found_[share][chunk];
-        if (auto done = add_ghosts(*all, found, beside); !done) return done;
-        if (std::none_of(found.begin(), found.end(), [](const tuple::SavedCatom& each) { return each.here(); })) found.clear();
+    if (done) done = add_own(free);
+    if (done && !subdomain_.alone()) done = add_ghosts(free);
+    if (done) done = each_places([&](std::size_t chunk, const FreePlaces& all) { return link(all, free.here[chunk]); });
+    if (!done) return done;
+    std::size_t index = 0;
+    return each_chunk([&](std::size_t share, std::size_t) -> Result<void> {
+        Found& found = found_[share].emplace_back();
+        for (const tuple::SavedCatom& each : free.here[index++]) each.here() ? found.add(each.catom, 1, each.owned) : found.pass(1);
         return {};
     });
 }
 
-Result<void> Loader::add_own(const FreePlaces& all, Found& found, std::unordered_set<std::uint64_t>& beside) {
-    Membership& m = subdomain_.members_;
-    const int rank = subdomain_.comm.process();
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        if (m.partition->owner(all.homes()[i]) != rank) continue;
-        if (m.ensemble.find(all.ids()[i])) return damaged(fmt::format("has catom @{} twice", all.ids()[i]));
-        found[i] = {m.add_freely(all.ids()[i], {}, kCatomOwned, rank), true};
-        if (auto linked = link(found[i].catom, all.links(i)); !linked) return linked;
-        if (subdomain_.alone()) continue;
-        for (const FreePlaces::Link& link : all.links(i)) beside.insert(link.other);
+// By their numbers, as when the run began: so their numbers give their indices.
+Result<void> Loader::add_own(Free& free) {
+    std::vector<Keyed> spare;
+    sort_by_key(free.order, spare);
+    for (std::size_t i = 0; i < free.order.size(); ++i) {
+        const auto [id, place] = free.order[i];
+        if (i > 0 && free.order[i - 1].key == id) return damaged(fmt::format("has catom @{} twice", id));
+        const Free::Seat& seat = free.seats[place];
+        free.here[seat.chunk][seat.at] = {subdomain_.members_.add_freely(id, {}, kCatomOwned, subdomain_.comm.process()), true};
     }
     return {};
 }
 
-Result<void> Loader::add_ghosts(const FreePlaces& all, Found& found, const std::unordered_set<std::uint64_t>& beside) {
-    Membership& m = subdomain_.members_;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        if (found[i].here() || !beside.contains(all.ids()[i])) continue;
-        found[i] = {m.add_freely(all.ids()[i], {}, kCatomGhost, m.partition->owner(all.homes()[i])), false};
-        if (auto linked = link(found[i].catom, all.links(i)); !linked) return linked;
-    }
-    return {};
+Result<void> Loader::add_ghosts(Free& free) {
+    const world::Ensemble& ensemble = subdomain_.ensemble;
+    const auto beside = [&](std::size_t chunk, const FreePlaces& all) -> Result<void> {
+        for (std::size_t i = 0; i < all.ids().size(); ++i)
+            for (const FreePlaces::Link& link : all.links(i)) {
+                const bool ours = free.here[chunk][i].here(), other_ours = ensemble.find(link.other).has_value();
+                if (ours && !other_ours) free.ghosts.insert(link.other);
+                if (!ours && other_ours) free.ghosts.insert(all.ids()[i]);
+            }
+        return {};
+    };
+    const auto add = [&](std::size_t chunk, const FreePlaces& all) -> Result<void> {
+        Membership& m = subdomain_.members_;
+        std::size_t i = 0;
+        for (const FreePlaces::Home& run : all.homes())
+            for (const std::size_t end = i + run.count; i < end; ++i)
+                if (!free.here[chunk][i].here() && free.ghosts.erase(all.ids()[i]) > 0)
+                    free.here[chunk][i] = {m.add_freely(all.ids()[i], {}, kCatomGhost, m.partition->owner(run.home)), false};
+        return {};
+    };
+    const Result<void> found = each_places(beside);
+    return found ? each_places(add) : found;
 }
 
-// With those that are here already; the others will do it when they come. Ghosts are linked with catoms of this process only.
-Result<void> Loader::link(Catom catom, std::span<const FreePlaces::Link> links) {
+// Ghosts are linked with catoms of this process only.
+Result<void> Loader::link(const FreePlaces& all, std::span<const tuple::SavedCatom> here) {
     world::Ensemble& ensemble = subdomain_.members_.ensemble;
-    for (const FreePlaces::Link& link : links) {
-        const std::optional<Catom> other = ensemble.find(link.other);
-        if (!other || !(subdomain_.owned(catom) || subdomain_.owned(*other))) continue;
-        if (other == catom || link.port >= kMaxPorts || link.port_there >= kMaxPorts || ensemble.linked(catom, link.port) ||
-            ensemble.linked(*other, link.port_there))
-            return damaged(fmt::format("has a link of catom @{} that cannot be", ensemble.id(catom)));
-        ensemble.link(catom, link.port, *other, link.port_there);
+    for (std::size_t i = 0; i < here.size(); ++i) {
+        if (!here[i].here()) continue;
+        const Catom catom = here[i].catom;
+        for (const FreePlaces::Link& link : all.links(i)) {
+            const std::optional<Catom> other = ensemble.find(link.other);
+            if (!other || !(here[i].owned || subdomain_.owned(*other))) continue;
+            if (other == catom || link.port >= kMaxPorts || link.port_there >= kMaxPorts || ensemble.linked(catom, link.port) ||
+                ensemble.linked(*other, link.port_there))
+                return damaged(fmt::format("has a link of catom @{} that cannot be", all.ids()[i]));
+            ensemble.link(catom, link.port, *other, link.port_there);
+        }
     }
     return {};
 }

@@ -1,75 +1,93 @@
 #include "runtime/sim/state/free_places.h"
 
+#include <cstring>
 #include <limits>
 #include <optional>
 
 #include "runtime/base/assert.h"
+#include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
 
 namespace {
 
-// Catoms of one home follow each other.
-struct Run {
-    world::BrickKey home = 0;
-    std::uint32_t count = 0;
-};
-constexpr std::size_t kRun_bytes = sizeof(world::BrickKey) + sizeof(std::uint32_t);
-constexpr std::size_t kLink_bytes = sizeof(std::uint32_t) + 2;
+constexpr std::size_t kHome_bytes = sizeof(world::BrickKey) + sizeof(std::uint32_t);
+
+template <class T>
+void write_all(const std::vector<T>& all, ByteWriter& out) {
+    out.write_bytes(all.data(), all.size() * sizeof(T));
+}
+
+// So many of them; zeros if the bytes end too early.
+template <class T>
+std::vector<T> read_all(std::size_t count, ByteReader& in) {
+    const std::span<const std::byte> bytes = in.read_bytes(count * sizeof(T));
+    std::vector<T> all(bytes.size() / sizeof(T));
+    if (!bytes.empty()) std::memcpy(all.data(), bytes.data(), bytes.size());
+    return all;
+}
+
+std::uint32_t number(const world::Ensemble& ensemble, world::Catom catom) {
+    const std::uint64_t id = ensemble.id(catom);
+    MELD_CHECK(id <= std::numeric_limits<std::uint32_t>::max(), "catom @{} is at an arbitrary position", id);
+    return static_cast<std::uint32_t>(id);
+}
 
 }  // namespace
 
 void FreePlaces::save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
                       ByteWriter& out) {
     MELD_EXPECT(catoms.size() == homes.size(), "{} catoms, {} homes", catoms.size(), homes.size());
-    std::vector<Run> runs;
+    std::vector<Home> runs;
     for (const world::BrickKey home : homes) {
         if (runs.empty() || runs.back().home != home) runs.push_back({home, 0});
         ++runs.back().count;
     }
     out.write_count(runs.size());
-    for (const Run& run : runs) {
+    for (const Home& run : runs) {
         out.write(run.home);
         out.write(run.count);
     }
+    std::vector<std::uint32_t> ids, others;
+    std::vector<std::uint8_t> counts, ports, ports_there;
+    ids.reserve(catoms.size()), counts.reserve(catoms.size());
     for (const world::Catom catom : catoms) {
-        out.write(ensemble.id(catom));
-        std::uint8_t count = 0;
-        ByteWriter links;
+        ids.push_back(number(ensemble, catom));
+        const std::size_t before = others.size();
         for (int port = 0; port < kMaxPorts; ++port) {
             const std::optional<world::Catom> other = ensemble.linked(catom, port);
-            if (!other) continue;
-            MELD_CHECK(ensemble.id(*other) <= std::numeric_limits<std::uint32_t>::max(), "catom @{} is linked", ensemble.id(*other));
-            links.write(static_cast<std::uint32_t>(ensemble.id(*other)));
-            links.write(static_cast<std::uint8_t>(port));
-            links.write(static_cast<std::uint8_t>(ensemble.port_there(catom, port)));
-            ++count;
+            if (!other || number(ensemble, *other) < ids.back()) continue;
+            others.push_back(number(ensemble, *other));
+            ports.push_back(static_cast<std::uint8_t>(port));
+            ports_there.push_back(static_cast<std::uint8_t>(ensemble.port_there(catom, port)));
         }
-        out.write(count);
-        out.write_bytes(links.view().data(), links.size());
+        counts.push_back(static_cast<std::uint8_t>(others.size() - before));
     }
+    write_all(ids, out), write_all(counts, out);
+    write_all(others, out), write_all(ports, out), write_all(ports_there, out);
 }
 
-FreePlaces FreePlaces::read(ByteReader& in) {
+Result<FreePlaces> FreePlaces::read(ByteReader& in) {
     FreePlaces all;
-    for (auto runs = in.read_count(kRun_bytes); runs > 0; --runs) {
-        const auto home = in.read<world::BrickKey>();
-        const auto count = in.read<std::uint32_t>();
-        // Each catom takes some bytes of what follows.
-        if (count > in.left()) break;
-        all.homes_.insert(all.homes_.end(), count, home);
+    all.homes_.resize(in.read_count(kHome_bytes));
+    std::uint64_t catoms = 0;
+    for (Home& run : all.homes_) {
+        run.home = in.read<world::BrickKey>();
+        run.count = in.read<std::uint32_t>();
+        catoms += run.count;
     }
-    for (std::size_t i = 0; i < all.homes_.size(); ++i) {
-        all.ids_.push_back(in.read<std::uint64_t>());
-        all.first_link_.push_back(all.links_.size());
-        for (auto links = in.read<std::uint8_t>(); links > 0 && in.left() >= kLink_bytes; --links) {
-            Link& link = all.links_.emplace_back();
-            link.other = in.read<std::uint32_t>();
-            link.port = in.read<std::uint8_t>();
-            link.port_there = in.read<std::uint8_t>();
-        }
-    }
-    all.first_link_.push_back(all.links_.size());
+    // Each catom takes some bytes of what follows.
+    if (catoms > in.left()) return damaged("has more bodies than bytes");
+    all.ids_ = read_all<std::uint32_t>(catoms, in);
+    const auto counts = read_all<std::uint8_t>(catoms, in);
+    all.first_link_.resize(counts.size() + 1);
+    for (std::size_t i = 0; i < counts.size(); ++i) all.first_link_[i + 1] = all.first_link_[i] + counts[i];
+    const std::size_t links = all.first_link_.back();
+    const auto others = read_all<std::uint32_t>(links, in);
+    const auto ports = read_all<std::uint8_t>(links, in), ports_there = read_all<std::uint8_t>(links, in);
+    if (in.failed()) return damaged("ends in the midst of its links");
+    all.links_.resize(links);
+    for (std::size_t i = 0; i < links; ++i) all.links_[i] = {others[i], ports[i], ports_there[i]};
     return all;
 }
 

@@ -13,24 +13,30 @@ namespace meld::sim {
 
 class FreePlaces {
   public:
+    // Catoms of one home follow each other.
+    struct Home {
+        world::BrickKey home = 0;
+        std::uint32_t count = 0;
+    };
+    // It is the lower number's of the two.
     struct Link {
-        std::uint32_t other = 0;  // Its number: catoms that are linked have fewer than 2^32.
+        std::uint32_t other = 0;
         std::uint8_t port = 0, port_there = 0;
     };
-    // `homes` are those of the catoms.
+    // `homes` are those of the catoms. All have numbers below 2^32.
     static void save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
                      ByteWriter& out);
-    static FreePlaces read(ByteReader& in);
+    static Result<FreePlaces> read(ByteReader& in);
 
-    const std::vector<std::uint64_t>& ids() const { return ids_; }
-    const std::vector<world::BrickKey>& homes() const { return homes_; }
+    const std::vector<Home>& homes() const { return homes_; }
+    const std::vector<std::uint32_t>& ids() const { return ids_; }
     std::span<const Link> links(std::size_t i) const {
         return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);
     }
 
   private:
-    std::vector<std::uint64_t> ids_;
-    std::vector<world::BrickKey> homes_;
+    std::vector<Home> homes_;
+    std::vector<std::uint32_t> ids_;
     std::vector<std::size_t> first_link_;
     std::vector<Link> links_;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/comm/outcome.h"
@@ -60,33 +61,40 @@ Result<void> Loader::facts(const Place& place) {
     return done;
 }
 
-Result<Loader::Places> Loader::places(std::size_t share, std::size_t chunk) const {
-    const Result<Block> block = shares_.places(share, chunk);
-    if (!block) return tl::unexpected<Error>(block.error());
-    ByteReader in = reader(*block, "the places of a snapshot");
-    const std::uint32_t count = in.read_count(sizeof(std::uint64_t) + sizeof(Cell));
-    Places out{std::vector<std::uint64_t>(count), std::vector<Cell>(count)};
-    for (std::uint64_t& id : out.ids) id = in.read<std::uint64_t>();
-    for (Cell& cell : out.cells) cell = in.read<Cell>();
-    if (auto whole = read_to_its_end(in, "its places"); !whole) return tl::unexpected<Error>(whole.error());
-    return out;
+void Loader::Found::add(Catom first, std::uint32_t count, bool owned) {
+    Run* const last = runs_.empty() || passed_ > 0 ? nullptr : &runs_.back();
+    if (last != nullptr && last->owned == owned && first == last->first + last->count)
+        last->count += count;
+    else
+        runs_.push_back({std::exchange(passed_, 0), first, count, owned});
 }
 
-// Most catoms stand in the brick of the one before.
-Result<void> Loader::count_bricks(CountOf& count_of) const {
-    const world::Lattice& lattice = subdomain_.lattice;
+void Loader::Found::list(std::vector<tuple::SavedCatom>& out) const {
+    out.clear();
+    for (const Run& run : runs_) {
+        out.resize(out.size() + run.passed);
+        for (std::uint32_t i = 0; i < run.count; ++i) out.push_back({run.first + i, run.owned});
+    }
+    out.resize(out.size() + passed_);
+}
+
+Result<CellPlaces> Loader::places(std::size_t share, std::size_t chunk) {
+    const Result<BlockView> block = shares_.places(share, chunk, room_);
+    if (!block) return tl::unexpected<Error>(block.error());
+    ByteReader in = reader(*block, "the places of a snapshot");
+    Result<CellPlaces> all = CellPlaces::read(in);
+    if (auto whole = read_to_its_end(in, "its places"); !whole) return tl::unexpected<Error>(whole.error());
+    return all;
+}
+
+Result<void> Loader::count_bricks(CountOf& count_of) {
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<Places> all = places(share, chunk);
+        const Result<CellPlaces> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
-        std::optional<Cell> last;
-        std::uint32_t* count = nullptr;
-        for (const Cell cell : all->cells) {
-            const Cell brick = lattice.brick_of(cell);
-            if (last != brick) count = &count_of[lattice.brick_key(brick)];
-            last = brick;
-            ++*count;
-        }
-        return {};
+        return all->each_in_brick([&](const CellPlaces::Run& run) -> Result<void> {
+            count_of[run.first >> kBrickCellBits] += run.count;
+            return {};
+        });
     });
 }
 
@@ -115,45 +123,58 @@ Result<void> Loader::add_catoms() {
     found_.resize(shares_.count());
     if (subdomain_.ensemble.is_free()) return add_freely();
     const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<Places> all = places(share, chunk);
+        const Result<CellPlaces> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
-        Result<Found> here = add(*all);
-        if (!here) return tl::unexpected<Error>(here.error());
-        found_[share].push_back(std::move(*here));
-        return {};
+        return add(*all, found_[share].emplace_back());
     });
     if (added) Setup(subdomain_).surround();
     return added;
 }
 
-Result<Loader::Found> Loader::add(const Places& all) {
+Result<void> Loader::add(const CellPlaces& all, Found& found) {
     Membership& m = subdomain_.members_;
+    const world::Lattice& lattice = subdomain_.lattice;
     const int rank = subdomain_.comm.process();
-    Found found(all.ids.size());
-    bool any = false;
-    std::optional<Cell> last;
+    const auto twice = [&](Cell cell) { return damaged(fmt::format("has two catoms in cell ({}, {}, {})", cell.x, cell.y, cell.z)); };
+    // Where catoms have moved, a run is of one catom, and the next one is mostly in the same brick.
+    std::optional<world::BrickKey> last;
+    Cell brick;
     bool ours = false, beside = false;
-    for (std::size_t i = 0; i < all.ids.size(); ++i) {
-        const Cell cell = all.cells[i];
-        if (const Cell brick = subdomain_.lattice.brick_of(cell); last != brick) {
-            last = brick;
-            ours = m.partition->owner(subdomain_.lattice.brick_key(brick)) == rank;
+    return all.each_in_brick([&](const CellPlaces::Run& run) -> Result<void> {
+        const world::BrickKey key = run.first >> kBrickCellBits;
+        const auto number = static_cast<std::uint32_t>(run.first & (kBrickCells - 1));
+        if (last != key) {
+            last = key;
+            brick = lattice.brick_at(key);
+            if (!lattice.brick_in_range(brick)) return damaged(fmt::format("has catoms beyond the world, in brick {}", key));
+            ours = m.partition->owner(key) == rank;
             beside = !ours && !subdomain_.alone() && m.halo->borders(rank, brick);
         }
-        if (!ours && !(beside && m.halo->subscribes(rank, cell))) continue;
-        if (m.ensemble.at(cell)) return damaged(fmt::format("has two catoms in cell ({}, {}, {})", cell.x, cell.y, cell.z));
-        found[i] = {m.ensemble.add(all.ids[i], cell, ours ? kCatomOwned : kCatomGhost), ours};
-        any = true;
-    }
-    if (!any) found.clear();
-    return found;
+        if (ours) {
+            const world::Slot slot = m.ensemble.slot(brick);
+            if (!m.ensemble.empty(slot, number, run.count)) return twice(lattice.cell_in_brick(brick, number));
+            found.add(m.ensemble.add_run(run.id, slot, number, run.count, kCatomOwned), run.count, true);
+            return {};
+        }
+        for (std::uint32_t i = 0; i < run.count; ++i) {
+            const Cell cell = lattice.cell_in_brick(brick, number + i);
+            if (!beside || !m.halo->subscribes(rank, cell)) {
+                found.pass(1);
+                continue;
+            }
+            if (m.ensemble.at(cell)) return twice(cell);
+            found.add(m.ensemble.add(run.id + i, cell, kCatomGhost), 1, false);
+        }
+        return {};
+    });
 }
 
 Result<void> Loader::load_catoms(const Rest& rest) {
+    std::vector<tuple::SavedCatom> found;
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Found& found = found_[share][chunk];
-        if (found.empty()) return {};
-        const Result<Block> block = shares_.state(share, chunk);
+        if (!found_[share][chunk].any()) return {};
+        found_[share][chunk].list(found);
+        const Result<BlockView> block = shares_.state(share, chunk, room_);
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the facts of a snapshot");
         subdomain_.facts_.load(found, in);
@@ -163,7 +184,7 @@ Result<void> Loader::load_catoms(const Rest& rest) {
 
 Result<void> Loader::load_rest(const Modules& modules, CodeModules& codes, Block& counters) {
     for (std::size_t share = 0; share < shares_.count(); ++share) {
-        const Result<Block> block = shares_.rest(share);
+        const Result<BlockView> block = shares_.rest(share, room_);
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the end of a snapshot");
         const auto tick = in.read<std::int64_t>();

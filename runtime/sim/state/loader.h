@@ -5,9 +5,9 @@
 #include <functional>
 #include <span>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
+#include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/free_places.h"
 #include "runtime/sim/state/saver.h"
 
@@ -20,7 +20,7 @@ class Loader {
 
     // Catoms, what they hold, the tick, and what modules keep, which are resumed when the catoms are there. Returns what the run had
     // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
-    // catoms are read twice on each process, at arbitrary positions three times, and the chunks that have something for it once.
+    // catoms are read twice on each process, at arbitrary positions five times, and the chunks that have something for it once.
     Result<Block> run(const Modules& modules, CodeModules& codes);
     // Only the catoms, where they are and the facts that they hold, for somebody who looks at them and does not go on. Where catoms at
     // arbitrary positions are is for `place` to find in what the motion, the first of all modules, has saved for those of a chunk.
@@ -28,17 +28,32 @@ class Loader {
     Result<void> facts(const Place& place);
 
   private:
-    struct Places {
-        std::vector<std::uint64_t> ids;
-        std::vector<Cell> cells;
-    };
-    // Where the catoms of one chunk are here; empty if none is.
-    using Found = std::vector<tuple::SavedCatom>;
+    // Where the catoms of a chunk are here: runs of them that follow each other in both.
+    class Found {
+      public:
+        // The next catoms of the chunk have these indices.
+        void add(Catom first, std::uint32_t count, bool owned);
+        // The next ones are not here.
+        void pass(std::uint32_t count) { passed_ += count; }
+        bool any() const { return !runs_.empty(); }
+        // All catoms of the chunk, in order.
+        void list(std::vector<tuple::SavedCatom>& out) const;
 
-    Result<Places> places(std::size_t share, std::size_t chunk) const;
+      private:
+        struct Run {
+            std::uint32_t passed = 0;  // Since the run before.
+            Catom first = 0;
+            std::uint32_t count = 0;
+            bool owned = false;
+        };
+        std::vector<Run> runs_;
+        std::uint32_t passed_ = 0;
+    };
+
+    Result<CellPlaces> places(std::size_t share, std::size_t chunk);
     // Calls visit(share, chunk) for each, until one fails.
     template <class Visit>
-    Result<void> each_chunk(const Visit& visit) const {
+    Result<void> each_chunk(const Visit& visit) {
         for (std::size_t share = 0; share < shares_.count(); ++share)
             for (std::size_t chunk = 0; chunk < shares_.chunks(share); ++chunk)
                 if (Result<void> done = visit(share, chunk); !done) return done;
@@ -46,24 +61,28 @@ class Loader {
     }
     // Catoms by brick or home.
     using CountOf = std::unordered_map<world::BrickKey, std::uint32_t>;
-    Result<void> count_bricks(CountOf& count_of) const;
+    Result<void> count_bricks(CountOf& count_of);
     Result<void> divide();
     Result<void> add_catoms();
-    Result<Found> add(const Places& all);
+    Result<void> add(const CellPlaces& all, Found& found);
     // Calls rest(catoms, reader) for what modules keep for the catoms of each chunk.
     using Rest = std::function<Result<void>(std::span<const tuple::SavedCatom>, ByteReader&)>;
     Result<void> load_catoms(const Rest& rest);
     // Catoms at arbitrary positions (free_loader.cpp).
-    Result<FreePlaces> free_places(std::size_t share, std::size_t chunk) const;
-    Result<void> count_homes(CountOf& count_of) const;
+    struct Free;
+    // Calls visit(chunk, places), chunks counted over all shares.
+    template <class Visit>
+    Result<void> each_places(const Visit& visit);
+    Result<void> count_homes(CountOf& count_of);
     Result<void> add_freely();
-    Result<void> add_own(const FreePlaces& all, Found& found, std::unordered_set<std::uint64_t>& beside);
-    Result<void> add_ghosts(const FreePlaces& all, Found& found, const std::unordered_set<std::uint64_t>& beside);
-    Result<void> link(Catom catom, std::span<const FreePlaces::Link> links);
+    Result<void> add_own(Free& free);
+    Result<void> add_ghosts(Free& free);
+    Result<void> link(const FreePlaces& all, std::span<const tuple::SavedCatom> here);
     Result<void> load_rest(const Modules& modules, CodeModules& codes, Block& counters);
 
     Subdomain& subdomain_;
     const Shares& shares_;
+    Block room_;                             // For blocks that are read.
     std::vector<std::vector<Found>> found_;  // By share and chunk.
 };
 

@@ -15,7 +15,7 @@ inline tl::unexpected<Error> damaged(const std::string& what) {
     return fail("the snapshot " + what, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
 }
 
-inline ByteReader reader(const Block& block, const char* what) { return {block, what, ByteReader::Origin::Outside}; }
+inline ByteReader reader(BlockView block, const char* what) { return {block, what, ByteReader::Origin::Outside}; }
 
 // All was read, and no more than there was.
 inline Result<void> read_to_its_end(const ByteReader& in, const char* what) {

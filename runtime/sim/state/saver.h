@@ -26,9 +26,8 @@ class Saver {
     Result<void> save_cells(ShareSink& sink) const;
     // Catoms at arbitrary positions: those of one home are in one chunk.
     Result<void> save_homes(ShareSink& sink) const;
-    Block places(std::span<const Catom> catoms) const;
-    Block state(std::span<const Catom> catoms) const;
-    Block rest(std::span<const std::byte> counters) const;
+    void state(std::span<const Catom> catoms, ByteWriter& out) const;
+    void rest(std::span<const std::byte> counters, ByteWriter& out) const;
 
     const Subdomain& subdomain_;
     const Modules& modules_;

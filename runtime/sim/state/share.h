@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -11,32 +12,38 @@
 namespace meld::sim {
 
 using Block = std::vector<std::byte>;
+// The bytes of a block.
+using BlockView = std::span<const std::byte>;
+
+// Of a lattice; catoms at arbitrary positions that belong together stay together.
+inline constexpr std::uint32_t kMostCatomsOfAChunk = 1u << 16;
 
 // Some catoms of one process: their numbers and places, and all that is kept for each.
 struct Chunk {
-    Block places;
-    Block state;
+    BlockView places;
+    BlockView state;
 };
 
-// Takes the share of one process: its chunks, and then what is not a catom's.
+// Takes the share of one process: its chunks, and then what is not a catom's. The bytes are valid while it takes them.
 class ShareSink {
   public:
     virtual ~ShareSink() = default;
     // At most this many catoms a chunk. In files a chunk is small beside the columns, and a column of it a long run of bytes.
-    virtual std::size_t chunk_catoms() const { return std::size_t{1} << 16; }
-    virtual Result<void> chunk(Chunk chunk) = 0;
-    virtual Result<void> rest(Block rest) = 0;
+    virtual std::size_t chunk_catoms() const { return kMostCatomsOfAChunk; }
+    virtual Result<void> chunk(const Chunk& chunk) = 0;
+    virtual Result<void> rest(BlockView rest) = 0;
 };
 
-// Gives the shares of all processes that made a snapshot. Errors: a block cannot be read or is damaged.
+// Gives the shares of all processes that made a snapshot. `room` is memory for blocks that must be read first, used again and again: what
+// is returned is valid until it changes, and as long as the shares. Errors: a block cannot be read or is damaged.
 class Shares {
   public:
     virtual ~Shares() = default;
     virtual std::size_t count() const = 0;
     virtual std::size_t chunks(std::size_t share) const = 0;
-    virtual Result<Block> places(std::size_t share, std::size_t chunk) const = 0;
-    virtual Result<Block> state(std::size_t share, std::size_t chunk) const = 0;
-    virtual Result<Block> rest(std::size_t share) const = 0;
+    virtual Result<BlockView> places(std::size_t share, std::size_t chunk, Block& room) const = 0;
+    virtual Result<BlockView> state(std::size_t share, std::size_t chunk, Block& room) const = 0;
+    virtual Result<BlockView> rest(std::size_t share, Block& room) const = 0;
 };
 
 }  // namespace meld::sim

@@ -14,10 +14,10 @@ namespace meld::sim {
 
 namespace {
 
-constexpr char kMagic[16] = "meld snapshot 2";
+constexpr char kMagic[16] = "meld snapshot 3";
 
 // Of the kind and the bytes, and thereby of the length: a file that ends after a whole block lacks the last kind.
-std::uint64_t hash_of(ShareBlock kind, const Block& block) { return hash_bytes(block, static_cast<std::uint64_t>(kind)); }
+std::uint64_t hash_of(ShareBlock kind, BlockView block) { return hash_bytes(block, static_cast<std::uint64_t>(kind)); }
 
 struct BlockHead {
     ShareBlock kind = ShareBlock::Rest;
@@ -39,19 +39,19 @@ Result<std::unique_ptr<ShareWriter>> ShareWriter::create(const std::string& path
     return writer;
 }
 
-void ShareWriter::write(ShareBlock kind, const Block& block) {
+void ShareWriter::write(ShareBlock kind, BlockView block) {
     const BlockHead head{kind, block.size(), hash_of(kind, block)};
     file_.write({reinterpret_cast<const char*>(&head), sizeof head});
     file_.write({reinterpret_cast<const char*>(block.data()), block.size()});
 }
 
-Result<void> ShareWriter::chunk(Chunk chunk) {
+Result<void> ShareWriter::chunk(const Chunk& chunk) {
     write(ShareBlock::Places, chunk.places);
     write(ShareBlock::State, chunk.state);
     return {};
 }
 
-Result<void> ShareWriter::rest(Block rest) {
+Result<void> ShareWriter::rest(BlockView rest) {
     write(ShareBlock::Rest, rest);
     return {};
 }
@@ -100,20 +100,22 @@ Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
 }
 
 Result<void> ShareFiles::check() const {
+    Block room;
     for (std::size_t share = 0; share < files_.size(); ++share)
         for (std::size_t block = 0; block < files_[share].blocks.size(); ++block)
-            if (const Result<Block> whole = read(share, block); !whole) return tl::unexpected<Error>(whole.error());
+            if (const Result<BlockView> whole = read(share, block, room); !whole) return tl::unexpected<Error>(whole.error());
     return {};
 }
 
-Result<Block> ShareFiles::read(std::size_t share, std::size_t block) const {
+Result<BlockView> ShareFiles::read(std::size_t share, std::size_t block, Block& room) const {
     pulse::beat();
     const File& file = files_[share];
     const Place& place = file.blocks[block];
-    Block out(place.size);
+    if (room.size() < place.size) room.resize(place.size);
+    const std::span<std::byte> out(room.data(), place.size);
     std::ifstream in(file.path, std::ios::binary);
     in.seekg(static_cast<std::streamoff>(place.offset));
-    if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(place.size)))
+    if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size())))
         return damaged(file.path, fmt::format("cannot be read at byte {}", place.offset));
     if (hash_of(place.kind, out) != place.hash)
         return damaged(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));

@@ -20,8 +20,8 @@ class ShareWriter : public ShareSink {
   public:
     // Errors: the file cannot be made.
     static Result<std::unique_ptr<ShareWriter>> create(const std::string& path);
-    Result<void> chunk(Chunk chunk) override;
-    Result<void> rest(Block rest) override;
+    Result<void> chunk(const Chunk& chunk) override;
+    Result<void> rest(BlockView rest) override;
     // Takes so much space on the disk in advance. Errors: there is not so much.
     Result<void> reserve(std::uint64_t bytes);
     std::uint64_t size() const { return file_.size(); }
@@ -29,7 +29,7 @@ class ShareWriter : public ShareSink {
 
   private:
     explicit ShareWriter(OutputFile file) : file_(std::move(file)) {}
-    void write(ShareBlock kind, const Block& block);
+    void write(ShareBlock kind, BlockView block);
 
     OutputFile file_;
 };
@@ -44,9 +44,9 @@ class ShareFiles : public Shares {
     Result<void> check() const;
     std::size_t count() const override { return files_.size(); }
     std::size_t chunks(std::size_t share) const override { return files_[share].blocks.size() / 2; }
-    Result<Block> places(std::size_t share, std::size_t chunk) const override { return read(share, 2 * chunk); }
-    Result<Block> state(std::size_t share, std::size_t chunk) const override { return read(share, 2 * chunk + 1); }
-    Result<Block> rest(std::size_t share) const override { return read(share, files_[share].blocks.size() - 1); }
+    Result<BlockView> places(std::size_t share, std::size_t chunk, Block& room) const override { return read(share, 2 * chunk, room); }
+    Result<BlockView> state(std::size_t share, std::size_t chunk, Block& room) const override { return read(share, 2 * chunk + 1, room); }
+    Result<BlockView> rest(std::size_t share, Block& room) const override { return read(share, files_[share].blocks.size() - 1, room); }
 
   private:
     struct Place {
@@ -58,7 +58,7 @@ class ShareFiles : public Shares {
         std::vector<Place> blocks;
     };
     static Result<File> index(const std::string& path);
-    Result<Block> read(std::size_t share, std::size_t block) const;
+    Result<BlockView> read(std::size_t share, std::size_t block, Block& room) const;
 
     std::vector<File> files_;
 };

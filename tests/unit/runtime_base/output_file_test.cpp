@@ -127,6 +127,20 @@ TEST_F(OutputFileTest, ReplacesItsEnd) {
     EXPECT_EQ(text("a"), "<a>b</a>");
 }
 
+TEST_F(OutputFileTest, HoldsSmallAndLargePiecesInOrder) {
+    std::string all;
+    auto file = OutputFile::open(path("a"), Appears::Whole, Durability::Machine);
+    ASSERT_TRUE(file);
+    // Those below the buffer's size wait; more than the disk is told at once; a piece that is written at once comes after what waits.
+    for (const std::size_t size : {10, 70'000, 3, 65'535, 1, 65'536, 9'000'000, 5, 12'000'000, 100}) {
+        all += std::string(size, static_cast<char>('a' + all.size() % 23));
+        file->write(std::string_view(all).substr(all.size() - size));
+        EXPECT_EQ(file->size(), all.size());
+    }
+    EXPECT_TRUE(file->commit());
+    EXPECT_TRUE(text("a") == all);
+}
+
 TEST_F(OutputFileTest, HasOneWriterAtATime) {
     auto first = OutputFile::open(path("a"), Appears::Whole);
     ASSERT_TRUE(first);
