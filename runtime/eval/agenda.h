@@ -21,6 +21,7 @@ class Agenda {
         summary_.resize((words_.size() + 63) / 64, 0);
     }
     std::size_t bytes() const { return dirty_.capacity() * 4 + words_.capacity() * 8 + summary_.capacity() * 8; }
+    static std::size_t bytes_for(std::size_t catoms) { return catoms * 4 + catoms / 8 + catoms / 512; }
 
     // Adds bits to a catom's dirty word. Not while other threads mark.
     void mark(u32 catom, u64 bits) {
@@ -69,6 +70,13 @@ class Agenda {
     void take(std::vector<u32>& catoms, std::vector<u64>& dirty, const Keep& keep) {
         catoms.clear();
         dirty.clear();
+        // All are awake in the first tick: arrays that grow step by step would leave as much memory behind again.
+        std::size_t most = 0;
+        for (std::size_t s = 0; s < summary_.size(); ++s)
+            for (u64 words = summary_[s]; words != 0; words &= words - 1)
+                most += static_cast<std::size_t>(std::popcount(words_[s * 64 + static_cast<std::size_t>(std::countr_zero(words))]));
+        catoms.reserve(most);
+        dirty.reserve(most);
         for (std::size_t s = 0; s < summary_.size(); ++s) {
             for (u64 words = summary_[s]; words != 0; words &= words - 1) {
                 const std::size_t w = s * 64 + static_cast<std::size_t>(std::countr_zero(words));

@@ -304,6 +304,8 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->cut = false;
         t->release_owned();
         t->values.clear();
+        // Memory that is not written to is not taken from the system, and arrays that need not grow leave none behind.
+        t->records.reserve(awake_.size() / threads_.size() + kBlock);
     }
     MELD_EXPECT(subdomain.columns == columns_.pointers() && (awake_.empty() || subdomain.geometry.catom_state != nullptr),
                 "the arrays of the subdomain are not up to date");

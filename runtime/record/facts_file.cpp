@@ -56,6 +56,7 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
 std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
     const PredicateInfo& p = subdomain.module.predicates[table.predicate];
     std::vector<std::pair<u64, sim::Catom>> order;
+    order.reserve(subdomain.ensemble.owned_count());
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c)) order.emplace_back(subdomain.ensemble.id(c), c);
     std::sort(order.begin(), order.end());

@@ -135,6 +135,7 @@ struct Recorder::Step {
 // What this process's catoms have drawn; then its catoms, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     ByteWriter out;
+    out.reserve(subdomain.ensemble.owned_count() * sizeof(Row));
     marks_.send(out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         pulse::beat();
@@ -154,6 +155,9 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         auto operator<=>(const Packed&) const = default;
     };
     std::vector<Packed> rows;
+    std::size_t most = 0;
+    for (const auto& part : all) most += part.size() / sizeof(Row);
+    rows.reserve(most);
     marks_.begin_step();
     for (std::size_t part = 0; part < all.size(); ++part) {
         ByteReader in(all[part], "a step of a recording");
@@ -167,6 +171,10 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     }
     std::sort(rows.begin(), rows.end());
     for (RecordedPredicate& r : recorded_) r.begin_step();
+    step.ids.reserve(rows.size());
+    step.positions.reserve(rows.size());
+    step.diameters.reserve(rows.size());
+    step.colours.reserve(3 * rows.size());
     for (const auto& [id, part, at] : rows) {
         pulse::beat();
         const std::span<const std::byte> bytes = all[part];

@@ -74,16 +74,21 @@ Result<void> Setup::run() {
 void Setup::divide(const Counts& counts) {
     Subdomain& s = subdomain_;
     s.members_.partition.emplace(counts, s.comm.processes());
-    // A catom that goes around another looks once around that one.
-    const int reach = s.world.motion.kind == "none" ? 1 : s.program_actions.uses(ActionKind::MoveAround) ? 3 : 2;
-    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach);
+    s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach(s.world, s.program_actions));
 }
+
+int Setup::reach(const world::World& world, const tuple::ProgramActions& actions) {
+    // A catom that goes around another looks once around that one.
+    return world.motion.kind == "none" ? 1 : actions.uses(ActionKind::MoveAround) ? 3 : 2;
+}
+
+// Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
+bool Setup::looks_around(const world::World& world) { return world.motion.kind != "none" || world.target.has_value(); }
 
 void Setup::surround() {
     Membership& m = subdomain_.members_;
-    // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
-    const bool looks_around = subdomain_.world.motion.kind != "none" || subdomain_.world.target.has_value();
-    for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); looks_around && slot <= end; ++slot)
+    const bool around = looks_around(subdomain_.world);
+    for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); around && slot <= end; ++slot)
         if (m.partition->owner(subdomain_.lattice.brick_key(m.ensemble.brick(slot))) == subdomain_.comm.process())
             m.ensemble.surround(slot);
 }
@@ -121,24 +126,25 @@ void Setup::populate_cells(const Counts& counts) {
             ++bricks;
         }
     }
-    m.ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
     std::vector<std::uint32_t> cells;
-    const auto place = [&](std::size_t i, CatomState state) {
+    // Calls visit(id, cell) for the catoms of a brick.
+    const auto each_catom = [&](std::size_t i, const auto& visit) {
         const Cell brick = lattice.brick_at(counts[i].first);
         world::cells_of_brick(world, lattice, counts[i].first, cells);
-        for (std::size_t n = 0; n < cells.size(); ++n) {
-            const Cell cell = lattice.cell_in_brick(brick, cells[n]);
-            if (state == kCatomGhost && !m.halo->subscribes(rank, cell)) continue;
-            m.ensemble.add(first_id[i] + n, cell, state);
-        }
+        for (std::size_t n = 0; n < cells.size(); ++n) visit(first_id[i] + n, lattice.cell_in_brick(brick, cells[n]));
     };
+    // Found first, so that there is room for them: arrays that grow leave as much memory behind again.
+    std::vector<std::pair<std::uint64_t, Cell>> ghosts;
+    for (std::size_t i = 0; i < counts.size() && !subdomain_.alone(); ++i)
+        if (m.partition->owner(counts[i].first) != rank && m.halo->borders(rank, lattice.brick_at(counts[i].first)))
+            each_catom(i, [&](std::uint64_t id, Cell cell) {
+                if (m.halo->subscribes(rank, cell)) ghosts.emplace_back(id, cell);
+            });
+    m.ensemble.reserve(mine + mine / 64 + ghosts.size(), room_for_bricks(bricks));
     for (std::size_t i = 0; i < counts.size(); ++i)
-        if (m.partition->owner(counts[i].first) == rank) place(i, kCatomOwned);
-    if (!subdomain_.alone())
-        for (std::size_t i = 0; i < counts.size(); ++i) {
-            if (m.partition->owner(counts[i].first) == rank) continue;
-            if (m.halo->borders(rank, lattice.brick_at(counts[i].first))) place(i, kCatomGhost);
-        }
+        if (m.partition->owner(counts[i].first) == rank)
+            each_catom(i, [&](std::uint64_t id, Cell cell) { m.ensemble.add(id, cell, kCatomOwned); });
+    for (const auto& [id, cell] : ghosts) m.ensemble.add(id, cell, kCatomGhost);
     surround();
 }
 

@@ -21,6 +21,12 @@ class Setup {
     using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
     // Says who owns which bricks, and who sees which cells.
     void divide(const Counts& counts);
+    // How many cells from its own a catom sees.
+    static int reach(const world::World& world, const tuple::ProgramActions& actions);
+    // Whether catoms see cells in bricks without catoms; then those around each brick are there too.
+    static bool looks_around(const world::World& world);
+    // How many bricks there is room for at first, if so many have catoms.
+    static std::size_t room_for_bricks(std::size_t bricks) { return bricks + bricks / 2 + 32; }
     // Makes the bricks present that catoms here can reach or see.
     void surround();
     // The limits of the world and the constants of the program. Errors: a constant is missing, unknown or of another type.
