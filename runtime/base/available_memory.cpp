@@ -91,4 +91,9 @@ AvailableMemory available_memory(const std::string& root) {
     return out.least();
 }
 
+ResidentMemory resident_memory(const std::string& root) {
+    const std::filesystem::path status = std::filesystem::path(root) / "proc/self/status";
+    return {number_named(status, "VmRSS:").value_or(0) * 1024, number_named(status, "VmHWM:").value_or(0) * 1024};
+}
+
 }  // namespace meld

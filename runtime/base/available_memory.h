@@ -15,4 +15,10 @@ struct AvailableMemory {
 // RLIMIT_AS and RLIMIT_DATA leave. `root` is a folder with `proc` and `sys`, / but for tests.
 AvailableMemory available_memory(const std::string& root = "/");
 
+// What this process has in memory, and the most that it has had; 0: not known.
+struct ResidentMemory {
+    std::uint64_t now = 0, peak = 0;
+};
+ResidentMemory resident_memory(const std::string& root = "/");
+
 }  // namespace meld

@@ -56,11 +56,13 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
         return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
     Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
-    if (const auto fits = check_memory(*world, info, comm.processes(), processes_on_this_machine(comm)); !fits)
-        return tl::unexpected<Error>(fits.error());
+    const Result<MemoryNeed> memory = memory_need(*world, info, options, comm.processes());
+    if (!memory) return tl::unexpected<Error>(memory.error());
+    const int here = processes_on_this_machine(comm);
+    if (const auto fits = check_memory(*world, *memory, here); !fits) return tl::unexpected<Error>(fits.error());
     Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
-    Inputs inputs{std::move(*module), std::move(*world), std::move(*target)};
+    Inputs inputs{std::move(*module), std::move(*world), std::move(*target), *memory, here};
     if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
     return inputs;
 }

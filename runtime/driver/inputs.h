@@ -5,6 +5,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/driver/memory_need.h"
 #include "runtime/driver/options.h"
 #include "runtime/module/module.h"
 #include "runtime/sim/simulation.h"
@@ -23,6 +24,8 @@ struct Inputs {
     Module module;
     world::World world;
     world::Target target;
+    MemoryNeed memory;
+    int processes_here = 1;  // That share this machine.
     sim::Registry registry = sim::Registry::standard();
 
     const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
+
 #include "runtime/base/available_memory.h"
 #include "runtime/base/units.h"
 
@@ -9,33 +12,47 @@ namespace meld::driver {
 
 namespace {
 
-// Id, site, state, dirty word, agenda and brick cell of a catom, with room for bricks that are not full.
-constexpr double kBookkeeping = 30;
-// A body with its contacts and the copy of its state (measured in blocks of 64,000 and 216,000 that touch), its places and links.
-constexpr double kBodyBytes = 550;
-// The rows that a predicate with rows storage is likely to have: one, in a block of 16 bytes or more.
-constexpr double kRowBytes = 32;
+std::uint64_t whole_bytes(double bytes) { return bytes < 1.8e19 ? static_cast<std::uint64_t>(bytes) : ~std::uint64_t{0}; }
+
+struct Limit {
+    std::uint64_t bytes = 0;  // 0: none.
+    std::string text;         // "16 GiB are allowed by [limits] memory"
+    bool of_all = false;      // It counts what the processes have already.
+};
+
+Limit limit_of(const world::World& world) {
+    if (const std::uint64_t allowed = world.limits.memory_bytes; allowed > 0)
+        return {allowed, fmt::format("{} are allowed by [limits] memory", format_bytes(allowed)), true};
+    const AvailableMemory available = available_memory();
+    return {
+        available.bytes,
+        fmt::format("{} are {}", format_bytes(available.bytes), available.by == "the machine" ? "available" : "left by " + available.by),
+        false};
+}
+
+// What all processes of this machine need together.
+ByteRange needed(const MemoryNeed& need, const Limit& limit, int processes_here) {
+    const ByteRange one = limit.of_all ? need.peak() : need.made();
+    return {one.least * processes_here, one.most * processes_here};
+}
 
 }  // namespace
 
-Result<std::uint64_t> check_memory(const world::World& world, const ModuleInfo& module, int processes, int processes_here) {
-    const Result<world::WorldSize> size = world::measure(world);
-    if (!size) return tl::unexpected<Error>(size.error());
-    double bytes = kBookkeeping + (world.is_free() ? kBodyBytes : 0);
-    for (u32 i = 0; i < module.column_count; ++i) bytes += module.columns[i].stride + (module.columns[i].rows ? kRowBytes : 0);
-    const double here = size->cells_estimate * bytes * static_cast<double>(processes_here) / static_cast<double>(processes);
-    const AvailableMemory available = available_memory();
-    const bool allowed = world.limits.memory_bytes > 0;
-    const std::uint64_t limit = allowed ? world.limits.memory_bytes : available.bytes;
-    const auto needed = here < 1.8e19 ? static_cast<std::uint64_t>(here) : ~std::uint64_t{0};
-    if (limit > 0 && needed > limit)
-        return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {} are {}", format_bytes(needed),
-                                format_count(size->cells_estimate), bytes, format_bytes(limit),
-                                allowed                         ? "allowed by [limits] memory"
-                                : available.by == "the machine" ? "available"
-                                                                : "left by " + available.by),
-                    "Make the body smaller, or run on more machines", ExitCode::LimitHit);
-    return static_cast<std::uint64_t>(static_cast<double>(needed) / processes_here);
+Result<void> check_memory(const world::World& world, const MemoryNeed& need, int processes_here) {
+    const Limit limit = limit_of(world);
+    const double least = needed(need, limit, processes_here).least;
+    if (limit.bytes == 0 || whole_bytes(least) <= limit.bytes) return {};
+    return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {}", format_bytes(whole_bytes(least)),
+                            format_count(need.catoms), need.made().least / std::max(1.0, need.own_catoms), limit.text),
+                "Make the body smaller, or run on more machines", ExitCode::LimitHit);
+}
+
+std::string warning_of_memory(const world::World& world, const MemoryNeed& need, int processes_here) {
+    const Limit limit = limit_of(world);
+    const ByteRange bytes = needed(need, limit, processes_here);
+    if (limit.bytes == 0 || whole_bytes(bytes.most) <= limit.bytes) return "";
+    return fmt::format("the run needs {} to {}, and {}. The larger number assumes {}", format_bytes(whole_bytes(bytes.least)),
+                       format_bytes(whole_bytes(bytes.most)), limit.text, kMemoryAssumed);
 }
 
 }  // namespace meld::driver

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/units.h"
@@ -49,6 +50,11 @@ std::string grouped(std::uint64_t n) {
     return text;
 }
 
+std::string peak_text(const MemoryReport& memory, int processes) {
+    if (memory.peak == 0) return "";
+    return fmt::format("; {}{} at the peak", format_bytes(memory.peak), processes > 1 ? " in a process" : "");
+}
+
 }  // namespace
 
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick) {
@@ -66,8 +72,8 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     return text;
 }
 
-std::string summary_table(const sim::Summary& s, const std::vector<Restart>& restarts, const std::string& world, int processes,
-                          int threads) {
+std::string summary_table(const sim::Summary& s, const MemoryReport& memory, const std::vector<Restart>& restarts, const std::string& world,
+                          int processes, int threads) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
     row("world", world);
@@ -80,7 +86,7 @@ std::string summary_table(const sim::Summary& s, const std::vector<Restart>& res
     row("linear messages",
         grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
     if (processes > 1) row("between processes", format_bytes(s.sent_bytes));
-    if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom", s.bytes_per_catom));
+    if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom{}", s.bytes_per_catom, peak_text(memory, processes)));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
@@ -100,8 +106,8 @@ std::string warning_of_dropped(const sim::Summary& s) {
         grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
 }
 
-std::string summary_json(const sim::Summary& s, const std::vector<Restart>& restarts, const std::string& world, int processes,
-                         int threads) {
+std::string summary_json(const sim::Summary& s, const MemoryReport& memory, const std::vector<Restart>& restarts, const std::string& world,
+                         int processes, int threads) {
     nlohmann::ordered_json again = nlohmann::ordered_json::array();
     for (const Restart& each : restarts)
         again.push_back({{"reason", each.reason}, {"in_tick", each.in_tick}, {"from_tick", each.from_tick}});
@@ -118,6 +124,8 @@ std::string summary_json(const sim::Summary& s, const std::vector<Restart>& rest
                                          {"dropped_messages", s.dropped},
                                          {"bytes_between_processes", s.sent_bytes},
                                          {"bytes_per_catom", s.bytes_per_catom},
+                                         {"peak_bytes", memory.peak},
+                                         {"expected_peak_bytes", {std::llround(memory.expected.least), std::llround(memory.expected.most)}},
                                          {"setup_seconds", s.setup_seconds},
                                          {"run_seconds", s.run_seconds},
                                          {"cpu_seconds", s.cpu_seconds},

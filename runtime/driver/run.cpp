@@ -7,7 +7,9 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 
+#include "runtime/base/available_memory.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/log.h"
@@ -22,6 +24,7 @@
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
 #include "runtime/driver/inputs.h"
+#include "runtime/driver/memory_check.h"
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
@@ -81,6 +84,15 @@ bool time_is_up(const RunOptions& options, comm::Communicator& comm) {
     const std::byte mine{interrupt::time_is_up()};
     const std::vector<std::byte> all = comm.allgather({&mine, 1});
     return std::ranges::any_of(all, [](std::byte passed) { return passed != std::byte{0}; });
+}
+
+// The most memory that one of the processes has had. Collective.
+std::uint64_t greatest_peak(comm::Communicator& comm) {
+    const std::uint64_t mine = resident_memory().peak;
+    std::uint64_t greatest = 0;
+    for (const auto& bytes : comm.allgather_any(std::as_bytes(std::span(&mine, 1))))
+        greatest = std::max(greatest, ByteReader(bytes, "the memory of a process").read<std::uint64_t>());
+    return greatest;
 }
 
 // A tick that was cut short when the time was up was not interrupted by anybody.
@@ -145,6 +157,9 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
 
     if (options.question) return find_tick(options, simulation);
 
+    if (speaks && !options.quiet)
+        if (const std::string tight = warning_of_memory(world, inputs->memory, inputs->processes_here); !tight.empty())
+            log::warning("{}", tight);
     // From here on there are results to lose.
     patiently.emplace(interrupt::Answer::Patiently);
     std::optional<Progress> progress;
@@ -186,11 +201,13 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
                      simulation.summary().dead_link);
     if (again)
         return end_replay(options, ran, simulation.subdomain().tick(), simulation.summary().ending == sim::Ending::Interrupted, comm);
+    const MemoryReport memory{inputs->memory.peak(), greatest_peak(comm)};
     Result<void> printed;
     if (speaks && options.json)
-        printed = print(stdout, summary_json(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));
+        printed =
+            print(stdout, summary_json(simulation.summary(), memory, options.restarts, world.path, comm.processes(), options.threads));
     else if (speaks && !options.quiet)
-        printed = print(talk, summary_table(simulation.summary(), options.restarts, world.path, comm.processes(), options.threads));
+        printed = print(talk, summary_table(simulation.summary(), memory, options.restarts, world.path, comm.processes(), options.threads));
     if (!printed) return tl::unexpected<Error>(printed.error());
     // All messages have been printed: a signal that ends the process now interrupts nothing.
     interrupt::set_last_words(nullptr);

@@ -37,7 +37,9 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
 // Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
 // settings and components.
 Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry) {
-    if (const auto fits = check_memory(world, kNoProgram, 1, 1); !fits) return tl::unexpected<Error>(fits.error());
+    const Result<MemoryNeed> memory = memory_need(world, kNoProgram, {}, 1);
+    if (!memory) return tl::unexpected<Error>(memory.error());
+    if (const auto fits = check_memory(world, *memory, 1); !fits) return fits;
     world.components.clear();
     world.facts.clear();
     world.events.clear();

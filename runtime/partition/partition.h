@@ -53,14 +53,17 @@ class Halo {
     // Whether this process owns a brick next to this brick, or the brick itself.
     bool borders(int process, Cell brick) const;
 
-  private:
     struct Side {
         std::int8_t dx, dy, dz;
         std::int32_t process;
     };
-    const world::Lattice& lattice() const { return ensemble_.lattice(); }
     // The brick itself and those around it, with their owners.
     std::vector<Side> sides(Cell brick) const;
+    // Whether a cell of the brick is within reach of that side.
+    bool near(const Side& side, std::uint32_t cell) const;
+
+  private:
+    const world::Lattice& lattice() const { return ensemble_.lattice(); }
     // Calls visit(side) for each of them; for a brick in the interior only for itself.
     template <class Visit>
     void each_side(Cell brick, const Visit& visit) const {
@@ -72,7 +75,6 @@ class Halo {
         }
         for (const Side& side : sides(brick)) visit(side);
     }
-    bool near(const Side& side, std::uint32_t cell) const;
 
     template <class Visit>
     void visit_border(std::size_t border, std::uint32_t cell, const Visit& visit) const {

@@ -238,4 +238,11 @@ std::size_t Columns::bytes() const {
     return total + lists_.bytes() + changes_.bytes();
 }
 
+std::size_t Columns::bytes_for(const ModuleInfo& module, std::size_t catoms) {
+    std::size_t each = 0;
+    for (u32 c = 0; c < module.column_count; ++c)
+        each += module.columns[c].stride + (module.columns[c].compare_groups != nullptr ? sizeof(RowChanges*) : 0);
+    return catoms * each;
+}
+
 }  // namespace meld::tuple

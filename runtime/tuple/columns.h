@@ -91,6 +91,10 @@ class Columns {
     }
 
     std::size_t bytes() const;
+    // What so many catoms will take without rows, lists and changes of rows.
+    static std::size_t bytes_for(const ModuleInfo& module, std::size_t catoms);
+    // What a catom's rows take, if it has so many.
+    static std::size_t row_bytes_for(const ColumnInfo& column, std::size_t rows) { return RowPool::capacity(rows * column.row_bytes); }
 
   private:
     // Memory for what is read, used again and again.

@@ -25,8 +25,7 @@ void BrickTable::insert(std::uint64_t key, std::uint32_t slot) {
 }
 
 void BrickTable::reserve(std::size_t count) {
-    const std::size_t rows = std::bit_ceil(2 * count + 2);
-    if (rows > rows_.size()) grow(rows);
+    if (const std::size_t rows = rows_for(count); rows > rows_.size()) grow(rows);
 }
 
 void BrickTable::place(Row row) {

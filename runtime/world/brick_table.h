@@ -1,6 +1,7 @@
 // Hash tables of an ensemble: brick coordinates to slots, and catom ids to indices. Open addressing, linear probing.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,8 +26,10 @@ class BrickTable {
     void insert(std::uint64_t key, std::uint32_t slot);
     void reserve(std::size_t count);
     std::size_t bytes() const { return rows_.capacity() * sizeof(Row); }
+    static std::size_t bytes_for(std::size_t count) { return rows_for(count) * sizeof(Row); }
 
   private:
+    static std::size_t rows_for(std::size_t count) { return std::bit_ceil(2 * count + 2); }
     struct Row {
         std::uint64_t key = 0;
         std::uint32_t slot = 0;

@@ -262,4 +262,14 @@ std::size_t Ensemble::bytes() const {
            size(key_) + slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_);
 }
 
+std::size_t Ensemble::bytes_for(std::size_t catoms, std::size_t bricks, std::size_t room) {
+    constexpr std::size_t kCatom = sizeof(id_[0]) + sizeof(site_[0]) + sizeof(state_[0]);
+    constexpr std::size_t kBrick = kBrickNeighbours * sizeof(neighbours_[0]) + kBrickCells * sizeof(cell_catom_[0]) +
+                                   kBrickCells / 64 * sizeof(target_[0]) + 3 * sizeof(origin_[0]) + sizeof(key_[0]);
+    // Arrays of bricks double; while they do, the old ones are there too.
+    std::size_t copied = 0;
+    for (std::size_t most = room + 1; most < bricks + 1; most *= 2) copied = most;
+    return catoms * kCatom + std::max(bricks + 1, 2 * copied) * kBrick + BrickTable::bytes_for(std::max(room, bricks));
+}
+
 }  // namespace meld::world

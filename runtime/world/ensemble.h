@@ -93,6 +93,8 @@ class Ensemble {
     std::optional<Catom> find(std::uint64_t id) const;
     void reserve(std::size_t catoms, std::size_t bricks);
     std::size_t bytes() const;
+    // What so many catoms and bricks on a lattice will take, for arrays that had room for `room` bricks at first.
+    static std::size_t bytes_for(std::size_t catoms, std::size_t bricks, std::size_t room);
 
   private:
     // Sets the 512 target bits of a brick, which are clear.

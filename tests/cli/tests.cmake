@@ -26,6 +26,15 @@ foreach(class Digests Facts Recordings Checkpoints)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(cli_diff_${name} PROPERTIES TIMEOUT 120)
 endforeach()
+# The memory that runs are expected to take. Sanitizers take their own.
+if(NOT CLAYMELD_SANITIZE)
+  foreach(class Estimates Ranges)
+    string(TOLOWER ${class} name)
+    add_test(NAME cli_memory_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/memory_test.py
+      --meldsim $<TARGET_FILE:meldsim> ${class})
+    set_tests_properties(cli_memory_${name} PROPERTIES TIMEOUT 120)
+  endforeach()
+endif()
 # What a user may trust.
 foreach(class Cache Inputs Terminal Agreement)
   string(TOLOWER ${class} name)

@@ -1,0 +1,239 @@
+#include "runtime/driver/memory_need.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "runtime/base/available_memory.h"
+#include "runtime/base/radix_sort.h"
+#include "runtime/eval/agenda.h"
+#include "runtime/eval/requests.h"
+#include "runtime/record/facts_file.h"
+#include "runtime/sim/core/expected_share.h"
+#include "runtime/sim/core/setup.h"
+#include "runtime/tuple/columns.h"
+#include "runtime/world/ensemble.h"
+#include "runtime/world/lattice.h"
+
+namespace meld::driver {
+
+namespace {
+
+constexpr double kMiB = 1 << 20;
+
+// Measured as in docs/benchmarks.md, "Memory": the growth of the peak with the number of catoms.
+//
+// Code that is not in memory yet when the need is computed, threads, and what the allocator keeps.
+constexpr double kLater = 0.5 * kMiB;
+constexpr double kLaterOfBodies = 0.9 * kMiB;
+// The HDF5 library; of a recording also what it keeps of its columns, and its caches of chunks.
+constexpr double kHdf5 = 4 * kMiB;
+constexpr double kRecording = 6.7 * kMiB;
+constexpr double kChunkCaches = 6.5 * kMiB;
+constexpr double kChunkCachesCatom = 33;
+// The catoms of a block of a checkpoint, which grows by doubling.
+constexpr double kCheckpointBlock = 1 << 16;
+constexpr double kGrown = 1.5;
+// A group that remembers a loss: an entry of a table, and its list.
+constexpr double kTombstone = 96;
+// A list, string or set of some words; and where the rules of a block of catoms make them, as localization.meld needs it.
+constexpr double kList = 64;
+constexpr double kScratchCatom = 64 << 10;
+constexpr double kScratchBlock = 256;
+// A body that touches nothing, with its places in the ensemble and in the grid, links, and the copy of its state.
+constexpr double kBody = 289;
+// Two bodies that touch: their contact, its impulses, and the place in the list of candidates.
+constexpr double kContact = 52;
+// On several processes: what a body leaves behind where it was placed or packed, for memory that is freed stays with the process (see
+// runtime/comm/mpi.cpp); and what its contacts leave.
+constexpr double kHandedOver = 90;
+constexpr double kHandedOverContact = 35;
+// How far the surfaces of bodies may be apart to be candidates, in diameters.
+constexpr double kNear = 0.05;
+// In a heap a ball touches six others: three contacts a body.
+constexpr double kContactsInHeap = 3;
+
+std::size_t whole(double number) { return static_cast<std::size_t>(std::ceil(number)); }
+
+// What a process takes of the whole world or of its share of it. Upper bounds are those of kMemoryAssumed.
+class Counting {
+  public:
+    Counting(const world::World& world, const ModuleInfo& module, const sim::ExpectedShare& share, int processes)
+        : processes_(processes),
+          world_(world),
+          module_(module),
+          share_(share),
+          here_(share.catoms + share.ghosts),
+          ports_(world.is_free() ? kMaxPorts : world::Lattice(world.lattice).ports()) {}
+
+    MemoryPart ensemble() const {
+        const std::size_t room = sim::Setup::room_for_bricks(whole(share_.with_catoms));
+        const auto bytes = [&](double bricks) {
+            return static_cast<double>(world::Ensemble::bytes_for(whole(here_), whole(bricks), room));
+        };
+        const bool moves = world_.motion.kind != "none";
+        // Catoms that move make bricks where they come.
+        return {"catoms and cells", {bytes(share_.bricks), bytes((moves || !share_.exact ? 2 : 1) * share_.bricks)}};
+    }
+
+    MemoryPart bodies() const {
+        const bool touch = world_.physics.spacing < 1 + kNear;
+        // Of a block as it is placed, less those at its surface.
+        const double at_start = touch ? lattice_contacts() : 0, most = std::max(at_start, kContactsInHeap * here_);
+        const double each = (kBody + (processes_ > 1 ? kHandedOver : 0)) * here_;
+        const double contact = kContact + (processes_ > 1 ? kHandedOverContact : 0);
+        return {"bodies and contacts", {each + contact * at_start, each + contact * most}};
+    }
+
+    MemoryPart records() const {
+        return {"facts, at most one of a predicate or one a link",
+                exactly(static_cast<double>(tuple::Columns::bytes_for(module_, whole(here_))))};
+    }
+
+    MemoryPart rows() const {
+        double most = 0;
+        for (u32 c = 0; c < module_.column_count; ++c) {
+            if (!module_.columns[c].rows) continue;
+            // Blocks that have become too small stay in the pool.
+            const int count = rows_of(c);
+            most += 2 * static_cast<double>(tuple::Columns::row_bytes_for(module_.columns[c], static_cast<std::size_t>(count)));
+        }
+        return {"facts of which there may be several", {0, most * here_}};
+    }
+
+    MemoryPart lists(int threads) const {
+        double most = 0;
+        for (u32 c = 0; c < module_.column_count; ++c)
+            most += kList * module_.columns[c].list_count * (module_.columns[c].rows ? rows_of(c) : 1);
+        return {"lists, strings and sets",
+                {0, most * here_ + (most > 0 ? kScratchCatom * std::min(share_.catoms, kScratchBlock * threads) : 0)}};
+    }
+
+    // What evaluation sets aside until the end of the tick: of each catom that it is awake, at most all that neighbours read of it, and
+    // what it sends to each neighbour.
+    MemoryPart tick() const {
+        const double awake = static_cast<double>(eval::Agenda::bytes_for(1) + sizeof(u32) + sizeof(u64));
+        double changes = 0, sent = 0;
+        for (u32 c = 0; c < module_.column_count; ++c) {
+            const ColumnInfo& column = module_.columns[c];
+            if (column.exported) changes += kPlace + (column.rows ? column.row_bytes * rows_of(c) : column.stride);
+        }
+        for (u32 p = 0; p < module_.predicate_count; ++p) {
+            const PredicateInfo& info = module_.predicates[p];
+            const double arguments = info.arity * double{sizeof(Value)};
+            if (info.kind == PredicateKind::Linear && !info.auxiliary && info.column != kNone16)
+                sent = std::max(sent, kMessage + arguments);
+            // In the list of its thread and in that of all.
+            if (info.kind == PredicateKind::Action && info.column != kNone16) changes += 2 * sizeof(eval::Action) + arguments;
+            if (info.rank_offset != kNone32) changes += kTombstone;
+        }
+        return {"one tick", {awake * share_.catoms, (awake + changes + sent * ports_) * share_.catoms}};
+    }
+
+  private:
+    static ByteRange exactly(double bytes) { return {bytes, bytes}; }
+
+    double lattice_contacts() const {
+        const double ports = world::Lattice(world_.lattice).ports();
+        const bool flat = world::Lattice(world_.lattice).flat();
+        return here_ * ports / 2 * (1 - 1 / std::pow(std::max(1.0, here_), flat ? 1.0 / 2 : 1.0 / 3));
+    }
+
+    // One for each neighbour if its facts may come from them or name them.
+    int rows_of(u32 column) const {
+        for (u32 p = 0; p < module_.predicate_count; ++p) {
+            const PredicateInfo& info = module_.predicates[p];
+            if (info.column != column) continue;
+            if (info.kind == PredicateKind::Linear) return ports_;
+            for (u16 i = 0; i < info.arity; ++i)
+                if (info.fields[i].type == ValueType::Node) return ports_;
+        }
+        return 1;
+    }
+
+    // A change that waits: catom, column, number of rows and where they are.
+    static constexpr double kPlace = 24;
+    // A message in the list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.
+    static constexpr double kMessage = 3 * sizeof(eval::Message) + 2 * 2 * sizeof(u64) + 4 * sizeof(Keyed);
+
+    int processes_;
+    const world::World& world_;
+    const ModuleInfo& module_;
+    const sim::ExpectedShare& share_;
+    double here_;
+    int ports_;
+};
+
+// The arguments of a predicate as a recording or a file of facts has them.
+double arguments_of(const ModuleInfo& module, std::string_view predicate) {
+    double most = 0;
+    for (u32 p = 0; p < module.predicate_count; ++p)
+        if (module.predicates[p].name == predicate) most = std::max(most, double{1} + module.predicates[p].arity);
+    return most;
+}
+
+// A step of a recording, which the first process packs, sorts and writes.
+MemoryPart recording(const world::World& world, const ModuleInfo& module, double catoms) {
+    double packed = 40, sorted = 24, columns = 43;  // See Recorder::pack(), read_rows() and Step.
+    for (const std::string& name : world.record.predicates) {
+        packed += 8 * arguments_of(module, name);
+        columns += 8 * arguments_of(module, name);
+    }
+    const double bytes = kRecording + std::min(kChunkCaches, kChunkCachesCatom * catoms) + catoms * (packed + sorted + columns);
+    // Facts of which a catom has several are there once more, each with the catom.
+    return {"a step of the recording", {bytes, bytes + (world.record.predicates.empty() ? 0 : catoms * 2 * packed)}, true};
+}
+
+// The facts of one predicate at a time, with the order of catoms.
+MemoryPart facts_file(const ModuleInfo& module, record::FactsForm form, double catoms) {
+    const double library = form == record::FactsForm::Hdf5 ? kHdf5 : 0;
+    double arguments = 0;
+    for (u32 p = 0; p < module.predicate_count; ++p)
+        if (!module.predicates[p].auxiliary && module.predicates[p].column != kNone16)
+            arguments = std::max(arguments, double{1} + module.predicates[p].arity);
+    const double order = 16, fact = 12 + 12 * arguments;
+    return {"facts to be written", {library + catoms * order, library + catoms * (order + 2 * fact)}, true};
+}
+
+// One block of catoms at a time is packed and written.
+MemoryPart checkpoint(const ModuleInfo& module, double catoms) {
+    const double in_block = std::min(catoms, kCheckpointBlock);
+    const double bytes = kGrown * in_block * (28 + static_cast<double>(tuple::Columns::bytes_for(module, 1)));
+    return {"a checkpoint", {bytes, bytes}, true};
+}
+
+}  // namespace
+
+ByteRange MemoryNeed::made() const {
+    ByteRange all, passing;
+    for (const MemoryPart& part : parts) {
+        ByteRange& sum = part.passing ? passing : all;
+        sum.least = part.passing ? std::max(sum.least, part.bytes.least) : sum.least + part.bytes.least;
+        sum.most = part.passing ? std::max(sum.most, part.bytes.most) : sum.most + part.bytes.most;
+    }
+    return {all.least + passing.least, all.most + passing.most};
+}
+
+ByteRange MemoryNeed::peak() const {
+    const ByteRange all = made();
+    return {std::max(start, base + all.least), std::max(start, base + all.most)};
+}
+
+Result<MemoryNeed> memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes) {
+    const Result<sim::ExpectedShares> shares = sim::expected_shares(world, module, processes);
+    if (!shares) return tl::unexpected<Error>(shares.error());
+    const ResidentMemory now = resident_memory();
+    MemoryNeed need{.catoms = shares->catoms,
+                    .own_catoms = shares->largest.catoms,
+                    .base = static_cast<double>(now.now) + kLater + (world.is_free() ? kLaterOfBodies : 0),
+                    .start = static_cast<double>(now.peak)};
+    const Counting counting(world, module, shares->largest, processes);
+    need.parts = {world.is_free() ? counting.bodies() : counting.ensemble(), counting.records(), counting.rows(),
+                  counting.lists(options.threads), counting.tick()};
+    if (!options.record.empty()) need.parts.push_back(recording(world, module, shares->catoms));
+    if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares->catoms));
+    if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares->largest.catoms));
+    return need;
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,89 @@
+#include "runtime/sim/core/expected_share.h"
+
+#include <algorithm>
+#include <bitset>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "runtime/partition/partition.h"
+#include "runtime/sim/core/setup.h"
+#include "runtime/tuple/program_actions.h"
+#include "runtime/world/brick_table.h"
+#include "runtime/world/ensemble.h"
+#include "runtime/world/populate.h"
+
+namespace meld::sim {
+
+namespace {
+
+// Counting takes less than a hundredth of the time that the set-up takes, but larger worlds may be typing errors.
+constexpr double kMostCounted = 2e8;
+
+using Bricks = std::vector<std::unordered_set<std::uint64_t>>;  // By process.
+
+// The catoms of a brick that other processes see are ghosts there: as many as the cells near them, if the brick is full.
+void add_ghosts(const partition::Halo& halo, const world::Cell brick, std::uint32_t catoms, int owner, std::vector<ExpectedShare>& shares,
+                Bricks& bricks) {
+    const std::vector<partition::Halo::Side> sides = halo.sides(brick);
+    std::vector<int> others;
+    for (const auto& side : sides)
+        if (side.process != owner && std::ranges::find(others, side.process) == others.end()) others.push_back(side.process);
+    for (const int other : others) {
+        std::bitset<kBrickCells> seen;
+        for (const auto& side : sides)
+            for (std::uint32_t cell = 0; side.process == other && cell < kBrickCells; ++cell)
+                if (halo.near(side, cell)) seen.set(cell);
+        const auto p = static_cast<std::size_t>(other);
+        shares[p].ghosts += catoms * static_cast<double>(seen.count()) / kBrickCells;
+        bricks[p].insert(world::packed(brick));
+    }
+}
+
+std::vector<ExpectedShare> count_cells(const world::World& world, const world::Lattice& lattice, const ModuleInfo& module, int processes,
+                                       const Setup::Counts& counts) {
+    const partition::Partition partition(counts, processes);
+    const world::Ensemble none(lattice, std::function<bool(world::Cell)>());
+    const partition::Halo halo(none, partition, 0, Setup::reach(world, tuple::ProgramActions(module)));
+    const bool around = Setup::looks_around(world);
+    std::vector<ExpectedShare> shares(static_cast<std::size_t>(processes));
+    Bricks bricks(shares.size());
+    for (const auto& [key, catoms] : counts) {
+        const int owner = partition.owner(key);
+        const auto p = static_cast<std::size_t>(owner);
+        const world::Cell brick = lattice.brick_at(key);
+        shares[p].catoms += catoms;
+        ++shares[p].with_catoms;
+        if (processes > 1) add_ghosts(halo, brick, catoms, owner, shares, bricks);
+        if (processes > 1 || around) bricks[p].insert(world::packed(brick));
+        for (u32 n = 0; around && n < kBrickNeighbours; ++n)
+            if (const world::Cell there = brick + world::Lattice::brick_offset(n); lattice.brick_in_range(there))
+                bricks[p].insert(world::packed(there));
+    }
+    for (std::size_t p = 0; p < shares.size(); ++p)
+        shares[p].bricks = bricks[p].empty() ? shares[p].with_catoms : static_cast<double>(bricks[p].size());
+    return shares;
+}
+
+}  // namespace
+
+Result<ExpectedShares> expected_shares(const world::World& world, const ModuleInfo& module, int processes) {
+    const Result<world::WorldSize> size = world::measure(world);
+    if (!size) return tl::unexpected<Error>(size.error());
+    if (size->cells_estimate > kMostCounted) {
+        const double catoms = size->cells_estimate / processes;
+        return ExpectedShares{size->cells_estimate,
+                              {.catoms = catoms, .bricks = catoms / kBrickCells, .with_catoms = catoms / kBrickCells, .exact = false}};
+    }
+    const world::Lattice lattice(world.lattice);
+    const Setup::Counts counts = world::count_bricks(world, lattice, 0, 1);
+    ExpectedShares expected{.catoms = static_cast<double>(world.placed.size())};
+    for (const auto& [key, catoms] : counts) expected.catoms += catoms;
+    std::vector<ExpectedShare> shares = count_cells(world, lattice, module, processes, counts);
+    // Listed bodies begin on process 0.
+    shares[0].catoms += static_cast<double>(world.placed.size());
+    expected.largest = *std::ranges::max_element(shares, {}, [](const ExpectedShare& s) { return s.catoms + s.ghosts; });
+    return expected;
+}
+
+}  // namespace meld::sim

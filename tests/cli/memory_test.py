@@ -1,0 +1,137 @@
+"""The memory that a run is expected to take, against what it has taken at its peak.
+
+    memory_test.py --meldsim PATH [unittest options]
+
+The expected peak is a range. Where its ends are near each other it is an estimate, which must be right within 20 %; where facts decide, the
+peak must lie in the range.
+"""
+import argparse
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOOLS = argparse.Namespace()
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples" / "meld"
+NEAR = 1.2
+# No rule makes anything.
+NOTHING = "type seen(node).\ntype lonely(node).\nlonely(A) :- seen(A).\n"
+# All catoms have something to read in the same tick.
+ALL_AT_ONCE = """type x(node, int).
+type best(node, max int).
+x(A, I) :- id(A, I).
+best(A, V) :- x(A, V).
+best(A, V) :- neighbor(A, B), x(B, V).
+"""
+
+
+def cube(side, more="", lattice="cubic"):
+    return f'lattice = "{lattice}"\n[[body]]\nshape = "box({side}, {side}, {side})"\n{more}'
+
+
+def bodies(side, spacing):
+    return f'[[body]]\nshape = "box({side}, {side}, {side})"\n[motion]\nkind = "bodies"\nground = {-2 * side}\nspacing = {spacing}\n'
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld memory "))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def run_it(self, program, world, *options):
+        """Returns the expected range and the peak, in MiB."""
+        (self.folder / "p.meld").write_text(program)
+        (self.folder / "w.toml").write_text(world)
+        done = subprocess.run([TOOLS.meldsim, "run", "p.meld", "--world", "w.toml", "--json", *options], cwd=self.folder, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads(done.stdout)
+        least, most = (bytes / 2**20 for bytes in summary["expected_peak_bytes"])
+        peak = summary["peak_bytes"] / 2**20
+        if peak == 0:
+            self.skipTest("the system does not tell how much memory a process has had")
+        self.assertGreater(least, 0)
+        self.assertLessEqual(least, most)
+        return least, most, peak
+
+    def expect_estimate(self, program, world, *options):
+        least, most, peak = self.run_it(program, world, *options)
+        self.assertLessEqual(most, NEAR * least, "a range, and no estimate")
+        self.assertLessEqual(least / NEAR, peak)
+        self.assertLessEqual(peak, most * NEAR)
+
+    def expect_range(self, program, world, *options):
+        least, most, peak = self.run_it(program, world, *options)
+        self.assertGreater(most, NEAR * least, "an estimate, and no range")
+        self.assertLessEqual(least / NEAR, peak)
+        self.assertLessEqual(peak, most * NEAR)
+        return least, most, peak
+
+
+class Estimates(Case):
+    def test_one_catom_needs_what_a_process_needs(self):
+        for n in ("1", "2"):
+            self.expect_estimate(NOTHING, cube(1), "-n", n)
+
+    def test_catoms_and_cells(self):
+        self.expect_estimate(NOTHING, cube(70))
+        self.expect_estimate(NOTHING, cube(70), "-n", "2")
+
+    def test_bricks_around_a_thin_shell(self):
+        shell = '[[body]]\nshape = "minus(sphere(60), sphere(59))"\n[motion]\nkind = "lattice"\n'
+        least, most, peak = self.run_it(NOTHING, shell, "--ticks", "2")
+        self.assertLessEqual(least / NEAR, peak)
+        self.assertLessEqual(peak, least * NEAR)
+
+    def test_bodies_and_their_contacts(self):
+        for n in ("1", "2"):
+            self.expect_estimate(NOTHING, bodies(30, 1), "--ticks", "2", "-n", n)
+
+    def test_an_example_as_it_is(self):
+        for name in ("gradient", "leader", "rolling"):
+            self.expect_estimate((EXAMPLES / f"{name}.meld").read_text(), (EXAMPLES / f"{name}.toml").read_text(), "--ticks", "30")
+
+    def test_recordings_and_checkpoints(self):
+        self.expect_estimate(NOTHING, cube(50), "--record", "r.vtkhdf", "--ticks", "2")
+        self.expect_estimate(NOTHING, cube(50), "--checkpoint", "kept", "--ticks", "2")
+
+
+class Ranges(Case):
+    def test_what_changes_in_one_tick(self):
+        least, most, quiet = self.expect_range((EXAMPLES / "gradient.meld").read_text(), cube(60), "--ticks", "2")
+        self.assertLess(quiet, least * NEAR)
+        least, most, busy = self.expect_range(ALL_AT_ONCE, cube(60))
+        self.assertGreater(busy, most / NEAR)
+
+    def test_limits_between_the_ends_and_below_them(self):
+        program, world = (EXAMPLES / "gradient.meld").read_text(), cube(60)
+        least, most, _ = self.run_it(program, world, "--ticks", "2")
+        for limit, code, says in ((most * 1.1, 0, ""), ((least + most) / 2, 0, "warning: the run needs"),
+                                  (least * 0.9, 4, "meldsim: the world needs")):
+            (self.folder / "w.toml").write_text(world + f"[limits]\nmemory = {round(limit * 2**20)}\n")
+            done = subprocess.run([TOOLS.meldsim, "run", "p.meld", "--world", "w.toml", "--ticks", "2"], cwd=self.folder, text=True,
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=60)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(done.stderr.count("needs"), 1 if says else 0, done.stderr)
+            self.assertIn(says, done.stderr)
+
+    def test_rows_and_messages(self):
+        diffusing = (EXAMPLES / "temperature.meld").read_text()
+        facts = '[facts]\ntemperature = [{ where = "id >= 0", args = [0, 20.0] }]\n'
+        self.expect_range(diffusing, cube(25, facts), "--ticks", "10")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--meldsim", type=lambda path: str(pathlib.Path(path).absolute()), required=True)
+    _, rest = parser.parse_known_args(namespace=TOOLS)
+    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
+
+
+if __name__ == "__main__":
+    main()
