@@ -17,7 +17,7 @@ namespace meld::sim {
 
 namespace {
 
-// Counting takes less than a hundredth of the time that the set-up takes, but larger worlds may be typing errors.
+// Counting takes less than a tenth of the time that the set-up takes, but larger worlds may be typing errors.
 constexpr double kMostCounted = 2e8;
 
 using Bricks = std::vector<std::unordered_set<std::uint64_t>>;  // By process.

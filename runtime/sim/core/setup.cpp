@@ -135,11 +135,16 @@ void Setup::populate_cells(const Counts& counts) {
     };
     // Found first, so that there is room for them: arrays that grow leave as much memory behind again.
     std::vector<std::pair<std::uint64_t, Cell>> ghosts;
-    for (std::size_t i = 0; i < counts.size() && !subdomain_.alone(); ++i)
-        if (m.partition->owner(counts[i].first) != rank && m.halo->borders(rank, lattice.brick_at(counts[i].first)))
-            each_catom(i, [&](std::uint64_t id, Cell cell) {
-                if (m.halo->subscribes(rank, cell)) ghosts.emplace_back(id, cell);
-            });
+    for (std::size_t i = 0; i < counts.size() && !subdomain_.alone(); ++i) {
+        if (m.partition->owner(counts[i].first) == rank) continue;
+        std::vector<partition::Halo::Side> ours = m.halo->sides(lattice.brick_at(counts[i].first));
+        std::erase_if(ours, [&](const auto& side) { return side.process != rank; });
+        if (ours.empty()) continue;
+        each_catom(i, [&](std::uint64_t id, Cell cell) {
+            const std::uint32_t number = lattice.number_in_brick(cell);
+            if (std::ranges::any_of(ours, [&](const auto& side) { return m.halo->near(side, number); })) ghosts.emplace_back(id, cell);
+        });
+    }
     m.ensemble.reserve(mine + mine / 64 + ghosts.size(), room_for_bricks(bricks));
     for (std::size_t i = 0; i < counts.size(); ++i)
         if (m.partition->owner(counts[i].first) == rank)
