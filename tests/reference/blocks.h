@@ -21,6 +21,8 @@ Block given_block(Random& random, const std::vector<Known>& known, int names);
 Block view_block(Random& random, const std::vector<Known>& known, int names);
 // Values in rounds that keep step: no catom has a value of a round before all its neighbours have one of the last.
 Block rounds_block(Random& random, const std::vector<Known>& known, int names);
+// Sums and counts over links that form cycles: of walks by their lengths, each from the one before, without waiting for anybody.
+Block walks_block(Random& random, const std::vector<Known>& known, int names);
 // Sets that derive each other, locally and over links.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // Recursive min and max, with groups and payloads.

@@ -84,7 +84,8 @@ class Generator {
                : way < 72 ? set_recursion_block
                : way < 86 ? best_recursion_block
                : way < 92 ? improving_block
-               : way < 96 ? half_settled_block
+               : way < 94 ? half_settled_block
+               : way < 97 ? walks_block
                           : tree_block;
     }
 

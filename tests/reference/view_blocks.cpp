@@ -282,6 +282,33 @@ Block rounds_block(Random& random, const std::vector<Known>& known, int names) {
     return block;
 }
 
+Block walks_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const std::string walks = fmt::format("c{}", names), reached = fmt::format("c{}", names + 1);
+    const bool counted = chance(random, 40), real = !counted && chance(random, 25);
+    const std::vector<Kind> kinds{Kind::Int, real ? Kind::Float : Kind::Int};
+    block.declarations.push_back({walks, signature(walks, kinds, "", counted ? "count" : "sum", 1)});
+    Body start(random, known);
+    fill(start, random, below(random, 2));
+    const std::string longer = fmt::format("K < {}", 1 + below(random, 4));
+    if (counted) {
+        // A set between the counts: catoms that enough walks of a length reach.
+        block.declarations.push_back({reached, signature(reached, {Kind::Int})});
+        block.rules.push_back({.heads = {atom(reached, start.any_catom(), {"0"})}, .body = start.shuffled()});
+        block.rules.push_back({.heads = {atom(walks, "A", {"K", "B"})}, .body = {"neighbor(A, B)", atom(reached, "B", {"K"})}});
+        block.rules.push_back({.heads = {atom(reached, "A", {"K + 1"})},
+                               .body = {atom(walks, "A", {"K", "N"}), fmt::format("N > {}", below(random, 3)), longer}});
+        block.known.push_back({.name = reached, .arguments = {Kind::Int}});
+    } else {
+        block.rules.push_back({.heads = {atom(walks, start.any_catom(), {"0", start.expression(kinds[1])})}, .body = start.shuffled()});
+        const std::string step = real ? "N * 0.5" : chance(random, 50) ? "N" : "N % 7 - K";
+        block.rules.push_back({.heads = {atom(walks, "A", {"K + 1", step})},
+                               .body = {chance(random, 50) ? "neighbor(A, B)" : "neighbor(B, A)", atom(walks, "B", {"K", "N"}), longer}});
+    }
+    block.known.push_back({.name = walks, .arguments = kinds});
+    return block;
+}
+
 // p and q, each with rules from below and rules over themselves.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;
