@@ -39,6 +39,7 @@ Result<void> Timeline::check(sim::Simulation& simulation) {
 
 // Takes a snapshot if it is time.
 Result<void> Timeline::remember(sim::Simulation& simulation) {
+    if (options_.history_bytes == 0) return {};
     const sim::Subdomain& subdomain = simulation.subdomain();
     const std::int64_t tick = subdomain.tick();
     const auto last = history_.before(tick);
@@ -62,9 +63,11 @@ Result<Timeline::Running> Timeline::restore(std::int64_t tick) {
 }
 
 Result<void> Timeline::run_to(sim::Simulation& simulation, std::int64_t tick) {
-    const sim::Subdomain& subdomain = simulation.subdomain();
+    sim::Subdomain& subdomain = simulation.subdomain();
+    subdomain.take_back_stop();
     while (subdomain.tick() < tick && !simulation.ended(options_.limits)) {
         if (failure_ && failure_->first == subdomain.tick() + 1) return tl::unexpected<Error>(failure_->second);
+        if (each_) each_(simulation);
         if (auto done = simulation.step(options_.limits); !done) {
             if (done.error().code != ExitCode::Interrupted) failure_ = {subdomain.tick(), done.error()};
             return done;

@@ -21,7 +21,7 @@ namespace meld::timeline {
 
 struct TimelineOptions {
     sim::RunLimits limits = {};
-    // Memory for snapshots, of each process.
+    // Memory for snapshots, of each process. 0: none are kept, and every way back is from the start.
     std::size_t history_bytes = std::size_t{1} << 30;
     // A snapshot is taken at least so often, and sooner if so many catoms have been evaluated that to do it again takes as long as to
     // restore a snapshot.
@@ -62,6 +62,9 @@ class Timeline {
 
     // The digest of a tick at which it has stopped, or that it has seen if it checks every tick.
     std::optional<Digest> digest(std::int64_t tick) const;
+    // Called before every tick, also of one that is run again. It shows how far the run is, and may ask it to stop (request_stop()): then
+    // to() ends after that tick, and ended() says Interrupted until the next to().
+    void each(std::function<void(sim::Simulation&)> call) { each_ = std::move(call); }
     // Called after every tick that is run for the first time.
     void each_new(std::function<Result<void>(sim::Simulation&)> call) { each_new_ = std::move(call); }
     const History& history() const { return history_; }
@@ -85,6 +88,7 @@ class Timeline {
     std::uint64_t work_since_ = 0;  // Evaluations since the last snapshot.
     std::map<std::int64_t, Digest> digests_;
     std::optional<std::pair<std::int64_t, Error>> failure_;  // Of the tick in which the program fails.
+    std::function<void(sim::Simulation&)> each_;
     std::function<Result<void>(sim::Simulation&)> each_new_;
 };
 

@@ -87,6 +87,65 @@ TEST_P(TimelineOf, GivesEveryTickAgain) {
         });
 }
 
+TEST_P(TimelineOf, CallsForEachTickAndOnceForEachNewOne) {
+    each_process(2, [&](comm::Communicator&, const Timeline::Make& make) {
+        // Without snapshots all ways back are from the start.
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}, .history_bytes = 0});
+        ASSERT_TRUE(run.start());
+        int all = 0;
+        std::vector<std::int64_t> fresh;
+        run.each([&](sim::Simulation&) { ++all; });
+        run.each_new([&](sim::Simulation& simulation) -> Result<void> {
+            fresh.push_back(simulation.subdomain().tick());
+            return {};
+        });
+        ASSERT_TRUE(run.to(3));
+        ASSERT_TRUE(run.to(1));
+        ASSERT_TRUE(run.to(2));
+        ASSERT_TRUE(run.to(4));
+        EXPECT_EQ(all, 3 + 1 + 1 + 2);
+        EXPECT_EQ(fresh, (std::vector<std::int64_t>{1, 2, 3, 4}));
+        // Its errors are those of the way.
+        run.each_new([](sim::Simulation&) -> Result<void> { return fail("enough"); });
+        const auto done = run.to(6);
+        ASSERT_FALSE(done);
+        EXPECT_EQ(done.error().problem, "enough");
+    });
+}
+
+TEST_P(TimelineOf, StopsBetweenTwoTicksAndGoesOn) {
+    const Digests expected = undisturbed();
+    each_process(3, [&](comm::Communicator& comm, const Timeline::Make& make) {
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}});
+        ASSERT_TRUE(run.start());
+        // One process is asked, and all stop.
+        run.each([&](sim::Simulation& simulation) {
+            if (simulation.subdomain().tick() == 1 && comm.process() == 1) simulation.subdomain().request_stop();
+        });
+        ASSERT_TRUE(run.to(GetParam().ticks));
+        EXPECT_EQ(run.tick(), 2);
+        EXPECT_EQ(run.ended(), sim::Ending::Interrupted);
+        run.each({});
+        ASSERT_TRUE(run.to(4));
+        EXPECT_EQ(run.tick(), 4);
+        EXPECT_EQ(run.digest(4), expected.at(4));
+    });
+}
+
+TEST_P(TimelineOf, KeepsNoSnapshotsWithoutMemory) {
+    const Digests expected = undisturbed();
+    each_process(2, [&](comm::Communicator&, const Timeline::Make& make) {
+        Timeline run(make, registry_, {.limits = {GetParam().ticks}, .history_bytes = 0});
+        ASSERT_TRUE(run.start());
+        for (const std::int64_t tick : {4, 2, 3}) {
+            ASSERT_TRUE(run.to(tick));
+            EXPECT_EQ(run.digest(tick), expected.at(tick));
+        }
+        EXPECT_TRUE(run.history().ticks().empty());
+        EXPECT_EQ(run.history().bytes(), 0U);
+    });
+}
+
 TEST_P(TimelineOf, BeginsAtASnapshot) {
     const Digests expected = undisturbed();
     const std::int64_t last = expected.rbegin()->first, middle = last / 2;
@@ -180,6 +239,57 @@ INSTANTIATE_TEST_SUITE_P(Programs, TimelineOf,
                                          Program{"mutual_exclusion"}, Program{"shape_change", 25}, Program{kOwn + "waiting"},
                                          Program{kOwn + "storm", 40}, Program{kOwn + "doze", 40}),
                          program_name);
+
+class FailingTimeline : public TimelineOf {};
+
+TEST_P(FailingTimeline, StaysWhereItWas) {
+    for (const int processes : {1, 3})
+        each_process(processes, [&](comm::Communicator&, const Timeline::Make& make) {
+            Timeline run(make, registry_, {.most_ticks_between = 2});
+            ASSERT_TRUE(run.start());
+            const Digest first = *run.digest(0);
+            std::int64_t last = 0;  // The last tick that was begun.
+            run.each([&](sim::Simulation& simulation) { last = simulation.subdomain().tick() + 1; });
+            const auto done = run.to(1000);
+            ASSERT_FALSE(done);
+            EXPECT_THAT(done.error().problem, testing::HasSubstr("divided by zero"));
+            const std::int64_t failing = last;
+            ASSERT_GT(failing, 3);
+            EXPECT_EQ(run.tick(), 0);
+            EXPECT_EQ(record::state_digest(run.simulation().subdomain()), first);
+            // The tick that fails is not tried again.
+            const auto again = run.to(1000);
+            ASSERT_FALSE(again);
+            EXPECT_EQ(again.error().message(), done.error().message());
+            EXPECT_EQ(last, failing - 1);
+            EXPECT_EQ(run.tick(), 0);
+            // All before it can be seen.
+            ASSERT_TRUE(run.to(failing - 1));
+            const Digest before = *run.digest(failing - 1);
+            ASSERT_FALSE(run.forward());
+            EXPECT_EQ(run.tick(), failing - 1);
+            ASSERT_TRUE(run.back(2));
+            ASSERT_TRUE(run.forward(2));
+            EXPECT_EQ(record::state_digest(run.simulation().subdomain()), before);
+        });
+}
+
+// It is the tick itself that leaves something half done, and not the way there.
+TEST_P(FailingTimeline, ComesBackFromTheMiddleOfATick) {
+    each_process(2, [&](comm::Communicator&, const Timeline::Make& make) {
+        Timeline run(make, registry_);
+        ASSERT_TRUE(run.start());
+        Result<void> done;
+        while ((done = run.forward()) && run.tick() < 1000) {
+        }
+        ASSERT_FALSE(done);
+        const Digest before = *run.digest(run.tick());
+        EXPECT_EQ(record::state_digest(run.simulation().subdomain()), before);
+        EXPECT_EQ(run.simulation().subdomain().status().last_tick(), run.tick());
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, FailingTimeline, testing::Values(Program{kOwn + "fails"}), program_name);
 
 // Each process saves a text of its own for a tick; chunks that do not change are alike.
 class HistoryOf : public testing::Test {

@@ -146,6 +146,8 @@ class Subdomain {
     // Something moves by itself, so the run continues although no program has anything to do.
     void set_moving(bool moving) { status_.moving = moving; }
     void request_stop() { status_.stop_requested = true; }
+    // Whoever stopped it wants it to go on.
+    void take_back_stop() { status_.stop_requested = status_.totals.stop = false; }
     void request_save(bool wanted) { status_.save_requested = wanted; }
     // Derivations of views that have no value are errors at once.
     void set_strict(bool strict) { abi_.strict = strict; }
