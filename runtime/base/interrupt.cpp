@@ -144,6 +144,13 @@ void set_last_words(const char* words) { last_words.store(words); }
 
 int received() { return first.load(std::memory_order_relaxed); }
 
+bool forget_request() {
+    const int signal = received();
+    if (signal == SIGTERM || signal == SIGHUP || signal == kTimer) return false;
+    first.store(0);
+    return true;
+}
+
 int exit_code() { return code_after(received()); }
 
 TimeLimit::TimeLimit(std::string_view name, double seconds) {

@@ -41,6 +41,9 @@ void set_last_words(const char* words);
 
 // The signal that came first; 0 if none has.
 int received();
+// Takes back a request to stop what is being done, such as Ctrl-C: the next one is the first again. False, and nothing is done, if it was
+// one to end the process: SIGTERM, SIGHUP, or the time is up. Not while the answer is Soon.
+bool forget_request();
 // 130 after SIGINT, 143 after SIGTERM, as shells count; other signals count as SIGINT. 4 when the time is up.
 int exit_code();
 // Whether the first signal is to be answered Soon and has waited for kStep_s. Any thread may ask; cheap.

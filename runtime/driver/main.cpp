@@ -11,6 +11,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/driver/debug.h"
 #include "runtime/driver/diff_command.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
@@ -23,19 +24,22 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Diff, Bisect, Replay, World } command = Command::Run;
+    enum class Command { Run, Resume, Diff, Bisect, Replay, Debug, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     DiffOptions diff = {};
     RunOptions bisect = {};
     ReplayOptions replay = {};
+    RunOptions debug = {};
+    std::string debug_scratch = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
 };
 
 // What is run, and how: the options that commands which run a program share.
-void add_program(CLI::App& command, RunOptions& run) {
-    command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
+CLI::Option* add_program(CLI::App& command, RunOptions& run) {
+    CLI::Option* program =
+        command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
     command
         .add_option("--world", run.world,
                     "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms")
@@ -75,6 +79,7 @@ void add_program(CLI::App& command, RunOptions& run) {
     command.add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
+    return program;
 }
 
 CLI::App* add_run(CLI::App& app, RunOptions& run) {
@@ -192,6 +197,24 @@ CLI::App* add_replay(CLI::App& app, ReplayOptions& replay) {
     return r;
 }
 
+CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch) {
+    run.debug.emplace();
+    CLI::App* d = app.add_subcommand("debug",
+                                     "Walk through a run, forward and back, and see what holds: commands come from standard input, and "
+                                     "help tells them.\nExample: meldsim debug examples/meld/gradient.meld");
+    add_program(*d, run)->description("The program, as for meldsim run; or a recording; or a folder of checkpoints");
+    d->add_option("--history", run.debug->history, "Memory for snapshots, of each process; 0: every way back is from the start")
+        ->type_name("BYTES")
+        ->capture_default_str();
+    d->add_option("--commands", run.debug->commands, "Take the commands from this file")->type_name("FILE");
+    d->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
+    d->add_flag("--json", run.json, "Print each answer as JSON, on a line");
+    d->add_flag("--quiet", run.quiet, "Print no progress line");
+    d->add_option("--module", run.module)->group("");
+    d->add_option("--scratch", scratch)->group("");
+    return d;
+}
+
 CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
     CLI::App* w = app.add_subcommand(
         "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
@@ -217,6 +240,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     Bodies bodies;
     const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
     const CLI::App* replay = add_replay(app, line.replay);
+    const CLI::App* debug = add_debug(app, line.debug, line.debug_scratch);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
@@ -234,6 +258,10 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     if (*replay) {
         line.command = CommandLine::Command::Replay;
         line.replay.run.arguments = line.run.arguments;
+    }
+    if (*debug) {
+        line.command = CommandLine::Command::Debug;
+        line.debug.arguments = line.run.arguments;
     }
     if (*world) line.command = CommandLine::Command::World;
     // The processes are told where the module is; nobody has typed that.
@@ -267,6 +295,8 @@ int run_program(int argc, char** argv) {
             return bisect_command(std::move(line.bisect));
         case CommandLine::Command::Replay:
             return replay_command(line.replay);
+        case CommandLine::Command::Debug:
+            return debug_command(std::move(line.debug), std::move(line.debug_scratch), run_options);
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

@@ -22,6 +22,12 @@ struct Restart {
     std::int64_t from_tick = 0;  // 0: from the start.
 };
 
+// Of `meldsim debug`: how the run is walked through.
+struct DebugOptions {
+    std::string history = "1GiB";  // Memory for snapshots, of each process.
+    std::string commands = {};     // A file with commands; empty: standard input.
+};
+
 struct RunOptions {
     std::string program = {};                     // A .meld file, or a compiled .so.
     std::string world = {};                       // Empty: PROGRAM.toml if it exists, otherwise a cube of 1,000 catoms.
@@ -47,6 +53,7 @@ struct RunOptions {
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
     std::string replay = {};                 // The recording whose run is made again.
     std::optional<Question> question = {};   // The run goes on until it is answered, and writes nothing else.
+    std::optional<DebugOptions> debug = {};  // Somebody walks through the run, and it writes nothing.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
     bool json = false;

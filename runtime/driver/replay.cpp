@@ -134,15 +134,21 @@ Result<void> write_program(Scratch& scratch, const record::Provenance& p) {
     return {};
 }
 
+// What is compared with a run: its program, and its digests by tick.
+struct Recorded {
+    record::Provenance provenance;
+    std::map<std::int64_t, Digest> digests;
+};
+
 class Check : public sim::SimModule {
   public:
-    Check(record::Provenance provenance, std::map<std::int64_t, Digest> digests)
-        : provenance_(std::move(provenance)), digests_(std::move(digests)) {}
+    explicit Check(std::shared_ptr<const Recorded> recorded) : recorded_(std::move(recorded)) {}
     Result<void> saveable() const override { return {}; }
     Result<void> start(sim::Subdomain& subdomain) override {
         const ModuleInfo& module = subdomain.module;
-        bool same = module.source_count == provenance_.program.size();
-        for (u32 i = 0; same && i < module.source_count; ++i) same = module.sources[i].text == provenance_.program[i].text;
+        const auto& program = recorded_->provenance.program;
+        bool same = module.source_count == program.size();
+        for (u32 i = 0; same && i < module.source_count; ++i) same = module.sources[i].text == program[i].text;
         if (!same)
             return fail("the program includes other files than it did",
                         "Include files by paths from the program's own folder, or by -I, before recording", ExitCode::RecordingRefused);
@@ -158,13 +164,12 @@ class Check : public sim::SimModule {
 
   private:
     Result<void> compare(sim::Subdomain& subdomain) const {
-        const auto recorded = digests_.find(subdomain.tick());
-        if (recorded == digests_.end() || record::state_digest(subdomain) == recorded->second) return {};
+        const auto recorded = recorded_->digests.find(subdomain.tick());
+        if (recorded == recorded_->digests.end() || record::state_digest(subdomain) == recorded->second) return {};
         return fail(fmt::format("tick {} is not as it was recorded", subdomain.tick()), "", ExitCode::PropertyFailed);
     }
 
-    record::Provenance provenance_;
-    std::map<std::int64_t, Digest> digests_;
+    std::shared_ptr<const Recorded> recorded_;
     Result<void> ending_;
 };
 
@@ -263,17 +268,22 @@ RunOptions options_of(const ReplayOptions& options, const Again& again, const fs
 
 }  // namespace
 
-int replay_command(const ReplayOptions& options) {
+Result<RunOptions> run_again(const ReplayOptions& options, std::string_view name, Scratch& own) {
     const Result<Again> again = read_again(options);
-    if (!again) return tell(again.error());
-    if (!options.scratch.empty()) return run_command(options_of(options, *again, options.scratch));
-    Scratch own;
-    if (const auto made = own.make("claymeld-replay"); !made) return tell(made.error());
-    if (const auto written = write_program(own, again->from); !written) return tell(written.error());
+    if (!again) return tl::unexpected<Error>(again.error());
+    if (!options.scratch.empty()) return options_of(options, *again, options.scratch);
+    if (const auto made = own.make(name); !made) return tl::unexpected<Error>(made.error());
+    if (const auto written = write_program(own, again->from); !written) return tl::unexpected<Error>(written.error());
     RunOptions run = options_of(options, *again, own.path());
     for (const char* suffix : {"", record::kSidecar, record::kLinesSidecar}) own.expect(run.record + suffix);
     run.arguments.insert(run.arguments.end(), {"--scratch", own.path().string()});
-    return run_command(std::move(run));
+    return run;
+}
+
+int replay_command(const ReplayOptions& options) {
+    Scratch own;
+    Result<RunOptions> run = run_again(options, "claymeld-replay", own);
+    return run ? run_command(std::move(*run)) : tell(run.error());
 }
 
 Result<record::Provenance> provenance(const RunOptions& options, const ModuleInfo& module, const world::World& world) {
@@ -322,16 +332,16 @@ Result<world::World> recorded_world(const std::string& path) {
     return world;
 }
 
-Result<std::unique_ptr<sim::SimModule>> make_check(const std::string& path) {
+Result<MakeModule> make_check(const std::string& path) {
     const Result<record::RecordingReader> recording = record::RecordingReader::open(path);
     if (!recording) return tl::unexpected<Error>(recording.error());
     Result<record::Provenance> p = read_provenance(*recording);
     if (!p) return tl::unexpected<Error>(p.error());
     const Result<std::vector<Digest>> digests = recording->digests();
     if (!digests) return tl::unexpected<Error>(digests.error());
-    std::map<std::int64_t, Digest> by_tick;
-    for (std::size_t i = 0; i < digests->size(); ++i) by_tick[recording->ticks()[i]] = (*digests)[i];
-    return std::make_unique<Check>(std::move(*p), std::move(by_tick));
+    auto recorded = std::make_shared<Recorded>(Recorded{std::move(*p), {}});
+    for (std::size_t i = 0; i < digests->size(); ++i) recorded->digests[recording->ticks()[i]] = (*digests)[i];
+    return [recorded = std::shared_ptr<const Recorded>(std::move(recorded))] { return std::make_unique<Check>(recorded); };
 }
 
 Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::int64_t tick, bool interrupted, comm::Communicator& comm) {

@@ -4,14 +4,17 @@
 // step, and the two recordings tell which catom and which fact are behind a difference.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/base/error.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/options.h"
+#include "runtime/driver/scratch.h"
 #include "runtime/module/module.h"
 #include "runtime/record/provenance.h"
 #include "runtime/sim/simulation.h"
@@ -27,6 +30,10 @@ struct ReplayOptions {
     std::string scratch = {};                             // The folder, passed to the processes by the command that started them.
 };
 
+// The options of the run that is made again. Its files are in `own`, a folder that is made with this name, or in the one that the options
+// name. Errors: the recording does not say how it was made, or is of another version; code that it names is not there.
+Result<RunOptions> run_again(const ReplayOptions& options, std::string_view name, Scratch& own);
+
 // Returns the exit code: 3 if the run is another than the recorded one. Prints its own messages.
 int replay_command(const ReplayOptions& options);
 
@@ -36,8 +43,10 @@ Result<record::Provenance> provenance(const RunOptions& options, const ModuleInf
 // The world of a recording.
 Result<world::World> recorded_world(const std::string& recording);
 
-// Compares the digest of each recorded step; the first that differs ends the run, with exit code 3.
-Result<std::unique_ptr<sim::SimModule>> make_check(const std::string& recording);
+// Makes modules that compare the digest of each recorded step; the first that differs ends the run, with exit code 3. One for each
+// simulation of the run.
+using MakeModule = std::function<std::unique_ptr<sim::SimModule>()>;
+Result<MakeModule> make_check(const std::string& recording);
 
 // After the run: compares the two recordings and prints the outcome. The same on all processes. Errors: a difference, unless it was
 // printed as JSON; that it was interrupted; and those of the run.

@@ -23,6 +23,7 @@
 #include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
+#include "runtime/driver/debug.h"
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/outputs.h"
@@ -109,6 +110,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     const Result<Inputs> inputs = read_inputs(options, comm, module_path);
     const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options, in.module, in.world); });
     if (const auto alike = agree(comm, mine); !alike) return tl::unexpected<Error>(alike.error());
+    if (options.debug) return debug_run(options, *inputs, *mine, comm);
     const ModuleInfo& info = inputs->info();
     const world::World& world = inputs->world;
     Outputs outputs;
@@ -137,7 +139,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (again) {
         auto check = make_check(options.replay);
         if (const auto all = comm::outcome_of_all(comm, check.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
-        simulation.add(std::move(*check));
+        simulation.add((*check)());
     }
     if (!options.question && !again) {
         simulation.add(std::make_unique<sim::Printer>(talk));

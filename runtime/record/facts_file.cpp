@@ -14,6 +14,7 @@
 #include "runtime/comm/outcome.h"
 #include "runtime/record/facts_csv.h"
 #include "runtime/record/facts_hdf5.h"
+#include "runtime/record/sorted_facts.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::record {
@@ -54,22 +55,11 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
 
 // The facts of one table on this process, by id and then by arguments: of each catom its id and a block of its packed facts.
 std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
-    const PredicateInfo& p = subdomain.module.predicates[table.predicate];
-    std::vector<std::pair<u64, sim::Catom>> order;
-    order.reserve(subdomain.ensemble.owned_count());
-    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
-        if (subdomain.owned(c)) order.emplace_back(subdomain.ensemble.id(c), c);
-    std::sort(order.begin(), order.end());
     ByteWriter out;
-    std::vector<std::vector<Value>> facts;
-    for (const auto& [id, catom] : order) {
+    for (const auto& [id, catom] : catoms_by_id(subdomain)) {
         pulse::beat();
-        facts.clear();
-        tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), table.predicate, catom,
-                         [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
+        const std::vector<std::vector<Value>> facts = sorted_facts(subdomain, table.predicate, catom);
         if (facts.empty()) continue;
-        std::sort(facts.begin(), facts.end(),
-                  [&](const auto& a, const auto& b) { return tuple::compare_arguments(subdomain.module, p, a.data(), b.data()) < 0; });
         ByteWriter packed;
         for (const auto& fact : facts) pack_fact(form, subdomain.module, table, id, fact.data(), packed);
         out.write(id);

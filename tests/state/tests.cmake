@@ -13,6 +13,15 @@ foreach(name bisect replay)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
   set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+foreach(class Walks Questions OfRuns AtATerminal)
+  string(TOLOWER ${class} name)
+  add_test(NAME debug_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
+endforeach()
+add_test(NAME debug_walks_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --walks 20 Walks)
+set_tests_properties(debug_walks_campaign PROPERTIES TIMEOUT 3000 LABELS campaign)
 foreach(class Ways Kills Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
