@@ -172,7 +172,7 @@ LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& 
 
 }  // namespace
 
-LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat) {
+LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat, Relay::Input typed) {
     MELD_CHECK(processes >= 1 && !command.empty(), "processes = {}, words in the command = {}", processes, command.size());
     // Processes are not bound to cores: a process may have several threads, and other programs run here too. mpirun's own remarks about a
     // failed process are suppressed, because the caller reports it better.
@@ -191,7 +191,7 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command,
     sigaction(SIGCHLD, &child_default, &child_before);
 
     if (heartbeat != nullptr) heartbeat->begin();
-    Relay relay;
+    Relay relay(typed);
     const pid_t launcher = getpid();
     const pid_t child = fork();
     if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/comm/heartbeat.h"
+#include "runtime/comm/relay.h"
 
 namespace meld::comm {
 
@@ -40,13 +41,14 @@ struct LaunchOutcome {
 
 // Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
 // through as they are (and when stderr is a terminal, the processes are told so, see runtime/base/progress.h); standard input goes to
-// process 0 unless it is a terminal. The first SIGINT, SIGTERM or SIGHUP that is not ignored is given to the processes as
-// kEndWellSignal, the second ends them at once. Processes that do not handle it yet are ended; what does not end is killed within two
-// seconds, but for a process that takes its time for its results. If this process dies, so do they; if its standard output takes nothing
-// any more, they end as at a first signal. Call it from a process that has no other threads and children and has not started MPI itself.
-// The processes find the table of the heartbeat, if there is one, and are killed when they miss it. What a killed run leaves in shared
-// memory and in the folder of its session is removed.
-LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat = nullptr);
+// process 0; of a terminal only if it is `typed`, by lines that are passed on. The first SIGINT, SIGTERM or SIGHUP that is not ignored is
+// given to the processes as kEndWellSignal, the second ends them at once. Processes that do not handle it yet are ended; what does not end
+// is killed within two seconds, but for a process that takes its time for its results. If this process dies, so do they; if its standard
+// output takes nothing any more, they end as at a first signal. Call it from a process that has no other threads and children and has not
+// started MPI itself. The processes find the table of the heartbeat, if there is one, and are killed when they miss it. What a killed run
+// leaves in shared memory and in the folder of its session is removed.
+LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat = nullptr,
+                         Relay::Input typed = Relay::Input::Inherited);
 
 // Runs `command` as one process, with all streams of this one and in its process group, and waits; the rest as above. If this process dies,
 // so does that one. It must handle kEndWellSignal and kEndNowSignal; until then they wait, as do SIGINT, SIGTERM and SIGHUP.

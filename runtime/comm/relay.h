@@ -1,6 +1,8 @@
-// Passes on the standard output and error of a child. The child never meets a full disk or a reader that has left, which would crash
-// mpirun.
+// Passes on the standard output and error of a child, and to it what is typed at a terminal. The child never meets a full disk or a reader
+// that has left, which would crash mpirun.
 #pragma once
+
+#include <unistd.h>
 
 #include <array>
 
@@ -9,12 +11,13 @@ namespace meld::comm {
 class Relay {
   public:
     // Makes two pipes; if that fails (no descriptors left), the child writes to our streams.
-    Relay();
+    enum class Input { Inherited, Typed };
+    explicit Relay(Input input = Input::Inherited);
     ~Relay();
     Relay(const Relay&) = delete;
     Relay& operator=(const Relay&) = delete;
 
-    // In the child, between fork and exec: its standard output and error are the pipes. Async-signal-safe.
+    // In the child, between fork and exec: its standard output and error are the pipes, and its input if that is typed. Async-signal-safe.
     void enter_child() const;
     // In the parent, after fork.
     void leave_child();
@@ -33,7 +36,10 @@ class Relay {
         int error = 0;
     };
     void pass(Channel& channel);
+    // A child in a process group of its own must not read from the terminal itself.
+    void pass_typed();
     std::array<Channel, 2> channels_;
+    Channel typed_{STDIN_FILENO};
 };
 
 }  // namespace meld::comm

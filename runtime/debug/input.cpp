@@ -23,12 +23,12 @@ constexpr int kLook_ms = 200;
 
 }  // namespace
 
-Result<Input> Input::open(const std::string& path) {
+Result<Input> Input::open(const std::string& path, bool typed) {
     Input input;
     input.from_file_ = !path.empty() && path != "-";
     input.name_ = input.from_file_ ? path : "standard input";
     if (!input.from_file_) {
-        input.terminal_ = ::isatty(STDIN_FILENO) != 0;
+        input.terminal_ = typed;
         return input;
     }
     Result<std::string> text = read_input(path, kMostFile_bytes, InputKind::FileOrPipe);

@@ -12,8 +12,8 @@ namespace meld::debug {
 
 class Input {
   public:
-    // Errors: the file cannot be read. An empty path is standard input.
-    static Result<Input> open(const std::string& path);
+    // Errors: the file cannot be read. An empty path is standard input, which may be typed at a terminal.
+    static Result<Input> open(const std::string& path, bool typed);
 
     // Somebody sits at a terminal: mistakes are told and forgiven, and Ctrl-C ends what is being done and not the session.
     bool is_terminal() const { return terminal_; }

@@ -107,7 +107,7 @@ class Conversation {
           comm_(comm),
           timeline_(timeline),
           input_(std::move(input)),
-          session_(timeline, options.json || ::isatty(STDOUT_FILENO) == 0 ? std::numeric_limits<std::uint64_t>::max() : kLinesOnTerminal) {}
+          session_(timeline, !options.json && options.debug->shown ? kLinesOnTerminal : std::numeric_limits<std::uint64_t>::max()) {}
 
     Result<void> hold() {
         while (true) {
@@ -170,8 +170,6 @@ class Conversation {
     std::optional<debug::Input> input_;  // On process 0.
     debug::Session session_;
 };
-
-int refuse(const Error& error) { return tell(error); }
 
 // Options that say what is run, beside something that says so itself.
 Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {
@@ -243,6 +241,8 @@ Result<RunOptions> from_checkpoints(const RunOptions& options,
     if (!run->debug->commands.empty()) run->arguments.insert(run->arguments.end(), {"--commands", run->debug->commands});
     if (run->json) run->arguments.emplace_back("--json");
     if (run->quiet) run->arguments.emplace_back("--quiet");
+    if (run->debug->typed) run->arguments.emplace_back("--typed");
+    if (run->debug->shown) run->arguments.emplace_back("--shown");
     // Paths in the command are as of then.
     fs::current_path(manifest->run.folder, error);
     if (error)
@@ -258,21 +258,27 @@ Result<RunOptions> from_checkpoints(const RunOptions& options,
 
 int debug_command(RunOptions options, std::string scratch,
                   const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
-    if (const auto bytes = parse_bytes(options.debug->history); !bytes) return refuse({"--history: " + bytes.error().problem});
-    const bool types = options.debug->commands.empty() && ::isatty(STDIN_FILENO) != 0;
-    if (types && options.processes > 1)
-        return refuse({"a terminal reaches one process only", "Give the commands in a file, --commands FILE, or through a pipe"});
+    if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
+    // The processes that are started here have pipes.
+    const auto note = [&](bool& flag, bool is, const char* word) {
+        if (!is || flag) return;
+        flag = true;
+        options.arguments.emplace_back(word);
+    };
+    const bool from_input = options.debug->commands.empty() || options.debug->commands == "-";
+    note(options.debug->typed, from_input && ::isatty(STDIN_FILENO) != 0, "--typed");
+    note(options.debug->shown, ::isatty(STDOUT_FILENO) != 0, "--shown");
     switch (target_of(options.program)) {
         case Target::Program:
             return run_command(std::move(options));
         case Target::Checkpoints: {
             Result<RunOptions> run = from_checkpoints(options, parse);
-            return run ? run_command(std::move(*run)) : refuse(run.error());
+            return run ? run_command(std::move(*run)) : tell(run.error());
         }
         case Target::Recording: {
             Scratch own;
             Result<RunOptions> run = from_recording(options, scratch, own);
-            return run ? run_command(std::move(*run)) : refuse(run.error());
+            return run ? run_command(std::move(*run)) : tell(run.error());
         }
     }
     return 0;
@@ -291,7 +297,7 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
     if (const auto all = comm::outcome_of_all(comm, beginning.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
     std::optional<debug::Input> input;
     if (comm.process() == 0) {
-        Result<debug::Input> opened = debug::Input::open(options.debug->commands);
+        Result<debug::Input> opened = debug::Input::open(options.debug->commands, options.debug->typed);
         if (const auto all = comm::outcome_of_first(comm, opened.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         input = std::move(*opened);
     } else if (const auto all = comm::outcome_of_first(comm, {}); !all) {

@@ -212,6 +212,8 @@ CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch) {
     d->add_flag("--quiet", run.quiet, "Print no progress line");
     d->add_option("--module", run.module)->group("");
     d->add_option("--scratch", scratch)->group("");
+    d->add_flag("--typed", run.debug->typed)->group("");
+    d->add_flag("--shown", run.debug->shown)->group("");
     return d;
 }
 

@@ -26,6 +26,8 @@ struct Restart {
 struct DebugOptions {
     std::string history = "1GiB";  // Memory for snapshots, of each process.
     std::string commands = {};     // A file with commands; empty: standard input.
+    bool typed = false;            // They are typed at a terminal, here or where the processes were started.
+    bool shown = false;            // Answers are shown on one.
 };
 
 struct RunOptions {

@@ -145,17 +145,13 @@ class Check : public sim::SimModule {
     explicit Check(std::shared_ptr<const Recorded> recorded) : recorded_(std::move(recorded)) {}
     Result<void> saveable() const override { return {}; }
     Result<void> start(sim::Subdomain& subdomain) override {
-        const ModuleInfo& module = subdomain.module;
-        const auto& program = recorded_->provenance.program;
-        bool same = module.source_count == program.size();
-        for (u32 i = 0; same && i < module.source_count; ++i) same = module.sources[i].text == program[i].text;
-        if (!same)
-            return fail("the program includes other files than it did",
-                        "Include files by paths from the program's own folder, or by -I, before recording", ExitCode::RecordingRefused);
         // A run without a tick, too, tells it at its end.
-        ending_ = compare(subdomain);
-        return {};
+        const Result<void> same = same_program(subdomain.module);
+        if (same) ending_ = compare(subdomain);
+        return same;
     }
+    // The state comes later, and was compared when it was there first.
+    Result<void> resume(sim::Subdomain& subdomain) override { return same_program(subdomain.module); }
     Result<void> after(sim::Subdomain& subdomain) override {
         if (ending_) ending_ = compare(subdomain);
         return ending_;
@@ -163,10 +159,20 @@ class Check : public sim::SimModule {
     Result<void> ending() const override { return ending_; }
 
   private:
+    Result<void> same_program(const ModuleInfo& module) const {
+        const auto& program = recorded_->provenance.program;
+        bool same = module.source_count == program.size();
+        for (u32 i = 0; same && i < module.source_count; ++i) same = module.sources[i].text == program[i].text;
+        if (!same)
+            return fail("the program includes other files than it did",
+                        "Include files by paths from the program's own folder, or by -I, before recording", ExitCode::RecordingRefused);
+        return {};
+    }
     Result<void> compare(sim::Subdomain& subdomain) const {
         const auto recorded = recorded_->digests.find(subdomain.tick());
         if (recorded == recorded_->digests.end() || record::state_digest(subdomain) == recorded->second) return {};
-        return fail(fmt::format("tick {} is not as it was recorded", subdomain.tick()), "", ExitCode::PropertyFailed);
+        return fail(fmt::format("tick {} is not as it was recorded", subdomain.tick()), "`meldsim replay` tells what differs",
+                    ExitCode::PropertyFailed);
     }
 
     std::shared_ptr<const Recorded> recorded_;

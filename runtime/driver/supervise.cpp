@@ -128,7 +128,8 @@ std::vector<std::string> command_of(const RunOptions& options, const std::string
 }
 
 LaunchOutcome start(const RunOptions& options, const std::string& module, const std::vector<Restart>& before, Heartbeat& heartbeat) {
-    if (!is_supervised(options)) return comm::launch_mpi(options.processes, command_of(options, module));
+    const auto input = options.debug && options.debug->typed ? comm::Relay::Input::Typed : comm::Relay::Input::Inherited;
+    if (!is_supervised(options)) return comm::launch_mpi(options.processes, command_of(options, module), nullptr, input);
     const std::vector<std::string> command = command_of(options, module);
     setenv(kRestartsVariable, to_json(before).dump().c_str(), 1);
     return options.processes == 1 ? comm::launch_alone(command, heartbeat) : comm::launch_mpi(options.processes, command, &heartbeat);
