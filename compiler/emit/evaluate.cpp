@@ -319,7 +319,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
     if (!plan.initial_facts.empty()) {
-        w.open("if (todo & kDirtyBorn) {");
+        w.open("if (todo & kDirtyBorn && s.g->catom_id[s.catom] >= e.subdomain->first_unborn) {");
         for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(r), rule_function(plan.program, r.rule));
         w.raw("todo |= s.raised;");
         w.raw("s.raised = 0;");

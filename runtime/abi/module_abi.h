@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 10;
+inline constexpr u32 kAbiVersion = 11;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -178,6 +178,8 @@ struct SubdomainView {
     i64 now = 0;  // The tick.
     u64 seed = 0;
     i64 world_catoms = 0;  // The number of catoms when the ensemble was made: @world.
+    // Catoms with lower ids come from another run with the linear facts that they had then: kDirtyBorn gives them no others.
+    u64 first_unborn = 0;
     double tick_seconds = 1e-3;
     u32 latency = 1;          // The bound on the latency of links, in ticks.
     u32 greatest_rank = 0;    // Of all facts that ever existed, on all processes, as of the last tick.

@@ -119,7 +119,7 @@ Result<std::unique_ptr<compare::State>> load_state(const sim::Checkpoint& checkp
     auto comm = comm::make_single();
     Result<Inputs> inputs = read_inputs(*options, *comm, *module);
     if (!inputs) return fail(inputs.error().problem, inputs.error().suggestion);
-    const sim::RunIdentity now = identity(*options, claims(*options, inputs->module, inputs->world));
+    const sim::RunIdentity now = identity(*options, claims(*options, inputs->module, inputs->world), inputs->world);
     if (const std::string other = sim::difference(manifest.run, now); !other.empty()) return fail(other);
     auto state = std::make_unique<LoadedState>(std::move(*inputs), std::move(comm));
     if (const auto loaded = state->load(*shares); !loaded) return tl::unexpected<Error>(loaded.error());

@@ -34,8 +34,9 @@ Result<Interval> parse_interval(std::string_view text) {
     return every;
 }
 
-sim::RunIdentity identity(const RunOptions& options, const std::vector<Claim>& claims) {
-    sim::RunIdentity run{.traits = {}, .folder = std::filesystem::current_path().string(), .command = options.command};
+sim::RunIdentity identity(const RunOptions& options, const std::vector<Claim>& claims, const world::World& world) {
+    sim::RunIdentity run{
+        .traits = {}, .world = world.parts, .folder = std::filesystem::current_path().string(), .command = options.command};
     for (const Claim& claim : claims)
         if (claim.what_it_is) run.traits.push_back({claim.name, claim.shown, claim.hash});
     return run;
@@ -43,17 +44,16 @@ sim::RunIdentity identity(const RunOptions& options, const std::vector<Claim>& c
 
 Result<void> Checkpoints::resume(const sim::Registry& registry) {
     comm::Communicator& comm = simulation_.subdomain().comm;
-    const Result<sim::Checkpoint> checkpoint = folder_.newest(comm);
-    if (!checkpoint) return tl::unexpected<Error>(checkpoint.error());
+    const Result<sim::OpenCheckpoint> newest = folder_.newest(comm);
+    if (!newest) return tl::unexpected<Error>(newest.error());
+    const sim::Checkpoint* const checkpoint = &newest->checkpoint;
     if (!checkpoint->passed_over.empty() && comm.process() == 0)
         log::warning("a newer checkpoint is not whole, and the run goes on from that of tick {}: {}", checkpoint->manifest.tick,
                      checkpoint->passed_over);
     if (const std::string other = difference(checkpoint->manifest.run, run_); !other.empty())
         return fail(fmt::format("the run in {} cannot go on: {}", folder_.path(), other),
                     "Put back what it was started with, or start a new run", ExitCode::RecordingRefused);
-    const Result<sim::ShareFiles> shares = sim::ShareFiles::open(checkpoint->files);
-    if (!shares) return tl::unexpected<Error>(shares.error());
-    if (auto done = simulation_.resume(registry, *shares); !done) return done;
+    if (auto done = simulation_.resume(registry, newest->shares); !done) return done;
     // Whatever went wrong with it shows here, and not in results.
     if (const Digest now = record::state_digest(simulation_.subdomain()); now.to_string() != checkpoint->manifest.digest)
         return fail(fmt::format("the checkpoint of tick {} in {} does not give back its state", checkpoint->manifest.tick, folder_.path()),

@@ -25,7 +25,7 @@ struct Interval {
 Result<Interval> parse_interval(std::string_view text);
 
 // The run as its checkpoints know it.
-sim::RunIdentity identity(const RunOptions& options, const std::vector<Claim>& claims);
+sim::RunIdentity identity(const RunOptions& options, const std::vector<Claim>& claims, const world::World& world);
 
 // Every process has one and calls all of it at the same time.
 class Checkpoints {
@@ -41,10 +41,10 @@ class Checkpoints {
     void at_end();
     // "checkpoint of tick 400"; empty before the first.
     std::string status() const;
-
-  private:
+    // Writes one now.
     void write();
 
+  private:
     sim::Simulation& simulation_;
     sim::CheckpointFolder folder_;
     sim::RunIdentity run_;

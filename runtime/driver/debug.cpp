@@ -49,10 +49,14 @@ class Silent : public sim::SimModule {
     }
 };
 
-// Those that the run of a checkpoint has: what catoms print, watched facts, and its files.
-int writing_modules(const RunOptions& options) {
-    if (options.resume.empty()) return 0;
-    return 2 + (options.record.empty() ? 0 : 1) + (options.digest.empty() ? 0 : 1);
+// The modules that write, of the run of a checkpoint, as simulate() adds and names them.
+std::vector<std::string> writing_modules(const RunOptions& options) {
+    std::vector<std::string> names;
+    if (options.resume.empty()) return names;
+    if (!options.record.empty()) names.emplace_back("recorder");
+    names.insert(names.end(), {"printer", "watcher"});
+    if (!options.digest.empty()) names.emplace_back("digests");
+    return names;
 }
 
 // The checkpoint at which a session begins.
@@ -61,13 +65,13 @@ struct Beginning {
     sim::ShareFiles shares;
 };
 
-Result<std::unique_ptr<Beginning>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims) {
+Result<std::unique_ptr<Beginning>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims, const world::World& world) {
     if (options.resume.empty()) return nullptr;
     const Result<sim::Manifest> newest = sim::newest_manifest(options.resume);
     if (!newest) return tl::unexpected<Error>(newest.error());
     Result<sim::Checkpoint> checkpoint = sim::checkpoint_of(options.resume, newest->tick);
     if (!checkpoint) return tl::unexpected<Error>(checkpoint.error());
-    if (const std::string other = sim::difference(checkpoint->manifest.run, identity(options, claims)); !other.empty())
+    if (const std::string other = sim::difference(checkpoint->manifest.run, identity(options, claims, world)); !other.empty())
         return fail(fmt::format("the run in {} cannot be looked at: {}", options.resume, other), "Put back what it was started with",
                     ExitCode::RecordingRefused);
     Result<sim::ShareFiles> shares = sim::ShareFiles::open(checkpoint->files);
@@ -293,7 +297,7 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
         if (const auto all = comm::outcome_of_all(comm, made.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         check = std::move(*made);
     }
-    const Result<std::unique_ptr<Beginning>> beginning = open_beginning(options, claims);
+    const Result<std::unique_ptr<Beginning>> beginning = open_beginning(options, claims, inputs.world);
     if (const auto all = comm::outcome_of_all(comm, beginning.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
     std::optional<debug::Input> input;
     if (comm.process() == 0) {
@@ -306,8 +310,8 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
 
     const auto make = [&] {
         auto simulation = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
-        if (check) simulation->add(check());
-        for (int i = writing_modules(options); i > 0; --i) simulation->add(std::make_unique<Silent>());
+        if (check) simulation->add(check(), "check");
+        for (const std::string& name : writing_modules(options)) simulation->add(std::make_unique<Silent>(), name);
         return simulation;
     };
     const timeline::TimelineOptions how{.limits = {options.ticks, options.strict},

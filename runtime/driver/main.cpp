@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "runtime/cli/command_line.h"
 #include "runtime/driver/debug.h"
 #include "runtime/driver/diff_command.h"
+#include "runtime/driver/fork.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
@@ -24,9 +26,10 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Diff, Bisect, Replay, Debug, World } command = Command::Run;
+    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
+    ForkOptions fork = {};
     DiffOptions diff = {};
     RunOptions bisect = {};
     ReplayOptions replay = {};
@@ -36,83 +39,99 @@ struct CommandLine {
     std::vector<std::string> world_extensions = {};
 };
 
-// What is run, and how: the options that commands which run a program share.
-CLI::Option* add_program(CLI::App& command, RunOptions& run) {
-    CLI::Option* program =
-        command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
-    command
-        .add_option("--world", run.world,
-                    "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms")
-        ->type_name("FILE");
-    command.add_option("-I,--library", run.library_paths, "Search this folder for the program's includes and libraries; repeatable")
-        ->type_name("DIR")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--ticks", run.ticks, "Stop after this many ticks")
-        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
-        ->type_name("INT");
-    command.add_option("-n,--processes", run.processes, "Number of processes, started through mpirun")
-        ->check(cli::whole_number(1, 100000))
-        ->capture_default_str();
-    command.add_option("--threads", run.threads, "Worker threads in each process")
-        ->check(cli::whole_number(1, 1024))
-        ->capture_default_str();
-    command.add_option("--set", run.set, "Replace the value of a constant of the program; repeatable")
-        ->type_name("NAME=VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--arg", run.given, "The value of @arg1 in the program; the next --arg sets @arg2, and so on")
-        ->type_name("VALUE")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--link", run.link, "A C or C++ file that defines extern functions of the program; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
-    command.add_option("--extension", run.extensions, "A shared object with components in C++, which the world can choose; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
+// ---- groups of options that several commands have
+
+template <class Ticks>
+void add_ticks(CLI::App& command, Ticks& ticks, const std::string& text) {
+    command.add_option("--ticks", ticks, text)->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
+}
+
+// Numbers that are optional are those of another run, if they are not given.
+template <class Number>
+void add_processes(CLI::App& command, Number& processes, Number& threads) {
+    CLI::Option* const n = command.add_option("-n,--processes", processes, "Number of processes, started through mpirun");
+    n->check(cli::whole_number(1, 100000))->type_name("INT");
+    CLI::Option* const t = command.add_option("--threads", threads, "Worker threads in each process");
+    t->check(cli::whole_number(1, 1024))->type_name("INT");
+    if constexpr (std::is_same_v<Number, int>)
+        for (CLI::Option* option : {n, t}) option->capture_default_str();
+}
+
+// Options that may be given several times, with one value each.
+CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<std::string>& values, const char* type, const char* text) {
+    return command.add_option(name, values, text)->type_name(type)->take_all()->allow_extra_args(false);
+}
+
+// What is run besides the program.
+void add_inputs(CLI::App& command, RunOptions& run, const char* world) {
+    command.add_option("--world", run.world, world)->type_name("FILE");
+    add_list(command, "-I,--library", run.library_paths, "DIR", "Search this folder for the program's includes and libraries; repeatable");
+    add_list(command, "--set", run.set, "NAME=VALUE", "Replace the value of a constant of the program; repeatable");
+    add_list(command, "--arg", run.given, "VALUE", "The value of @arg1 in the program; the next --arg sets @arg2, and so on");
+    add_list(command, "--link", run.link, "FILE", "A C or C++ file that defines extern functions of the program; repeatable");
+    add_list(command, "--extension", run.extensions, "FILE",
+             "A shared object with components in C++, which the world can choose; repeatable");
     command.add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
         ->check(cli::whole_number(0, 3))
         ->type_name("N");
     command.add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
+    command.add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
+}
+
+CLI::Option* add_program(CLI::App& command, RunOptions& run) {
+    CLI::Option* const program =
+        command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
+    add_inputs(command, run, "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms");
+    add_ticks(command, run.ticks, "Stop after this many ticks");
+    add_processes(command, run.processes, run.threads);
     return program;
 }
 
+// The files that a run writes, and what it says.
+void add_outputs(CLI::App& command, RunOptions& run) {
+    command
+        .add_option("--facts-out", run.facts_out,
+                    "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
+        ->type_name("FILE");
+    command.add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")
+        ->type_name("FILE");
+    command.add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
+    command
+        .add_option("--checkpoint", run.checkpoint,
+                    "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
+        ->type_name("DIR");
+    command.add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
+        ->type_name("INTERVAL")
+        ->capture_default_str();
+    command
+        .add_option("--retries", run.retries, "With --checkpoint: how often to go on from it when a process is killed, crashes or hangs")
+        ->check(cli::whole_number(0, 1000000))
+        ->type_name("INT")
+        ->capture_default_str();
+    command
+        .add_option("--heartbeat", run.heartbeat,
+                    "With --checkpoint: a run without a sign of life for so long hangs; off: it may take any time")
+        ->type_name("TIME")
+        ->capture_default_str();
+    command.add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
+    command.add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")
+        ->check(CLI::Range(0.001, 1e9).description(""))
+        ->type_name("SECONDS");
+    command.add_flag("--json", run.json, "Print the summary as JSON");
+    command.add_flag("--quiet", run.quiet, "Print no progress line and no summary");
+}
+
+// ---- the commands
 CLI::App* add_run(CLI::App& app, RunOptions& run) {
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
                                      "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     add_program(*r, run);
-    r->add_option("--facts-out", run.facts_out,
-                  "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
-        ->type_name("FILE");
-    r->add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")->type_name("FILE");
-    r->add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
-    r->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
-    r->add_option("--checkpoint", run.checkpoint,
-                  "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
-        ->type_name("DIR");
-    r->add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
-        ->type_name("INTERVAL")
-        ->capture_default_str();
-    r->add_option("--retries", run.retries, "With --checkpoint: how often to go on from it when a process is killed, crashes or hangs")
-        ->check(cli::whole_number(0, 1000000))
-        ->type_name("INT")
-        ->capture_default_str();
-    r->add_option("--heartbeat", run.heartbeat,
-                  "With --checkpoint: a run without a sign of life for so long hangs; off: it may take any time")
-        ->type_name("TIME")
-        ->capture_default_str();
-    r->add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
-    r->add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")
-        ->check(CLI::Range(0.001, 1e9).description(""))
-        ->type_name("SECONDS");
-    r->add_flag("--json", run.json, "Print the summary as JSON");
-    r->add_flag("--quiet", run.quiet, "Print no progress line and no summary");
+    add_outputs(*r, run);
+    // The command by which meldsim fork starts its processes.
+    r->add_option("--forked-from", run.fork)->group("");
     r->add_option("--module", run.module)->group("");
     return r;
 }
@@ -123,15 +142,25 @@ CLI::App* add_resume(CLI::App& app, ResumeOptions& resume) {
                            "Go on with a run from its newest checkpoint, in the folder where it was started, with the options and "
                            "the files that it had.\nExample: meldsim resume checkpoints -n 4");
     s->add_option("DIR", resume.folder, "The folder that meldsim run --checkpoint has written to")->required();
-    s->add_option("-n,--processes", resume.processes, "Another number of processes")->check(cli::whole_number(1, 100000))->type_name("INT");
-    s->add_option("--threads", resume.threads, "Another number of worker threads")->check(cli::whole_number(1, 1024))->type_name("INT");
-    s->add_option("--ticks", resume.ticks, "Stop after this many ticks, counted from the start of the run")
-        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
-        ->type_name("INT");
+    add_processes(*s, resume.processes, resume.threads);
+    add_ticks(*s, resume.ticks, "Stop after this many ticks, counted from the start of the run");
     s->add_flag("--json", resume.json, "Print the summary as JSON");
     s->add_flag("--quiet", resume.quiet, "Print no progress line and no summary");
     s->add_option("--module", resume.module)->group("");
     return s;
+}
+
+CLI::App* add_fork(CLI::App& app, ForkOptions& fork) {
+    CLI::App* f = app.add_subcommand("fork",
+                                     "Branch off from a run at its newest checkpoint: with a program that has changed, other constants, "
+                                     "another seed or other events.\nExample: meldsim fork checkpoints --program better.meld");
+    f->add_option("DIR", fork.folder, "The folder that meldsim run --checkpoint has written to")->required();
+    f->add_option("--program", fork.run.program, "Another program; otherwise that of the run, as its file is now")->type_name("FILE");
+    add_inputs(*f, fork.run, "Another world, whose catoms are the same; otherwise that of the run, as its file is now");
+    add_ticks(*f, fork.run.ticks, "Stop after this many ticks, counted from the start of the run");
+    add_processes(*f, fork.run.processes, fork.run.threads);
+    add_outputs(*f, fork.run);
+    return f;
 }
 
 CLI::App* add_diff(CLI::App& app, DiffOptions& diff) {
@@ -159,7 +188,6 @@ CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
         b->add_option("--while", bodies.holding, "Find the first tick in which this body no longer holds at a catom at which it held");
     until->type_name("BODY")->excludes(holding);
     holding->type_name("BODY");
-    b->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
     b->add_flag("--json", run.json, "Print the answer as JSON");
     b->add_flag("--quiet", run.quiet, "Print no progress line");
     b->add_option("--module", run.module)->group("");
@@ -174,20 +202,9 @@ CLI::App* add_replay(CLI::App& app, ReplayOptions& replay) {
     r->add_option("--to", replay.to, "Stop after this tick; otherwise after the last one of the recording")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    r->add_option("-n,--processes", replay.run.processes, "Number of processes, started through mpirun")
-        ->check(cli::whole_number(1, 100000))
-        ->capture_default_str();
-    r->add_option("--threads", replay.run.threads, "Worker threads in each process")
-        ->check(cli::whole_number(1, 1024))
-        ->capture_default_str();
-    r->add_option("--link", replay.link, "A C or C++ file with extern functions of the run, if it is not where it was; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
-    r->add_option("--extension", replay.extensions, "An extension of the run, if it is not where it was; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
+    add_processes(*r, replay.run.processes, replay.run.threads);
+    add_list(*r, "--link", replay.link, "FILE", "A C or C++ file with extern functions of the run, if it is not where it was; repeatable");
+    add_list(*r, "--extension", replay.extensions, "FILE", "An extension of the run, if it is not where it was; repeatable");
     r->add_option("--facts-out", replay.run.facts_out, "Write all facts after the last tick, as meldsim run does")->type_name("FILE");
     r->add_option("--digest", replay.run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
     r->add_flag("--json", replay.run.json, "Print the outcome as JSON");
@@ -207,7 +224,6 @@ CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch) {
         ->type_name("BYTES")
         ->capture_default_str();
     d->add_option("--commands", run.debug->commands, "Take the commands from this file")->type_name("FILE");
-    d->add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
     d->add_flag("--json", run.json, "Print each answer as JSON, on a line");
     d->add_flag("--quiet", run.quiet, "Print no progress line");
     d->add_option("--module", run.module)->group("");
@@ -238,6 +254,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         "terminated. Of diff: 1 if there is a difference.");
     add_run(app, line.run);
     const CLI::App* resume = add_resume(app, line.resume);
+    const CLI::App* fork = add_fork(app, line.fork);
     const CLI::App* diff = add_diff(app, line.diff);
     Bodies bodies;
     const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
@@ -248,6 +265,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
     if (*resume) line.command = CommandLine::Command::Resume;
+    if (*fork) line.command = CommandLine::Command::Fork;
     if (*diff) line.command = CommandLine::Command::Diff;
     if (*bisect) {
         line.command = CommandLine::Command::Bisect;
@@ -291,6 +309,8 @@ int run_program(int argc, char** argv) {
             return run_command(std::move(line.run));
         case CommandLine::Command::Resume:
             return resume_command(line.resume, run_options);
+        case CommandLine::Command::Fork:
+            return fork_command(std::move(line.fork), run_options);
         case CommandLine::Command::Diff:
             return diff_command(line.diff, run_options);
         case CommandLine::Command::Bisect:

@@ -51,6 +51,7 @@ struct RunOptions {
     int retries = 3;                         // After a process was killed or has crashed.
     std::string heartbeat = "10min";         // The longest time without a sign of life, or "off".
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
+    std::string fork = {};                   // The folder from whose newest checkpoint the run branches off.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
     std::string replay = {};                 // The recording whose run is made again.

@@ -79,6 +79,10 @@ Result<record::Provenance> read_provenance(const record::RecordingReader& record
     if (p->version != kVersion)
         return fail(fmt::format("{} is of version {}, and this is {}", recording.path(), p->version, kVersion),
                     "Replay it by the version that made it", ExitCode::RecordingRefused);
+    if (!p->forked_from.empty())
+        return fail(fmt::format("{} is of a run that branched off from a checkpoint in {}, which it does not carry", recording.path(),
+                                p->forked_from),
+                    "Branch off there again by `meldsim fork`, if the checkpoint is still there", ExitCode::RecordingRefused);
     return p;
 }
 
@@ -294,6 +298,7 @@ int replay_command(const ReplayOptions& options) {
 
 Result<record::Provenance> provenance(const RunOptions& options, const ModuleInfo& module, const world::World& world) {
     record::Provenance p{.version = std::string(kVersion),
+                         .forked_from = options.fork,
                          .program = {},
                          .libraries = {},
                          .optimisation = options.optimisation,

@@ -55,6 +55,17 @@ std::string peak_text(const MemoryReport& memory, int processes) {
     return fmt::format("; {}{} at the peak", format_bytes(memory.peak), processes > 1 ? " in a process" : "");
 }
 
+nlohmann::ordered_json to_json(const Forked& forked) {
+    return {{"folder", forked.folder},
+            {"tick", forked.tick},
+            {"digest", forked.digest},
+            {"changed", forked.changed},
+            {"anew", forked.anew},
+            {"taken_over", forked.facts.taken_over},
+            {"dropped", forked.facts.dropped},
+            {"derived_anew", forked.facts.derived_anew}};
+}
+
 }  // namespace
 
 std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick) {
@@ -72,11 +83,11 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
     return text;
 }
 
-std::string summary_table(const sim::Summary& s, const MemoryReport& memory, const std::vector<Restart>& restarts, const std::string& world,
-                          int processes, int threads) {
+std::string summary_table(const sim::Summary& s, const About& about) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
-    row("world", world);
+    row("world", about.world);
+    if (about.forked) row("branched off", "from " + describe(*about.forked));
     row("ended", ending_text(s.ending));
     row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
     row("catoms", grouped(s.catoms));
@@ -85,12 +96,12 @@ std::string summary_table(const sim::Summary& s, const MemoryReport& memory, con
     row("exported changes", grouped(s.changes));
     row("linear messages",
         grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
-    if (processes > 1) row("between processes", format_bytes(s.sent_bytes));
-    if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom{}", s.bytes_per_catom, peak_text(memory, processes)));
+    if (about.processes > 1) row("between processes", format_bytes(s.sent_bytes));
+    if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom{}", s.bytes_per_catom, peak_text(about.memory, about.processes)));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
-    row("processes", fmt::format("{} of {} thread{}", processes, threads, threads == 1 ? "" : "s"));
-    for (const Restart& each : restarts)
+    row("processes", fmt::format("{} of {} thread{}", about.processes, about.threads, about.threads == 1 ? "" : "s"));
+    for (const Restart& each : about.restarts)
         row("restarted",
             fmt::format("from {}, after {} in tick {}",
                         each.from_tick > 0 ? fmt::format("tick {}", each.from_tick) : std::string("the start"), each.reason, each.in_tick));
@@ -106,34 +117,35 @@ std::string warning_of_dropped(const sim::Summary& s) {
         grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
 }
 
-std::string summary_json(const sim::Summary& s, const MemoryReport& memory, const std::vector<Restart>& restarts, const std::string& world,
-                         int processes, int threads) {
+std::string summary_json(const sim::Summary& s, const About& about) {
     nlohmann::ordered_json again = nlohmann::ordered_json::array();
-    for (const Restart& each : restarts)
+    for (const Restart& each : about.restarts)
         again.push_back({{"reason", each.reason}, {"in_tick", each.in_tick}, {"from_tick", each.from_tick}});
     nlohmann::ordered_json stages = nlohmann::ordered_json::object();
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
-    const nlohmann::ordered_json json = {{"world", world},
-                                         {"ended", ending_name(s.ending)},
-                                         {"ticks", s.ticks},
-                                         {"catoms", s.catoms},
-                                         {"evaluations", s.evaluations},
-                                         {"derivations", s.derivations},
-                                         {"exported_changes", s.changes},
-                                         {"linear_messages", s.messages},
-                                         {"dropped_messages", s.dropped},
-                                         {"bytes_between_processes", s.sent_bytes},
-                                         {"bytes_per_catom", s.bytes_per_catom},
-                                         {"peak_bytes", memory.peak},
-                                         {"expected_peak_bytes", {std::llround(memory.expected.least), std::llround(memory.expected.most)}},
-                                         {"setup_seconds", s.setup_seconds},
-                                         {"run_seconds", s.run_seconds},
-                                         {"cpu_seconds", s.cpu_seconds},
-                                         {"stage_seconds", stages},
-                                         {"processes", processes},
-                                         {"threads", threads},
-                                         {"restarts", again},
-                                         {"outcomes", s.outcomes}};
+    nlohmann::ordered_json json = {
+        {"world", about.world},
+        {"ended", ending_name(s.ending)},
+        {"ticks", s.ticks},
+        {"catoms", s.catoms},
+        {"evaluations", s.evaluations},
+        {"derivations", s.derivations},
+        {"exported_changes", s.changes},
+        {"linear_messages", s.messages},
+        {"dropped_messages", s.dropped},
+        {"bytes_between_processes", s.sent_bytes},
+        {"bytes_per_catom", s.bytes_per_catom},
+        {"peak_bytes", about.memory.peak},
+        {"expected_peak_bytes", {std::llround(about.memory.expected.least), std::llround(about.memory.expected.most)}},
+        {"setup_seconds", s.setup_seconds},
+        {"run_seconds", s.run_seconds},
+        {"cpu_seconds", s.cpu_seconds},
+        {"stage_seconds", stages},
+        {"processes", about.processes},
+        {"threads", about.threads},
+        {"restarts", again},
+        {"outcomes", s.outcomes}};
+    if (about.forked) json["forked"] = to_json(*about.forked);
     // Escapes text that is not visible, and everything that is not ASCII.
     return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

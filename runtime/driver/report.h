@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "runtime/driver/fork.h"
 #include "runtime/driver/memory_need.h"
 #include "runtime/driver/options.h"
 #include "runtime/sim/simulation.h"
@@ -19,12 +21,17 @@ struct MemoryReport {
     std::uint64_t peak = 0;   // 0: not known.
 };
 
-// `world`: the path of its file, or a text if there is none.
-std::string summary_table(const sim::Summary& summary, const MemoryReport& memory, const std::vector<Restart>& restarts,
-                          const std::string& world, int processes, int threads);
+// What a summary says of the run besides what was counted.
+struct About {
+    const std::string& world;  // The path of its file, or a text if there is none.
+    int processes, threads;
+    const std::vector<Restart>& restarts;
+    const std::optional<Forked>& forked;
+    MemoryReport memory;
+};
+std::string summary_table(const sim::Summary& summary, const About& about);
 // The message that linear facts were dropped; empty: none were.
 std::string warning_of_dropped(const sim::Summary& summary);
-std::string summary_json(const sim::Summary& summary, const MemoryReport& memory, const std::vector<Restart>& restarts,
-                         const std::string& world, int processes, int threads);
+std::string summary_json(const sim::Summary& summary, const About& about);
 
 }  // namespace meld::driver

@@ -37,6 +37,11 @@ void DigestFile::save_rest(const sim::Subdomain& subdomain, ByteWriter& out) con
 
 Result<void> DigestFile::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     if (in.done()) return {};
+    if (file_) {
+        // Of a run that branches off: what was written is the other run's.
+        in.read_bytes(in.left());
+        return {};
+    }
     place_ = in.read_string();
     const auto size = in.read<std::uint64_t>();
     last_line_ = in.read_string();
@@ -55,15 +60,21 @@ Result<void> DigestFile::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     return {};
 }
 
-// Only now, when no process has refused to go on, is anything of the file changed.
 Result<void> DigestFile::resumed(sim::Subdomain& subdomain) {
-    Result<void> cut;
+    Result<void> ready;
     if (resumes_at_) {
+        // Only now, when no process has refused to go on, is anything of the file changed.
         file_->replace_from(*resumes_at_, "");
-        cut = file_->flush();
+        ready = file_->flush();
+    } else if (file_ && place_.empty() && !OutputFile::names_stream(path_)) {
+        // A run that branches off keeps a checkpoint before its first tick, which names the file although nothing is in it.
+        ready = file_->place().map([&](std::string place) {
+            place_ = std::move(place);
+            file_->note_written();
+        });
     }
     resumes_at_.reset();
-    return comm::outcome_of_first(subdomain.comm, cut);
+    return comm::outcome_of_first(subdomain.comm, ready);
 }
 
 void DigestFile::finish(sim::Subdomain& subdomain) {

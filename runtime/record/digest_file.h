@@ -12,7 +12,8 @@ namespace meld::record {
 
 class DigestFile : public sim::SimModule {
   public:
-    // Process 0 has the file, except in a run that goes on from a checkpoint, where load_rest() opens it to append to it.
+    // Process 0 has the file, except in a run that goes on from a checkpoint, where load_rest() opens it to append to it. A run that
+    // branches off there has a file of its own.
     DigestFile(std::string path, Durability durability, std::optional<OutputFile> file)
         : path_(std::move(path)), durability_(durability), file_(std::move(file)) {}
     Result<void> after(sim::Subdomain& subdomain) override;

@@ -45,6 +45,7 @@ std::string to_json(const Provenance& p) {
         program.push_back({{"path", text_of_bytes(source.path)}, {"text", text_of_bytes(source.text)}});
     for (const std::string& folder : p.libraries) libraries.push_back(text_of_bytes(folder));
     Json json = {{"version", p.version},
+                 {"forked_from", text_of_bytes(p.forked_from)},
                  {"program", program},
                  {"libraries", libraries},
                  {"optimisation", p.optimisation ? Json(*p.optimisation) : Json()},
@@ -64,6 +65,7 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         const Json json = Json::parse(text);
         Provenance p;
         p.version = json.at("version").get<std::string>();
+        p.forked_from = bytes_of_text(json.at("forked_from").get<std::string>());
         for (const Json& source : json.at("program"))
             p.program.push_back({bytes_of_text(source.at("path").get<std::string>()), bytes_of_text(source.at("text").get<std::string>())});
         for (const Json& folder : json.at("libraries")) p.libraries.push_back(bytes_of_text(folder.get<std::string>()));

@@ -24,7 +24,8 @@ struct Provenance {
         std::string path;  // From the folder of the program's own file, which comes first.
         std::string text;
     };
-    std::string version;  // Of Claymeld.
+    std::string version;      // Of Claymeld.
+    std::string forked_from;  // The folder of the checkpoint at which the run branched off, which is not carried; mostly empty.
     std::vector<Source> program;
     std::vector<std::string> libraries;  // Folders, from that of the program's file.
     std::optional<int> optimisation;

@@ -15,8 +15,8 @@
 
 namespace meld::record {
 
-Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info)
-    : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)) {}
+Recorder::Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info, Loaded loaded)
+    : path_(std::move(path)), every_(every), wanted_(std::move(predicates)), info_(std::move(info)), loaded_(loaded) {}
 
 // A name stands for all predicates that have it; where there are several, the arrays of each have the number of its arguments in their
 // names.
@@ -58,6 +58,10 @@ Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
 
 Result<void> Recorder::start(sim::Subdomain& subdomain) {
     if (auto prepared = prepare(subdomain); !prepared) return prepared;
+    return begin(subdomain);
+}
+
+Result<void> Recorder::begin(sim::Subdomain& subdomain) {
     Result<void> begun;
     if (subdomain.comm.process() == 0) begun = keep(Recording::create(path_, info_));
     if (const auto all = comm::outcome_of_first(subdomain.comm, begun); !all) return all;
@@ -91,12 +95,18 @@ Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     Marks others;
     (writes ? marks_ : others).load(wrote, in);
     if (!wrote) return {};
+    if (loaded_ == Loaded::Begins) {
+        in.read_bytes(in.left());
+        return {};
+    }
     last_step_ = in.read<std::int64_t>();
     steps_ = in.read<std::uint64_t>();
     if (writes) return keep(Recording::reopen(path_, info_, in));
     in.read_bytes(in.left());
     return {};
 }
+
+Result<void> Recorder::resumed(sim::Subdomain& subdomain) { return loaded_ == Loaded::Begins ? begin(subdomain) : Result<void>(); }
 
 Result<void> Recorder::after(sim::Subdomain& subdomain) {
     marks_.collect(subdomain);

@@ -16,8 +16,11 @@ namespace meld::record {
 
 class Recorder : public sim::SimModule {
   public:
+    // A run that is loaded from a snapshot appends to its recording, or branches off and begins one of its own, with what catoms have
+    // drawn so far.
+    enum class Loaded { Appends, Begins };
     // predicates: names of predicates whose facts are recorded.
-    Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info);
+    Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info, Loaded loaded = Loaded::Appends);
     Result<void> start(sim::Subdomain& subdomain) override;
     Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
@@ -26,6 +29,7 @@ class Recorder : public sim::SimModule {
     // How far the recording is, and what has been drawn since its last step.
     void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
     Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
+    Result<void> resumed(sim::Subdomain& subdomain) override;
     void finish(sim::Subdomain& subdomain) override;
     std::string outcome() const override { return outcome_; }
     Result<void> ending() const override { return ending_; }
@@ -34,6 +38,8 @@ class Recorder : public sim::SimModule {
     struct Step;
     // What is recorded: finds the predicates, and completes info_.
     Result<void> prepare(sim::Subdomain& subdomain);
+    // Makes the file, with a first step.
+    Result<void> begin(sim::Subdomain& subdomain);
     Result<void> add_predicates(const sim::Subdomain& subdomain);
     Result<void> keep(Result<Recording> file);
     Result<void> write(sim::Subdomain& subdomain);
@@ -46,6 +52,7 @@ class Recorder : public sim::SimModule {
     int every_;
     std::vector<std::string> wanted_;
     RecordingInfo info_;
+    Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
     Marks marks_;
     std::optional<Recording> file_;

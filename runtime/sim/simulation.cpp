@@ -12,7 +12,6 @@
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/core/dead_links.h"
-#include "runtime/sim/state/loader.h"
 
 namespace meld::sim {
 
@@ -110,8 +109,8 @@ Result<void> Simulation::start(const Registry& registry) {
 
 Modules Simulation::all_modules() const {
     Modules all;
-    for (const auto* list : {&modules_, &extra_})
-        for (const auto& module : *list) all.push_back(module.get());
+    for (std::size_t i = 0; i < modules_.size(); ++i) all.push_back({chosen_[i], modules_[i].get()});
+    for (std::size_t i = 0; i < extra_.size(); ++i) all.push_back({extra_names_[i], extra_[i].get()});
     return all;
 }
 
@@ -147,6 +146,19 @@ Result<void> Simulation::resume(const Registry& registry, const Shares& shares) 
     goes_on_ = true;
     summary_.setup_seconds = wall_seconds() - before;
     return {};
+}
+
+Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& shares, Loads how) {
+    const double before = wall_seconds();
+    if (auto made = make_modules(registry); !made) return tl::unexpected<Error>(made.error());
+    Loader loader(subdomain_, shares, how);
+    if (auto done = loader.run(all_modules(), codes_); !done) return tl::unexpected<Error>(done.error());
+    // What has been counted is the other run's.
+    summary_.ticks = subdomain_.tick();
+    summary_.catoms = subdomain_.totals.catoms;
+    goes_on_ = true;
+    summary_.setup_seconds = wall_seconds() - before;
+    return loader.taken_over();
 }
 
 Result<void> Simulation::run_tick() {

@@ -14,7 +14,9 @@
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/core/tick.h"
 #include "runtime/sim/core/unsettled.h"
+#include "runtime/sim/state/loader.h"
 #include "runtime/sim/state/saver.h"
+#include "runtime/sim/state/take_over.h"
 
 namespace meld::sim {
 
@@ -60,6 +62,9 @@ class Simulation {
     // The same from a snapshot of a run of this program in this world, on any number of processes: the run goes on as if it had never
     // stopped. Every process calls it. Errors: the snapshot is damaged or of another run.
     Result<void> resume(const Registry& registry, const Shares& shares);
+    // A run that branches off there, with watchers of its own, which start now. Every process calls it. Returns what became of the facts,
+    // with Loads::Anew. Errors: those of resume(); facts of a predicate that is declared otherwise now.
+    Result<TakenOver> fork(const Registry& registry, const Shares& shares, Loads how);
     // Whether save() can: errors name the module of the world that cannot be saved. After start() or resume().
     Result<void> saveable() const;
     // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable().
@@ -67,8 +72,11 @@ class Simulation {
     Result<void> save(ShareSink& sink) const;
     // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
     Result<void> secure();
-    // Adds a module that runs after those of the world (recorder, digests).
-    void add(std::unique_ptr<SimModule> module) { extra_.push_back(std::move(module)); }
+    // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept.
+    void add(std::unique_ptr<SimModule> module, std::string name = "") {
+        extra_.push_back(std::move(module));
+        extra_names_.push_back(std::move(name));
+    }
 
     // Ticks until the end; `each` is called after every tick, on every process, and `at_end` after the last if it ended well, while all
     // that is written is still open. A failure of the program is an error whose message names rule, catom and tick.
@@ -105,6 +113,7 @@ class Simulation {
     Tick tick_;
     std::vector<std::unique_ptr<SimModule>> modules_, extra_;
     std::vector<std::string> chosen_;  // What the world calls each of modules_: the interface and the implementation.
+    std::vector<std::string> extra_names_;
     CodeModules codes_;
     std::optional<Unsettled> unsettled_;  // Examines the last ticks of a run that has to become quiescent.
     Summary summary_;

@@ -94,7 +94,9 @@ Result<std::string> TomlReader::read_file(const std::string& path, std::uint64_t
         text = given->second;
     else
         return fail(path + " is missing");
-    if (text) source_hash_ = hash_combine(source_hash_, hash_text(*text));
+    if (!text) return text;
+    source_hash_ = hash_combine(source_hash_, hash_text(*text));
+    files_hash_ = hash_combine(files_hash_, hash_text(*text));
     return text;
 }
 

@@ -45,6 +45,7 @@ class TomlReader {
     const std::vector<std::string>& files_read() const { return files_read_; }
     // Of the text and of all files read so far.
     std::uint64_t source_hash() const { return source_hash_; }
+    std::uint64_t files_hash() const { return files_hash_; }
 
   private:
     std::string_view line(std::size_t number) const;
@@ -52,7 +53,7 @@ class TomlReader {
     const std::string& path_;
     const WorldFiles* files_;
     std::vector<std::string> files_read_;
-    std::uint64_t source_hash_;
+    std::uint64_t source_hash_, files_hash_ = 0;
     std::optional<Error> error_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "runtime/base/input_file.h"
 #include "runtime/base/nearest.h"
@@ -249,6 +250,17 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
         reader.wrong(top.find("target")->source(), "the target is not a possible body: " + size.error().problem, size.error().suggestion);
 }
 
+std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const toml::table& table) {
+    std::map<std::string, std::uint64_t> parts;
+    for (const auto& [key, value] : table) {
+        std::ostringstream text;
+        text << toml::node_view<const toml::node>(value);
+        parts[std::string(key.str())] = hash_text(text.str());
+    }
+    parts["files"] = reader.files_hash();
+    return parts;
+}
+
 World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
@@ -269,6 +281,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     if (!reader.error()) check_whole(reader, top, world);
     world.source_hash = reader.source_hash();
     world.files = reader.files_read();
+    world.parts = hash_parts(reader, table);
     return world;
 }
 

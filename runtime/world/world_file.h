@@ -85,6 +85,8 @@ struct World {
     std::string text;
     std::uint64_t source_hash = 0;
     std::vector<std::string> files;  // The paths of these, in the order in which the hash takes them.
+    // A hash of each section and key at the top, whatever its layout and comments, and under "files" of the files that it names.
+    std::map<std::string, std::uint64_t> parts;
 
     // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }

@@ -70,11 +70,12 @@ class Damage : public testing::Test {
 
     // Whichever checkpoint is the newest that is whole, and what is said of the other.
     void expect_newest(std::int64_t tick, const std::string& says) {
-        const Result<Checkpoint> newest = checkpoints_->newest(*comm_);
+        const Result<OpenCheckpoint> newest = checkpoints_->newest(*comm_);
         ASSERT_TRUE(newest.has_value()) << newest.error().message();
-        EXPECT_EQ(newest->manifest.tick, tick);
-        EXPECT_NE(newest->passed_over.find(says), std::string::npos) << newest->passed_over;
-        EXPECT_EQ(newest->passed_over.empty(), says.empty()) << newest->passed_over;
+        const std::string& passed_over = newest->checkpoint.passed_over;
+        EXPECT_EQ(newest->checkpoint.manifest.tick, tick);
+        EXPECT_NE(passed_over.find(says), std::string::npos) << passed_over;
+        EXPECT_EQ(passed_over.empty(), says.empty()) << passed_over;
     }
 
     const fs::path folder_ = fs::temp_directory_path() / ("damage_test_" + std::to_string(getpid()));
@@ -114,12 +115,21 @@ TEST_F(Damage, FilesOfAnotherCheckpointAreNoticed) {
     expect_newest(10, "is missing, or no file of ours");
 }
 
+// A run that goes on removes old checkpoints while another one reads them.
+TEST_F(Damage, AnOpenCheckpointCanBeReadToItsEnd) {
+    const Result<OpenCheckpoint> newest = open_newest(folder_.string(), *comm_);
+    ASSERT_TRUE(newest.has_value()) << newest.error().message();
+    fs::remove_all(folder_);
+    EXPECT_TRUE(newest->shares.check().has_value());
+    EXPECT_FALSE(open_newest(folder_.string(), *comm_).has_value());
+}
+
 TEST_F(Damage, OfAllIsAnError) {
     for (const int tick : {10, 20}) {
         const fs::path share = folder_ / (std::to_string(tick) + ".0-of-1.share");
         write(share, read(share).substr(0, 100));
     }
-    const Result<Checkpoint> newest = checkpoints_->newest(*comm_);
+    const Result<OpenCheckpoint> newest = checkpoints_->newest(*comm_);
     ASSERT_FALSE(newest.has_value());
     EXPECT_EQ(newest.error().code, ExitCode::RecordingRefused);
     EXPECT_NE(newest.error().problem.find("10.0-of-1.share"), std::string::npos) << newest.error().problem;

@@ -28,6 +28,12 @@ foreach(class Ways Kills Damage Refusals)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+foreach(class Same OtherProgram OtherWorld Refusals)
+  string(TOLOWER ${class} name)
+  add_test(NAME fork_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/fork_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(fork_${name} PROPERTIES TIMEOUT 300)
+endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)

@@ -109,30 +109,40 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
 }
 
 Result<void> GivenFacts::start() {
-    // The catoms and their positions do not change.
-    const bool still = subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty();
-    std::vector<const world::GivenFact*> facts;
-    std::vector<u64> matched;
+    Matched all;
     for (const world::GivenFact& fact : subdomain_.world.facts) {
-        facts.push_back(&fact);
-        if (auto done = change_one(fact, Change::Give, &matched.emplace_back(0)); !done) return done;
+        all.facts.push_back(&fact);
+        if (auto done = change_one(fact, Change::Give, &all.catoms.emplace_back(0)); !done) return done;
     }
-    // A mistake in an event is reported now, however late the event is.
-    for (const world::Event& event : subdomain_.world.events)
-        for (const auto* changes : {&event.take, &event.give})
-            for (const world::GivenFact& fact : *changes) {
-                u64 some = 0;
-                if (auto done = change_one(fact, Change::Check, still ? &some : nullptr); !done) return done;
-                if (!still) continue;
-                facts.push_back(&fact);
-                matched.push_back(some);
-            }
-    warn_of_unmatched(facts, matched);
-    if (still || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
+    if (auto done = look_at_events(all); !done) return done;
+    warn_of_unmatched(std::move(all));
+    if (still() || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
     // Catoms that move may come to touch.
     if (subdomain_.world.motion.kind != "none") return {};
     dead_links_.look_at_text();
     return dead_links_.verdict();
+}
+
+// A mistake in an event is reported now, however late the event is.
+Result<void> GivenFacts::look_at_events(Matched& all) {
+    for (const world::Event& event : subdomain_.world.events)
+        for (const auto* changes : {&event.take, &event.give})
+            for (const world::GivenFact& fact : *changes) {
+                u64 some = 0;
+                if (auto done = change_one(fact, Change::Check, still() ? &some : nullptr); !done) return done;
+                if (!still()) continue;
+                all.facts.push_back(&fact);
+                all.catoms.push_back(some);
+            }
+    return {};
+}
+
+Result<void> GivenFacts::check_events() {
+    Matched all;
+    if (auto done = look_at_events(all); !done) return done;
+    warn_of_unmatched(std::move(all));
+    if (still()) warn_of_missing_catoms();
+    return {};
 }
 
 std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const {
@@ -144,11 +154,12 @@ std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, co
 }
 
 // A region that matches no catom on any process is probably a mistake.
-void GivenFacts::warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched) {
+void GivenFacts::warn_of_unmatched(Matched all) {
+    auto& [facts, matched] = all;
     if (!subdomain_.alone()) {
-        const std::vector<std::byte> all = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
+        const std::vector<std::byte> theirs = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
         std::fill(matched.begin(), matched.end(), 0);
-        for (ByteReader in(all, "how many catoms facts match"); !in.done();)
+        for (ByteReader in(theirs, "how many catoms facts match"); !in.done();)
             for (u64& count : matched) count += in.read<u64>();
     }
     if (subdomain_.comm.process() != 0) return;

@@ -16,11 +16,19 @@ class GivenFacts {
     // The facts of the start; those of events are checked. Every process calls it. Errors: the world gives something that the program
     // cannot take.
     Result<void> start();
+    // Only those of events: for a run that does not begin at the start. Every process calls it.
+    Result<void> check_events();
     // The facts of this tick's events.
     void change();
 
   private:
     enum class Change { Check, Give, Take };
+    // Facts, and for each how many catoms of this process its region matches.
+    struct Matched {
+        std::vector<const world::GivenFact*> facts;
+        std::vector<u64> catoms;
+    };
+    Result<void> look_at_events(Matched& all);
     // Gives the fact to the catoms of its region, or takes it from them; Check only reports what is wrong with it. `matched` counts the
     // catoms on this process; with Check it says whether there are any.
     Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr);
@@ -28,7 +36,9 @@ class GivenFacts {
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
     // For regions: if catoms move freely, the cell in which the catom starts, later the cell whose centre is nearest.
     Cell cell_in_regions(Catom catom) const;
-    void warn_of_unmatched(const std::vector<const world::GivenFact*>& facts, std::vector<u64> matched);
+    void warn_of_unmatched(Matched all);
+    // The catoms and their positions do not change.
+    bool still() const { return subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty(); }
     void warn_of_missing_catoms();
 
     Subdomain& subdomain_;

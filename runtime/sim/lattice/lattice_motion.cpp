@@ -60,6 +60,8 @@ void LatticeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::Sav
         if (!each.here()) continue;
         held_[each.catom] = units;
         account(subdomain, each.catom, 1);
+        // A program that has changed may sense what the one before did not.
+        hold(subdomain, each.catom, units);
     }
 }
 

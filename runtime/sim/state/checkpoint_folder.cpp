@@ -25,6 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+// To open a checkpoint of a run that goes on meanwhile.
+constexpr int kMostTries = 20;
+
 constexpr off_t kMostOfAManifest_bytes = 1 << 24;
 constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
@@ -53,7 +56,9 @@ json to_json(const Manifest& m) {
     for (const Trait& t : m.run.traits)
         traits.push_back({{"name", t.name}, {"shown", text_of_bytes(t.shown)}, {"hash", fmt::format("{:016x}", t.hash)}});
     for (const std::string& word : m.run.command) command.push_back(text_of_bytes(word));
-    return {{"tick", m.tick},     {"digest", m.digest}, {"run", traits}, {"folder", text_of_bytes(m.run.folder)},
+    json world = json::object();
+    for (const auto& [part, hash] : m.run.world) world[part] = fmt::format("{:016x}", hash);
+    return {{"tick", m.tick},     {"digest", m.digest}, {"run", traits}, {"world", world}, {"folder", text_of_bytes(m.run.folder)},
             {"command", command}, {"shares", m.shares}};
 }
 
@@ -65,6 +70,7 @@ Manifest from_json(const json& j) {
     for (const json& t : j.at("run"))
         m.run.traits.push_back({t.at("name").get<std::string>(), bytes_of_text(t.at("shown").get<std::string>()),
                                 std::stoull(t.at("hash").get<std::string>(), nullptr, 16)});
+    for (const auto& [part, hash] : j.at("world").items()) m.run.world[part] = std::stoull(hash.get<std::string>(), nullptr, 16);
     m.run.folder = bytes_of_text(j.at("folder").get<std::string>());
     for (const json& word : j.at("command")) m.run.command.push_back(bytes_of_text(word.get<std::string>()));
     m.shares = j.at("shares").get<std::vector<std::string>>();
@@ -120,12 +126,6 @@ Result<Checkpoint> read_checkpoint(const std::string& folder, std::int64_t tick)
     return out;
 }
 
-Result<void> check_shares(const Checkpoint& checkpoint) {
-    const Result<ShareFiles> files = ShareFiles::open(checkpoint.files);
-    if (!files) return tl::unexpected<Error>(files.error());
-    return files->check();
-}
-
 // The newest of a folder for which check() has no objection.
 template <class Check>
 Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
@@ -176,6 +176,38 @@ Result<Manifest> newest_manifest(const std::string& folder) {
     return find_newest(folder, [](const Checkpoint&) { return Result<void>(); }).map([](Checkpoint c) { return std::move(c.manifest); });
 }
 
+Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm) {
+    const bool first = comm.process() == 0;
+    std::map<std::int64_t, Error> bad;  // On process 0: those that are not whole.
+    for (int tries = 1;; ++tries) {
+        std::optional<ShareFiles> shares;
+        const auto take = [&](const Checkpoint& checkpoint) -> Result<void> {
+            if (const auto known = bad.find(checkpoint.manifest.tick); known != bad.end()) return tl::unexpected<Error>(known->second);
+            Result<ShareFiles> files = ShareFiles::open(checkpoint.files);
+            if (!files) return tl::unexpected<Error>(files.error());
+            shares.emplace(std::move(*files));
+            return {};
+        };
+        Result<Checkpoint> mine = first ? find_newest(folder, take) : Result<Checkpoint>();
+        const Result<void> found = mine ? Result<void>() : tl::unexpected<Error>(mine.error());
+        if (const auto all = comm::outcome_of_first(comm, found); !all) return tl::unexpected<Error>(all.error());
+        ByteWriter out;
+        out.write(mine->manifest.tick);
+        const auto ticks = comm.allgather_any(out.view());
+        const auto tick = ByteReader(ticks[0], "the tick of the newest checkpoint").read<std::int64_t>();
+        if (!first) mine = read_checkpoint(folder, tick);
+        const Result<void> held = !mine ? tl::unexpected<Error>(mine.error()) : shares ? Result<void>() : take(*mine);
+        if (const auto all = comm::outcome_of_all(comm, held); !all) {
+            // A run that goes on there may have removed it just now; there is a newer one then.
+            if (tries < kMostTries) continue;
+            return tl::unexpected<Error>(all.error());
+        }
+        const Result<void> whole = first ? shares->check() : Result<void>();
+        if (comm::outcome_of_first(comm, whole)) return OpenCheckpoint{std::move(*mine), std::move(*shares)};
+        if (first) bad.emplace(tick, whole.error());
+    }
+}
+
 Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run, comm::Communicator& comm) {
     std::optional<OutputLock> lock;
     const auto take = [&]() -> Result<void> {
@@ -198,19 +230,10 @@ Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run
     return CheckpointFolder(path, std::move(lock));
 }
 
-Result<Checkpoint> CheckpointFolder::newest(comm::Communicator& comm) {
-    Result<Checkpoint> mine = comm.process() == 0 ? find_newest(path_, check_shares) : Result<Checkpoint>();
-    const Result<void> found = mine ? Result<void>() : tl::unexpected<Error>(mine.error());
-    if (const auto first = comm::outcome_of_first(comm, found); !first) return tl::unexpected<Error>(first.error());
-    ByteWriter out;
-    out.write(mine->manifest.tick);
-    const auto all = comm.allgather_any(out.view());
-    ByteReader in(all[0], "the tick of the newest checkpoint");
-    last_ = in.read<std::int64_t>();
-    if (comm.process() != 0) mine = read_checkpoint(path_, *last_);
-    if (const auto read = comm::outcome_of_all(comm, mine ? Result<void>() : tl::unexpected<Error>(mine.error())); !read)
-        return tl::unexpected<Error>(read.error());
-    return mine;
+Result<OpenCheckpoint> CheckpointFolder::newest(comm::Communicator& comm) {
+    Result<OpenCheckpoint> found = open_newest(path_, comm);
+    if (found) last_ = found->checkpoint.manifest.tick;
+    return found;
 }
 
 Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save,

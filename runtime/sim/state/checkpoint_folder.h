@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct Trait {
 // The run that a checkpoint is of.
 struct RunIdentity {
     std::vector<Trait> traits;
-    std::string folder;                // In which it was started.
-    std::vector<std::string> command;  // As typed.
+    std::map<std::string, std::uint64_t> world = {};  // The parts of its world, by World::parts.
+    std::string folder;                               // In which it was started.
+    std::vector<std::string> command;                 // As typed.
 };
 
 // What differs between the run of a checkpoint and one that is to go on from it, in words; empty: nothing.
@@ -55,6 +57,15 @@ std::vector<std::int64_t> checkpoint_ticks(const std::string& folder);
 // The checkpoint of one of these ticks; its shares are not looked at. Errors: the manifest is damaged or another user's.
 Result<Checkpoint> checkpoint_of(const std::string& folder, std::int64_t tick);
 
+// A checkpoint that can be read to its end, whatever a run that writes to its folder does meanwhile.
+struct OpenCheckpoint {
+    Checkpoint checkpoint;
+    ShareFiles shares;
+};
+// The newest checkpoint of a folder that is whole, the same on all processes; every process calls it. Errors: there is none, and why.
+// Cost: process 0 reads all of it once to check it.
+Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm);
+
 class CheckpointFolder {
   public:
     // Takes the folder for this run, and makes it if need be; process 0 holds the lock. Collective, as all that follows. Errors:
@@ -62,9 +73,8 @@ class CheckpointFolder {
     enum class Run { Begins, GoesOn };
     static Result<CheckpointFolder> open(const std::string& path, Run run, comm::Communicator& comm);
 
-    // The newest checkpoint that is whole, of which the next one is the successor. Errors: there is none, and why. Cost: process 0
-    // reads all of it once to check it.
-    Result<Checkpoint> newest(comm::Communicator& comm);
+    // open_newest() of this folder; the next one to be written is its successor.
+    Result<OpenCheckpoint> newest(comm::Communicator& comm);
 
     // Writes a checkpoint: `save` gives this process's share, and then `digest`, which is collective, that of the state, while the disk
     // writes. All processes return the same. Errors: a file cannot be written; the checkpoints that were there before are still there.

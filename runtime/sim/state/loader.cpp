@@ -8,6 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/sim/core/given.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/sim/state/reading.h"
 
@@ -22,28 +23,73 @@ constexpr const char* kOfModule = "what a module keeps for catoms";
 Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     MELD_EXPECT(!subdomain_.members_.partition && subdomain_.tick() == 0, "a subdomain is set up once");
     // Modules may exchange while they are resumed, so all processes come that far or none does; and so at the end.
-    Result<void> placed = divide();
+    Result<void> placed = prepare(modules);
+    if (placed) placed = divide();
     if (placed) placed = add_catoms();
     if (auto all = comm::outcome_of_all(subdomain_.comm, placed); !all) return tl::unexpected<Error>(all.error());
     subdomain_.facts_.resize(subdomain_.ensemble.index_count());
     if (auto done = Setup(subdomain_).set_constants(); !done) return tl::unexpected<Error>(done.error());
-    for (SimModule* module : modules)
-        if (auto done = module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
+    for (const NamedModule& each : modules)
+        if (auto done = each.module->resume(subdomain_); !done) return tl::unexpected<Error>(done.error());
     Block counters;
     Result<void> loaded = load_catoms([&](std::span<const tuple::SavedCatom> found, ByteReader& in) -> Result<void> {
-        for (SimModule* module : modules) {
+        for (SimModule* module : kept_by_) {
             ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
+            if (module == nullptr) continue;
             module->load_catoms(subdomain_, found, own);
             if (auto whole = read_to_its_end(own, kOfModule); !whole) return whole;
         }
         return read_to_its_end(in, "its facts");
     });
-    if (loaded) loaded = load_rest(modules, codes, counters);
+    if (loaded) loaded = load_rest(codes, counters);
+    if (loaded) loaded = check_length(subdomain_.facts_.columns.lists(), subdomain_.abi_, "a fact of the snapshot");
     if (auto all = comm::outcome_of_all(subdomain_.comm, loaded); !all) return tl::unexpected<Error>(all.error());
-    for (SimModule* module : modules)
-        if (auto done = module->resumed(subdomain_); !done) return tl::unexpected<Error>(done.error());
+    if (take_over_) {
+        Result<TakenOver> outcome = take_over_->outcome(subdomain_.comm);
+        if (!outcome) return tl::unexpected<Error>(outcome.error());
+        taken_over_ = std::move(*outcome);
+    }
+    if (how_ == Loads::Anew || how_ == Loads::LooksAgain)
+        for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c)
+            if (subdomain_.owned(c)) subdomain_.mark(c, how_ == Loads::Anew ? kDirtyBirths : kDirtyPlace);
+    // What happens later may be new.
+    if (how_ != Loads::GoesOn)
+        if (auto checked = GivenFacts(subdomain_).check_events(); !checked) return tl::unexpected<Error>(checked.error());
+    for (const NamedModule& each : modules)
+        if (auto done = each.module->resumed(subdomain_); !done) return tl::unexpected<Error>(done.error());
     subdomain_.refresh();
     return counters;
+}
+
+Loader::Head Loader::read_head(ByteReader& in) {
+    Head head;
+    const auto schema = in.read_block();
+    head.schema.assign(schema.begin(), schema.end());
+    for (auto left = in.read_count(sizeof(std::uint32_t)); left > 0; --left) head.modules.push_back(in.read_string());
+    return head;
+}
+
+// Finds out who reads what was kept, and how facts were stored.
+Result<void> Loader::prepare(const Modules& modules) {
+    if (shares_.count() == 0) return damaged("has no share");
+    const Result<BlockView> block = shares_.rest(0, room_);
+    if (!block) return tl::unexpected<Error>(block.error());
+    ByteReader in = reader(*block, "the end of a snapshot");
+    const Head head = read_head(in);
+    if (in.failed()) return in.outcome();
+    const auto same = [](const NamedModule& here, const std::string& name) { return here.name == name; };
+    if (how_ == Loads::GoesOn && !std::equal(modules.begin(), modules.end(), head.modules.begin(), head.modules.end(), same))
+        return damaged(fmt::format("is of a run with the modules {}", fmt::join(head.modules, ", ")));
+    for (std::size_t i = 0; i < head.modules.size(); ++i) {
+        const auto found = std::find_if(modules.begin(), modules.end(), [&](const NamedModule& m) { return same(m, head.modules[i]); });
+        kept_by_.push_back(how_ == Loads::GoesOn ? modules[i].module : found == modules.end() ? nullptr : found->module);
+    }
+    if (how_ != Loads::Anew) return {};
+    ByteReader stored(head.schema, "how a snapshot stores facts", ByteReader::Origin::Outside);
+    Result<tuple::Schema> schema = tuple::Schema::read(stored);
+    if (!schema) return tl::unexpected<Error>(schema.error());
+    take_over_.emplace(std::move(*schema), subdomain_.module, subdomain_.facts_);
+    return {};
 }
 
 Result<void> Loader::facts(const Place& place) {
@@ -177,37 +223,58 @@ Result<void> Loader::load_catoms(const Rest& rest) {
         const Result<BlockView> block = shares_.state(share, chunk, room_);
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the facts of a snapshot");
-        subdomain_.facts_.load(found, in);
+        if (take_over_)
+            take_over_->load(found, in);
+        else
+            subdomain_.facts_.load(found, in);
         return rest(found, in);
     });
 }
 
-Result<void> Loader::load_rest(const Modules& modules, CodeModules& codes, Block& counters) {
+// Whoever stopped it there now wants it to go on.
+void Loader::load_totals(const Totals& saved) {
+    Totals totals = saved;
+    totals.stop = totals.save = false;
+    if (how_ != Loads::GoesOn) {
+        const auto later = [&](const world::Event& event) { return event.last() > subdomain_.tick(); };
+        totals.waiting = totals.timers || std::any_of(subdomain_.world.events.begin(), subdomain_.world.events.end(), later);
+    }
+    totals.awake = totals.awake || how_ == Loads::LooksAgain || how_ == Loads::Anew;
+    if (how_ == Loads::Anew) {
+        totals.waiting = totals.timers = totals.undefined = totals.finished = false;
+        totals.greatest_rank = 0;
+        totals.failure = {};
+        subdomain_.abi_.first_unborn = subdomain_.next_id();
+    }
+    subdomain_.status_.resume(subdomain_.tick(), totals);
+    subdomain_.facts_.evaluator.restore_greatest_rank(totals.greatest_rank);
+}
+
+Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
     for (std::size_t share = 0; share < shares_.count(); ++share) {
         const Result<BlockView> block = shares_.rest(share, room_);
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the end of a snapshot");
-        const auto tick = in.read<std::int64_t>();
-        subdomain_.abi_.now = tick;
+        read_head(in);
+        subdomain_.abi_.now = in.read<std::int64_t>();
         subdomain_.abi_.world_catoms = in.read<std::int64_t>();
+        subdomain_.abi_.first_unborn = in.read<std::uint64_t>();
         subdomain_.members_.next_id = in.read<std::uint64_t>();
-        // Whoever stopped it there now wants it to go on.
-        auto totals = in.read<Totals>();
-        totals.stop = totals.save = false;
-        subdomain_.status_.resume(tick, totals);
-        subdomain_.facts_.evaluator.restore_greatest_rank(subdomain_.totals.greatest_rank);
+        load_totals(in.read<Totals>());
         const auto counted = in.read_block();
         counters.assign(counted.begin(), counted.end());
         const auto owned = [&](u64 id) -> std::optional<u32> {
             const std::optional<Catom> catom = subdomain_.ensemble.find(id);
             return catom && subdomain_.owned(*catom) ? catom : std::nullopt;
         };
-        subdomain_.facts_.load_passing(tick, owned, in);
+        if (take_over_)
+            take_over_->load_passing(owned, in);
+        else
+            subdomain_.facts_.load_passing(subdomain_.tick(), owned, in);
         codes.load(subdomain_, share == 0, in);
-        const std::uint32_t count = in.read_count(sizeof(std::uint32_t));
-        if (count != modules.size()) return damaged(fmt::format("is of a run with {} modules, and this one has {}", count, modules.size()));
-        for (SimModule* module : modules) {
+        for (SimModule* module : kept_by_) {
             ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);
+            if (module == nullptr) continue;
             if (auto done = module->load_rest(subdomain_, own); !done) return done;
             if (auto whole = read_to_its_end(own, "what a module keeps"); !whole) return whole;
         }

@@ -3,20 +3,31 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/free_places.h"
 #include "runtime/sim/state/saver.h"
+#include "runtime/sim/state/take_over.h"
 
 namespace meld::sim {
+
+// What a run makes of a snapshot.
+enum class Loads {
+    GoesOn,       // The same run, as if it had never stopped.
+    BranchesOff,  // Another run with all that the one of the snapshot has; what happens later may differ, and so may what looks on.
+    LooksAgain,   // The same in a world with another target, which all catoms sense in the next tick.
+    Anew,         // The same of a program that has changed: what rules derive is derived anew.
+};
 
 class Loader {
   public:
     // The subdomain is new.
-    Loader(Subdomain& subdomain, const Shares& shares) : subdomain_(subdomain), shares_(shares) {}
+    Loader(Subdomain& subdomain, const Shares& shares, Loads how = Loads::GoesOn) : subdomain_(subdomain), shares_(shares), how_(how) {}
 
     // Catoms, what they hold, the tick, and what modules keep, which are resumed when the catoms are there. Returns what the run had
     // counted. Every process calls it. Errors: a share cannot be read or says what cannot be. Cost: the numbers and places of all
@@ -26,6 +37,8 @@ class Loader {
     // arbitrary positions are is for `place` to find in what the motion, the first of all modules, has saved for those of a chunk.
     using Place = std::function<Result<void>(Subdomain&, std::span<const tuple::SavedCatom>, ByteReader&)>;
     Result<void> facts(const Place& place);
+    // After run() with Loads::Anew.
+    const TakenOver& taken_over() const { return taken_over_; }
 
   private:
     // Where the catoms of a chunk are here: runs of them that follow each other in both.
@@ -78,12 +91,24 @@ class Loader {
     Result<void> add_own(Free& free);
     Result<void> add_ghosts(Free& free);
     Result<void> link(const FreePlaces& all, std::span<const tuple::SavedCatom> here);
-    Result<void> load_rest(const Modules& modules, CodeModules& codes, Block& counters);
+    // What a share says first at its end: how facts are stored, and who kept something.
+    struct Head {
+        Block schema;
+        std::vector<std::string> modules;
+    };
+    static Head read_head(ByteReader& in);
+    Result<void> prepare(const Modules& modules);
+    Result<void> load_rest(CodeModules& codes, Block& counters);
+    void load_totals(const Totals& saved);
 
     Subdomain& subdomain_;
     const Shares& shares_;
+    Loads how_;
     Block room_;                             // For blocks that are read.
     std::vector<std::vector<Found>> found_;  // By share and chunk.
+    std::vector<SimModule*> kept_by_;        // By the modules of the snapshot; none: nobody here reads that.
+    std::optional<TakeOver> take_over_;
+    TakenOver taken_over_;
 };
 
 }  // namespace meld::sim

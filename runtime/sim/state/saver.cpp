@@ -8,6 +8,7 @@
 #include "runtime/base/pulse.h"
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/free_places.h"
+#include "runtime/tuple/schema.h"
 
 namespace meld::sim {
 
@@ -66,25 +67,31 @@ Result<void> Saver::save_homes(ShareSink& sink) const {
 void Saver::state(std::span<const Catom> catoms, ByteWriter& out) const {
     pulse::beat();
     subdomain_.facts_.save(catoms, out);
-    for (const SimModule* module : modules_) {
+    for (const NamedModule& each : modules_) {
         const std::size_t begun = out.begin_block();
-        module->save_catoms(subdomain_, catoms, out);
+        each.module->save_catoms(subdomain_, catoms, out);
         out.end_block(begun);
     }
 }
 
 void Saver::rest(std::span<const std::byte> counters, ByteWriter& out) const {
+    // By which a later program reads the facts of this one.
+    const std::size_t schema = out.begin_block();
+    tuple::Schema::save(subdomain_.module, out);
+    out.end_block(schema);
+    out.write_count(modules_.size());
+    for (const NamedModule& each : modules_) out.write_string(each.name);
     out.write(subdomain_.tick());
     out.write(subdomain_.abi_.world_catoms);
+    out.write(subdomain_.abi_.first_unborn);
     out.write(subdomain_.next_id());
     out.write(subdomain_.totals);
     out.write_block(counters);
     subdomain_.facts_.save_passing([&](u32 catom) { return subdomain_.ensemble.id(catom); }, out);
     codes_.save(out);
-    out.write_count(modules_.size());
-    for (const SimModule* module : modules_) {
+    for (const NamedModule& each : modules_) {
         const std::size_t begun = out.begin_block();
-        module->save_rest(subdomain_, out);
+        each.module->save_rest(subdomain_, out);
         out.end_block(begun);
     }
 }

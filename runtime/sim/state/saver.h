@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "runtime/sim/core/code_modules.h"
@@ -10,8 +11,12 @@
 
 namespace meld::sim {
 
-// What moves, records and watches a run, in the order in which it acts.
-using Modules = std::vector<SimModule*>;
+// What moves, records and watches a run, in the order in which it acts. By its name a run that branches off finds what it had kept.
+struct NamedModule {
+    std::string name;
+    SimModule* module = nullptr;
+};
+using Modules = std::vector<NamedModule>;
 
 class Saver {
   public:

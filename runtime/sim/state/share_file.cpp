@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "runtime/base/hash.h"
 #include "runtime/base/pulse.h"
@@ -60,33 +59,50 @@ Result<void> ShareWriter::reserve(std::uint64_t bytes) { return file_.reserve(by
 
 Result<void> ShareWriter::close() { return file_.commit(); }
 
+namespace {
+
+// A process may have some thousand files open, and needs some for itself.
+constexpr std::size_t kMostHeld = 500;
+
+bool read_at(std::FILE* file, std::uint64_t offset, void* to, std::size_t size) {
+    return fseeko(file, static_cast<off_t>(offset), SEEK_SET) == 0 && std::fread(to, 1, size, file) == size;
+}
+
+}  // namespace
+
 Result<ShareFiles> ShareFiles::open(const std::vector<std::string>& paths) {
     ShareFiles out;
     for (const std::string& path : paths) {
         Result<File> file = index(path);
         if (!file) return tl::unexpected<Error>(file.error());
+        if (out.files_.size() >= kMostHeld) file->held.reset();
         out.files_.push_back(std::move(*file));
     }
     return out;
 }
 
-// Only the heads of the blocks are read.
-Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
+Result<ShareFiles::Open> ShareFiles::open_one(const std::string& path) {
     // Neither a device nor a pipe, which might never end.
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) return damaged(path, "is missing, or no file of ours");
-    std::ifstream in(path, std::ios::binary | std::ios::ate);
-    if (!in) return fail(fmt::format("cannot read {}: {}", path, std::strerror(errno)), "", ExitCode::RecordingRefused);
-    const auto size = static_cast<std::uint64_t>(in.tellg());
-    in.seekg(0);
+    Open file(std::fopen(path.c_str(), "rbe"));
+    if (!file) return fail(fmt::format("cannot read {}: {}", path, std::strerror(errno)), "", ExitCode::RecordingRefused);
+    return file;
+}
+
+// Only the heads of the blocks are read.
+Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
+    Result<Open> in = open_one(path);
+    if (!in) return tl::unexpected<Error>(in.error());
+    fseeko(in->get(), 0, SEEK_END);
+    const auto size = static_cast<std::uint64_t>(ftello(in->get()));
     char magic[sizeof kMagic] = {};
-    if (!in.read(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
+    if (!read_at(in->get(), 0, magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
         return damaged(path, "is no snapshot of this version");
-    File out{path, {}};
+    File out{path, {}, std::move(*in)};
     for (std::uint64_t at = sizeof kMagic; at < size;) {
         BlockHead head;
-        in.seekg(static_cast<std::streamoff>(at));
-        if (size - at < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.size > size - at - sizeof head)
+        if (size - at < sizeof head || !read_at(out.held.get(), at, &head, sizeof head) || head.size > size - at - sizeof head)
             return damaged(path, fmt::format("ends in the midst of a block at byte {}", at));
         const bool ended = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Rest;
         const bool after_places = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Places;
@@ -113,9 +129,13 @@ Result<BlockView> ShareFiles::read(std::size_t share, std::size_t block, Block& 
     const Place& place = file.blocks[block];
     if (room.size() < place.size) room.resize(place.size);
     const std::span<std::byte> out(room.data(), place.size);
-    std::ifstream in(file.path, std::ios::binary);
-    in.seekg(static_cast<std::streamoff>(place.offset));
-    if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size())))
+    Open again;
+    if (!file.held) {
+        Result<Open> opened = open_one(file.path);
+        if (!opened) return tl::unexpected<Error>(opened.error());
+        again = std::move(*opened);
+    }
+    if (!read_at(file.held ? file.held.get() : again.get(), place.offset, out.data(), place.size))
         return damaged(file.path, fmt::format("cannot be read at byte {}", place.offset));
     if (hash_of(place.kind, out) != place.hash)
         return damaged(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));

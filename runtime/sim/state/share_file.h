@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,7 +35,8 @@ class ShareWriter : public ShareSink {
     OutputFile file_;
 };
 
-// The files of all processes that made a snapshot, by their numbers. Blocks are read and checked when they are asked for.
+// The files of all processes that made a snapshot, by their numbers. Blocks are read and checked when they are asked for, also when the run
+// that made them has removed the files meanwhile.
 class ShareFiles : public Shares {
   public:
     // Errors: a file is missing or none of ours, or has no whole number of blocks.
@@ -53,10 +55,16 @@ class ShareFiles : public Shares {
         ShareBlock kind = ShareBlock::Rest;
         std::uint64_t offset = 0, size = 0, hash = 0;
     };
+    struct Close {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    using Open = std::unique_ptr<std::FILE, Close>;
     struct File {
         std::string path;
         std::vector<Place> blocks;
+        Open held;  // None of so many shares that a process cannot hold them all: it is opened again each time.
     };
+    static Result<Open> open_one(const std::string& path);
     static Result<File> index(const std::string& path);
     Result<BlockView> read(std::size_t share, std::size_t block, Block& room) const;
 

@@ -156,31 +156,50 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
     return meld::print(to_, text);
 }
 
+// By name: a run that branches off may have a program that numbers its predicates otherwise.
+void Watcher::save_watch(const Subdomain& subdomain, const Watch& watch, ByteWriter& out) {
+    const PredicateInfo& p = subdomain.module.predicates[watch.second];
+    out.write(watch.first);
+    out.write_string(p.name);
+    out.write(p.arity);
+}
+
+// None if the program has no such predicate.
+std::optional<Watcher::Watch> Watcher::load_watch(const Subdomain& subdomain, ByteReader& in) {
+    const u64 id = in.read<u64>();
+    const std::string name = in.read_string();
+    const std::optional<u32> found = tuple::find_predicate(subdomain.module, name, in.read<u16>());
+    return found && stored(subdomain.module.predicates[*found]) ? std::optional(Watch{id, *found}) : std::nullopt;
+}
+
 void Watcher::save_rest(const Subdomain& subdomain, ByteWriter& out) const {
     if (subdomain.comm.process() != 0) return;
     out.write_count(named_.size());
-    for (const Watch& watch : named_) {
-        out.write(watch.first);
-        out.write(watch.second);
-    }
+    for (const Watch& watch : named_) save_watch(subdomain, watch, out);
     out.write_count(everything_.size());
     for (const u64 id : everything_) out.write(id);
     out.write(watching_);
-    ByteWriter known;
-    for (const auto& [watch, facts] : known_) write_facts(watch, facts, true, known);
-    out.write_block(known.view());
+    out.write_count(known_.size());
+    for (const auto& [watch, facts] : known_) {
+        save_watch(subdomain, watch, out);
+        out.write_count(facts.size());
+        for (const std::string& fact : facts) out.write_string(fact);
+    }
 }
 
 Result<void> Watcher::load_rest(Subdomain& subdomain, ByteReader& in) {
     if (in.done()) return {};
-    for (auto left = in.read_count(sizeof(u64) + sizeof(u32)); left > 0; --left) {
-        const u64 id = in.read<u64>();
-        named_.emplace(id, in.read<u32>());
-    }
+    for (auto left = in.read_count(sizeof(u64) + sizeof(u32)); left > 0; --left)
+        if (const std::optional<Watch> watch = load_watch(subdomain, in)) named_.insert(*watch);
     for (auto left = in.read_count(sizeof(u64)); left > 0; --left) everything_.insert(in.read<u64>());
     watching_ = in.read<bool>();
     std::map<Watch, Facts> known;
-    receive(in.read_block(), known);
+    for (auto left = in.read_count(sizeof(u64) + sizeof(u32)); left > 0; --left) {
+        const std::optional<Watch> watch = load_watch(subdomain, in);
+        Facts facts(in.read_count(sizeof(u32)));
+        for (std::string& fact : facts) fact = in.read_string();
+        if (watch) known[*watch] = std::move(facts);
+    }
     for (const auto& [watch, facts] : known) {
         const auto catom = subdomain.ensemble.find(watch.first);
         if (catom && subdomain.owned(*catom)) reported_[watch] = facts;

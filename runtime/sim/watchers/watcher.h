@@ -33,6 +33,8 @@ class Watcher : public SimModule {
     // The number of a catom and a predicate of the program.
     using Watch = std::pair<u64, u32>;
     using Facts = std::vector<std::string>;
+    static void save_watch(const Subdomain& subdomain, const Watch& watch, ByteWriter& out);
+    static std::optional<Watch> load_watch(const Subdomain& subdomain, ByteReader& in);
     Result<void> begin(Subdomain& subdomain);
     Result<void> add(Subdomain& subdomain, u64 id, const std::string& name);
     Facts facts_of(Subdomain& subdomain, const Watch& watch) const;

@@ -1,0 +1,295 @@
+#include "runtime/driver/simulate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/available_memory.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/interrupt.h"
+#include "runtime/base/log.h"
+#include "runtime/base/progress.h"
+#include "runtime/base/standard_streams.h"
+#include "runtime/comm/outcome.h"
+#include "runtime/driver/agreement.h"
+#include "runtime/driver/bisect.h"
+#include "runtime/driver/checkpoints.h"
+#include "runtime/driver/claims.h"
+#include "runtime/driver/debug.h"
+#include "runtime/driver/fork.h"
+#include "runtime/driver/inputs.h"
+#include "runtime/driver/memory_check.h"
+#include "runtime/driver/outputs.h"
+#include "runtime/driver/replay.h"
+#include "runtime/driver/report.h"
+#include "runtime/record/digest_file.h"
+#include "runtime/record/facts_file.h"
+#include "runtime/record/recorder.h"
+#include "runtime/sim/simulation.h"
+#include "runtime/sim/watchers/printer.h"
+#include "runtime/sim/watchers/watcher.h"
+
+namespace meld::driver {
+
+namespace {
+
+// The steps of a run, in their order. Each returns the same on all processes.
+class Run {
+  public:
+    Run(const RunOptions& options, comm::Communicator& comm)
+        : options_(options), comm_(comm), speaks_(comm.process() == 0), again_(!options.replay.empty()) {}
+
+    Result<void> read(const std::string& module_path);
+    // Instead of all that follows: somebody walks through the run.
+    Result<int> debug() { return debug_run(options_, *inputs_, claims_, comm_); }
+    Result<void> open();
+    Result<void> add_watchers();
+    Result<void> set_up();
+    Result<int> run();
+    Result<int> answer() { return find_tick(options_, *simulation_); }
+
+  private:
+    Result<void> add_recorder();
+    Result<void> open_checkpoints();
+    Result<void> tick_to_the_end();
+    Result<void> write_facts();
+    void warn();
+    Result<void> report();
+    Error after_failure(Error error);
+
+    const RunOptions& options_;
+    comm::Communicator& comm_;
+    const bool speaks_;
+    const bool again_;  // It is the run of a recording.
+    std::optional<Inputs> inputs_;
+    std::vector<Claim> claims_;
+    Outputs outputs_;
+    std::optional<interrupt::Answering> patiently_;  // As long as there are results to lose.
+    std::optional<sim::Simulation> simulation_;
+    std::optional<Checkpoints> checkpoints_;
+    std::optional<Forked> forked_;
+};
+
+Result<void> Run::read(const std::string& module_path) {
+    Result<Inputs> inputs = read_inputs(options_, comm_, module_path);
+    const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options_, in.module, in.world); });
+    if (const auto alike = agree(comm_, mine); !alike) return alike;
+    inputs_.emplace(std::move(*inputs));
+    claims_ = *mine;
+    return {};
+}
+
+Result<void> Run::open() {
+    const Result<void> opened = speaks_ ? open_outputs(options_, inputs_->info(), outputs_) : Result<void>{};
+    if (const auto all = comm::outcome_of_first(comm_, opened); !all) return all;
+    simulation_.emplace(inputs_->info(), inputs_->world, inputs_->target, comm_, options_.threads);
+    return {};
+}
+
+Result<void> Run::add_recorder() {
+    const ModuleInfo& info = inputs_->info();
+    const world::World& world = inputs_->world;
+    const Result<record::Provenance> how = again_ ? record::Provenance{} : provenance(options_, info, world);
+    if (const auto all = comm::outcome_of_all(comm_, how.map([](const auto&) {})); !all) return all;
+    const record::RecordingInfo about{.program = info.sources[0].text,
+                                      .world = world.text,
+                                      .seed = world.seed,
+                                      .arguments = options_.command,
+                                      .lattice = std::string(world::Lattice(world.lattice).name()),
+                                      .radius = world.radius,
+                                      .provenance = again_ ? "" : record::to_json(*how),
+                                      .durability = durability(options_)};
+    using Loaded = record::Recorder::Loaded;
+    simulation_->add(std::make_unique<record::Recorder>(options_.record, world.record.every, world.record.predicates, about,
+                                                        options_.fork.empty() ? Loaded::Appends : Loaded::Begins),
+                     "recorder");
+    return {};
+}
+
+// The output of catoms and the summary go to standard output, unless results are written there.
+std::FILE* talk(const RunOptions& options) { return results_at_standard_output(options) ? stderr : stdout; }
+
+Result<void> Run::add_watchers() {
+    if (!options_.record.empty())
+        if (auto added = add_recorder(); !added) return added;
+    if (again_) {
+        auto check = make_check(options_.replay);
+        if (const auto all = comm::outcome_of_all(comm_, check.map([](const auto&) {})); !all) return all;
+        simulation_->add((*check)(), "check");
+    }
+    if (!options_.question && !again_) {
+        simulation_->add(std::make_unique<sim::Printer>(talk(options_)), "printer");
+        simulation_->add(std::make_unique<sim::Watcher>(talk(options_)), "watcher");
+    }
+    if (!options_.digest.empty())
+        simulation_->add(std::make_unique<record::DigestFile>(options_.digest, durability(options_), std::move(outputs_.digest)),
+                         "digests");
+    return {};
+}
+
+Result<void> Run::open_checkpoints() {
+    if (options_.checkpoint.empty()) return {};
+    const Result<Interval> every = parse_interval(options_.checkpoint_every);
+    if (!every) return tl::unexpected<Error>(every.error());
+    using As = sim::CheckpointFolder::Run;
+    Result<sim::CheckpointFolder> folder =
+        sim::CheckpointFolder::open(options_.checkpoint, options_.resume.empty() ? As::Begins : As::GoesOn, comm_);
+    if (!folder) return tl::unexpected<Error>(folder.error());
+    checkpoints_.emplace(*simulation_, std::move(*folder), identity(options_, claims_, inputs_->world), *every);
+    return {};
+}
+
+Result<void> Run::set_up() {
+    if (auto opened = open_checkpoints(); !opened) return opened;
+    const bool goes_on = !options_.resume.empty();
+    if (goes_on) {
+        if (auto done = checkpoints_->resume(inputs_->registry); !done) return done;
+    } else if (!options_.fork.empty()) {
+        auto forked = branch_off(options_.fork, identity(options_, claims_, inputs_->world), *simulation_, inputs_->registry);
+        if (!forked) return tl::unexpected<Error>(forked.error());
+        forked_ = std::move(*forked);
+    } else if (auto done = simulation_->start(inputs_->registry); !done) {
+        return done;
+    }
+    if (checkpoints_)
+        if (auto can = simulation_->saveable(); !can) return can;
+    // From there it can go on by itself, whatever becomes of the run that it branches off from.
+    if (forked_ && checkpoints_) checkpoints_->write();
+    if (goes_on && speaks_ && !options_.quiet) log::info("goes on after tick {}", simulation_->subdomain().tick());
+    if (forked_ && speaks_ && !options_.quiet) log::info("branches off from {}", describe(*forked_));
+    // Also with --quiet: facts are missing.
+    if (forked_ && speaks_ && !forked_->facts.dropped.empty())
+        log::warning("{}: the program has no such facts any more, or derives them", describe_dropped(*forked_));
+    return {};
+}
+
+// The facts of the last tick that went well, if they are still there, and what there is to say.
+Error Run::after_failure(Error error) {
+    sim::Subdomain& subdomain = simulation_->subdomain();
+    if (options_.facts_out.empty()) return error;
+    if (subdomain.status().half_way()) {
+        error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
+                                        error.suggestion.empty() ? "" : ".\n", subdomain.status().last_tick() + 1);
+    } else if (const auto written = write_facts(); !written) {
+        error.suggestion +=
+            fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
+    }
+    return error;
+}
+
+// Whether the time limit has passed on some process: clocks differ by a little, and all must end alike. Collective.
+bool time_is_up(const RunOptions& options, comm::Communicator& comm) {
+    if (options.timeout_seconds <= 0) return false;
+    const std::byte mine{interrupt::time_is_up()};
+    const std::vector<std::byte> all = comm.allgather({&mine, 1});
+    return std::ranges::any_of(all, [](std::byte passed) { return passed != std::byte{0}; });
+}
+
+// A tick that was cut short when the time was up was not interrupted by anybody.
+Error with_time_limit(const RunOptions& options, Error error) {
+    if (error.code != ExitCode::Interrupted) return error;
+    return {fmt::format("the time limit of {} s has passed: {}", options.timeout_seconds, error.problem), "Raise --timeout",
+            ExitCode::LimitHit};
+}
+
+Result<void> Run::tick_to_the_end() {
+    std::optional<Progress> progress;
+    if (speaks_ && !options_.quiet) progress.emplace();
+    const auto begin = std::chrono::steady_clock::now();
+    const auto each = [&] {
+        if (interrupt::received() != 0) simulation_->subdomain().request_stop();
+        if (checkpoints_) checkpoints_->after_tick();
+        if (!progress) return;
+        progress->update([&] {
+            const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
+            const std::string line = progress_line(*simulation_, since.count(), options_.ticks);
+            const std::string last = checkpoints_ ? checkpoints_->status() : "";
+            return last.empty() ? line : line + ", " + last;
+        });
+    };
+    const auto at_end = [&] {
+        if (checkpoints_) checkpoints_->at_end();
+    };
+    return simulation_->run({options_.ticks, options_.strict}, each, at_end);
+}
+
+Result<void> Run::write_facts() {
+    if (options_.facts_out.empty()) return {};
+    return record::write_facts(simulation_->subdomain(), record::facts_form(options_.facts_out), outputs_.facts.get());
+}
+
+// Also with --quiet: facts are missing.
+void Run::warn() {
+    const sim::Summary& summary = simulation_->summary();
+    if (!speaks_) return;
+    if (const std::string dropped = warning_of_dropped(summary); !dropped.empty()) log::warning("{}", dropped);
+    if (!summary.undefined.empty()) log::warning("the run ended before quiescence, and {}", summary.undefined);
+    if (!summary.dead_link.empty())
+        log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
+                     summary.dead_link);
+}
+
+// The most memory that one of the processes has had. Collective.
+std::uint64_t greatest_peak(comm::Communicator& comm) {
+    const std::uint64_t mine = resident_memory().peak;
+    std::uint64_t greatest = 0;
+    for (const auto& bytes : comm.allgather_any(std::as_bytes(std::span(&mine, 1))))
+        greatest = std::max(greatest, ByteReader(bytes, "the memory of a process").read<std::uint64_t>());
+    return greatest;
+}
+
+Result<void> Run::report() {
+    const MemoryReport memory{inputs_->memory.peak(), greatest_peak(comm_)};
+    const About about{inputs_->world.path, comm_.processes(), options_.threads, options_.restarts, forked_, memory};
+    if (speaks_ && options_.json) return print(stdout, summary_json(simulation_->summary(), about));
+    if (speaks_ && !options_.quiet) return print(talk(options_), summary_table(simulation_->summary(), about));
+    return {};
+}
+
+Result<int> Run::run() {
+    if (speaks_ && !options_.quiet)
+        if (const std::string tight = warning_of_memory(inputs_->world, inputs_->memory, inputs_->processes_here); !tight.empty())
+            log::warning("{}", tight);
+    patiently_.emplace(interrupt::Answer::Patiently);
+    const Result<void> ran = tick_to_the_end();
+    const bool too_long = time_is_up(options_, comm_);
+    const std::int64_t tick = simulation_->subdomain().tick();
+    if (!ran && again_) return end_replay(options_, ran, tick, false, comm_);
+    if (!ran) return tl::unexpected<Error>(after_failure(too_long ? with_time_limit(options_, ran.error()) : ran.error()));
+    if (auto written = write_facts(); !written) return tl::unexpected<Error>(written.error());
+    warn();
+    const bool interrupted = simulation_->summary().ending == sim::Ending::Interrupted;
+    if (again_) return end_replay(options_, ran, tick, interrupted, comm_);
+    if (auto printed = report(); !printed) return tl::unexpected<Error>(printed.error());
+    // All messages have been printed: a signal that ends the process now interrupts nothing.
+    interrupt::set_last_words(nullptr);
+    if (interrupted && too_long)
+        return fail(fmt::format("the time limit of {} s has passed; the run ended after a tick, and what it wrote is whole",
+                                options_.timeout_seconds),
+                    "Raise --timeout", ExitCode::LimitHit);
+    return interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
+}
+
+}  // namespace
+
+Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
+    std::optional<interrupt::TimeLimit> limit;
+    if (options.timeout_seconds > 0) limit.emplace("meldsim", options.timeout_seconds);
+    Run run(options, comm);
+    Result<void> ready = run.read(module_path);
+    if (ready && options.debug) return run.debug();
+    if (ready) ready = run.open();
+    if (ready) ready = run.add_watchers();
+    if (ready) ready = run.set_up();
+    if (!ready) return tl::unexpected<Error>(ready.error());
+    return options.question ? run.answer() : run.run();
+}
+
+}  // namespace meld::driver
