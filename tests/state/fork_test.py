@@ -27,7 +27,8 @@ dist(B, D + 1) :- neighbor(A, B), dist(A, D).
 """
 # Views of every kind of recursion and storage, over the same given facts.
 OTHERS = {
-    "slower": GRADIENT.replace("D + 1", "D + 2") + "type far(node, max int).\nfar(A, D) :- dist(A, D).\nfar(B, D) :- neighbor(A, B), far(A, D).\n",
+    "slower": GRADIENT.replace("D + 1", "D + 2") +
+              "type far(node, max int).\nfar(A, D) :- dist(A, D).\nfar(B, D) :- neighbor(A, B), far(A, D).\n",
     "pairs": "type source(node).\ntype near(node, node, min int).\ntype often(node, count int).\ntype flag(node).\n"
              "near(A, A, 0) :- neighborCount(A, _).\nnear(A, C, D + 1) :- neighbor(A, B), near(B, C, D), D < 3.\n"
              "often(A, 1) :- near(A, _, _).\nflag(A) :- often(A, N), N > 10.\n",
@@ -79,7 +80,7 @@ class Same(Case):
     def test_it_is_the_run_that_goes_on(self):
         wanted = self.undisturbed()
         last = [line for line in wanted[0].splitlines() if int(line.split()[1]) > 100]
-        for made_by, processes, threads in ((1, 4, 1), (2, 3, 1), (3, 2, 2), (1, 1, 2)):
+        for made_by, processes, threads in ((1, 4, 1), (2, 3, 1), (3, 1, 2)):
             with self.subTest(made_by=made_by, processes=processes):
                 folder = f"kept{made_by}{processes}"
                 self.fine("meldsim", *until(100), "--checkpoint", folder, "-n", made_by)
@@ -125,9 +126,9 @@ class Same(Case):
         self.write("w.toml", outputs_test.WORLD)
         self.keep("sub.meld", 2, "--set", "K=5", "--arg", "1", "--arg", "2", "-I", ".")
         (self.folder / "there").mkdir()
-        done = subprocess.run([outputs_test.TOOLS.meldsim, "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1", "--strict",
-                               "--ticks", "4", "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own", "--checkpoint-every",
-                               "2ticks", "--retries", "1", "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet"],
+        done = subprocess.run([outputs_test.TOOLS.meldsim, "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1",
+                               "--strict", "--ticks", "4", "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own",
+                               "--checkpoint-every", "2ticks", "--retries", "1", "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet"],
                               cwd=self.folder / "there", capture_output=True)
         self.assertEqual(done.returncode, 0, done)
         self.assertIn(b"p(@0, 6, 7, 2).", self.read("f2"))
@@ -140,8 +141,8 @@ class Same(Case):
                                    f"--forked-from={self.folder}/kept"])
 
     def test_several_at_once_from_a_run_that_goes_on(self):
-        run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "waiting.meld", "--quiet", "--ticks", "100000000", "--checkpoint", "kept",
-                                "--checkpoint-every", "1ticks"], cwd=self.folder)
+        run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "waiting.meld", "--quiet", "--ticks", "100000000",
+                                "--checkpoint", "kept", "--checkpoint-every", "1ticks"], cwd=self.folder)
         self.addCleanup(run.wait)
         self.addCleanup(run.kill)
         end = time.monotonic() + 30
@@ -177,7 +178,7 @@ class OtherProgram(Case):
                 with self.subTest(name, ticks=ticks):
                     self.keep("p.meld", ticks, world="grid.toml", folder=f"{name}{ticks}")
                     digests = set()
-                    for processes in (1, 3):
+                    for processes in (1, 3) if ticks == 3 else (2,):
                         about, facts = self.forked("--program", f"{name}.meld", "--digest", "d", "-n", processes, folder=f"{name}{ticks}")
                         self.assertEqual(facts, wanted)
                         self.assertEqual((about["anew"], about["changed"], about["taken_over"]), (True, ["the program"], {"source": 1}))
@@ -201,7 +202,7 @@ class OtherProgram(Case):
             self.keep("t.meld", ticks, "-n", made_by, folder=f"kept{ticks}")
             self.write("u.meld", TOKENS.replace("token(@0, 0).", "token(@0, 0). token(@5, 7). late(@1).") +
                        "type linear late(node).\ntype more(node, int).\nmore(A, N + 1) :- seen(A, N).\n")
-            for processes in (1, 2):
+            for processes in (1, 2) if made_by == 1 else (3,):
                 about, facts = self.forked("--program", "u.meld", "--ticks", 40, "-n", processes, folder=f"kept{ticks}")
                 self.assertEqual([f for f in facts if not f.startswith("more")], wanted)
                 self.assertTrue(any(f.startswith("more(@0") for f in facts))
@@ -234,16 +235,17 @@ class OtherProgram(Case):
                 body = f"rung(A{', _' * change.count(',')})"
                 rule = f"{body} -o any(A)" if "linear" in change else f"any(A) :- {body}"
                 self.write("u.meld", f"type {change}.\ntype any(node).\n{rule}.\n")
-                for n in (1, 2):
+                for n in (1, 2) if "float" in change else (1,):
                     self.refused("meldsim", "fork", "kept", "--program", "u.meld", "-n", n, code=DAMAGED,
                                  says=["cannot be taken over", *says, "Declare rung as it was"])
         # Only rules derive `seen`.
-        self.write("u.meld", TOKENS.replace("type seen(node, max int).\n", "type seen(node, int, int).\n").replace("seen(A, N)", "seen(A, N, N)"))
+        self.write("u.meld", TOKENS.replace("seen(node, max int)", "seen(node, int, int)").replace("seen(A, N)", "seen(A, N, N)"))
         self.assertIn("seen", self.forked("--program", "u.meld", "--ticks", 30)[0]["derived_anew"])
 
     def test_lists_and_other_values(self):
         program = ("type linear box(node, list int, string).\ntype kept(node, set int, :(int, float)).\ntype all(node, list int).\n"
-                   "box(A, [1, 2, 3], \"one\") .\nbox(A, L, S), S = \"one\" -o box(A, [9 | L], \"two\"), kept(A, list2set(L), :(4, 0.5)).\n")
+                   "box(A, [1, 2, 3], \"one\").\n"
+                   "box(A, L, S), S = \"one\" -o box(A, [9 | L], \"two\"), kept(A, list2set(L), :(4, 0.5)).\n")
         self.write("l.meld", program)
         self.keep("l.meld", 3)
         wanted = self.fresh("l.meld")
@@ -262,7 +264,7 @@ class OtherProgram(Case):
             with self.subTest(ticks=ticks):
                 self.keep("a.meld", ticks, world="moves.toml", folder=f"kept{ticks}")
                 self.write("b.meld", program + "type other(node).\nother(A) :- done(A, _).\n")
-                for processes in (1, 2):
+                for processes in (1, 2) if ticks == 5 else (1,):
                     done = self.fine("meldsim", "fork", f"kept{ticks}", "--program", "b.meld", "--ticks", 10, "--quiet", "-n", processes,
                                      "--facts-out", "forked")
                     # The fourth is born in tick 6, with its linear axiom.
@@ -312,7 +314,7 @@ class OtherProgram(Case):
 
 
 class OtherWorld(Case):
-    PROGRAM = "const STEP = 1.\ntype source(node).\ntype dist(node, min int).\ndist(A, 0) :- source(A).\ndist(B, D + STEP) :- neighbor(A, B), dist(A, D).\n"
+    PROGRAM = "const STEP = 1.\n" + GRADIENT.replace("D + 1", "D + STEP")
 
     def setUp(self):
         super().setUp()
