@@ -7,6 +7,7 @@ taken over, and what rules derive is what a run of that program derives.
 import argparse
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ type dist(node, min int).
 dist(A, 0) :- source(A).
 dist(B, D + 1) :- neighbor(A, B), dist(A, D).
 """
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples/meld"
 # Views of every kind of recursion and storage, over the same given facts.
 OTHERS = {
     "slower": GRADIENT.replace("D + 1", "D + 2") +
@@ -128,7 +130,8 @@ class Same(Case):
         (self.folder / "there").mkdir()
         done = subprocess.run([outputs_test.TOOLS.meldsim, "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1",
                                "--strict", "--ticks", "4", "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own",
-                               "--checkpoint-every", "2ticks", "--retries", "1", "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet"],
+                               "--checkpoint-every", "2ticks", "--retries", "1", "--heartbeat", "1min", "--timeout", "50", "--sync",
+                               "--quiet"],
                               cwd=self.folder / "there", capture_output=True)
         self.assertEqual(done.returncode, 0, done)
         self.assertIn(b"p(@0, 6, 7, 2).", self.read("f2"))
@@ -185,6 +188,19 @@ class OtherProgram(Case):
                         self.assertIn("dist" if name == "slower" else "flag" if name == "pairs" else "none", about["derived_anew"])
                         digests.add(self.read("d"))
                     self.assertEqual(len(digests), 1)
+
+    def test_examples(self):
+        """A program that only reads differently; its views come to what they were."""
+        for name, ticks in (("shortest_paths", 17), ("census", 37), ("minimum_spanning_tree", 34), ("spanning_tree", 20)):
+            with self.subTest(name):
+                text = (EXAMPLES / f"{name}.meld").read_text()
+                self.write(f"{name}.toml", (EXAMPLES / f"{name}.toml").read_text())
+                self.write(f"{name}.meld", text)
+                wanted = self.fresh(f"{name}.meld", world=f"{name}.toml")
+                self.keep(f"{name}.meld", ticks, world=f"{name}.toml", folder=name)
+                self.write(f"{name}.meld", text + "// The same.\n")
+                about, facts = self.forked(folder=name)
+                self.assertEqual((facts, about["anew"]), (wanted, True))
 
     def test_a_rule_that_was_saved(self):
         """Without --program, the file is taken as it is now; facts that nothing supports any more are gone."""
