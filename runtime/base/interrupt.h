@@ -25,7 +25,7 @@ inline constexpr double kStep_s = 0.7;
 // Whether the process was started to ignore it, as `nohup` and similar commands ask for. Also for use between fork and exec.
 bool is_ignored(int signal);
 
-// From now on these signals are answered, AtOnce at first; not those that are ignored. `repeated` are those that their sender may repeat, or
+// From now on these signals are answered, AtOnce at first; not those that are ignored. `repeated` are those that their sender may repeat or
 // send by two ways: none is ever the second. Those that were blocked until now come. Call it once, from the main thread, before there are
 // others.
 void handle(std::initializer_list<int> signals, std::initializer_list<int> repeated = {});

@@ -7,8 +7,8 @@
 
 namespace meld {
 
-// While it lives, the file at this path, or the folder, goes when the process is ended by runtime/base/interrupt.h. A folder goes after what
-// was named later, so name it before its files.
+// While it lives, the file at this path, or the folder, goes when the process is ended by runtime/base/interrupt.h. A folder goes after
+// what was named later, so name it before its files.
 class Leftover {
   public:
     Leftover() = default;

@@ -21,8 +21,8 @@ inline constexpr int kEndNowSignal = SIGUSR2;
 inline constexpr int kCannotStart = 127;
 
 struct LaunchOutcome {
-    // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; kCannotStart; 130 when the processes
-    // had been asked to end and had, but mpirun had not; 143 when they had to be ended.
+    // Of the first process that failed, 0 when none did; 128 + signal for a process killed by a signal; kCannotStart; 130 when the
+    // processes had been asked to end and had, but mpirun had not; 143 when they had to be ended.
     int exit_code = 0;
     // The first signal by which the user asked for the end, or 0. The processes may still have finished, with code 0.
     int interrupted_by = 0;

@@ -4,21 +4,19 @@ With nothing changed, a run that branches off is the run that goes on, bit for b
 taken over, and what rules derive is what a run of that program derives.
 """
 
-import argparse
 import json
-import os
 import pathlib
 import signal
-import subprocess
 import sys
 import threading
-import time
-import unittest
 
 import h5py
 
-import resume_test
-from resume_test import DAMAGED, KEEP, outputs_test, until
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import resume_test  # noqa: E402
+from frame import main, square  # noqa: E402
+from resume_test import DAMAGED, KEEP, until  # noqa: E402
 
 GRID = 'lattice = "square"\n[[body]]\nshape = "box(12, 5, 1)"\n[facts]\nsource = "id == 0"\n'
 GRADIENT = """type source(node).
@@ -55,16 +53,16 @@ seen(A, N) :- rung(A, N).
 class Case(resume_test.Case):
     def keep(self, program, ticks, *options, world="w.toml", folder="kept"):
         """A run that ends with a checkpoint after so many ticks."""
-        self.fine("meldsim", "run", program, "--world", world, "--ticks", ticks, "--quiet", "--checkpoint", folder, *options)
+        self.call("meldsim", "run", program, "--world", world, "--ticks", ticks, "--quiet", "--checkpoint", folder, *options)
 
     def fork(self, *options, folder="kept"):
-        return json.loads(self.fine("meldsim", "fork", folder, "--json", *options).stdout)
+        return json.loads(self.call("meldsim", "fork", folder, "--json", *options)[0])
 
     def facts_of(self, text):
         return sorted(text.decode().splitlines())
 
     def fresh(self, program, *options, world="w.toml"):
-        self.fine("meldsim", "run", program, "--world", world, "--quiet", "--facts-out", "fresh", *options)
+        self.call("meldsim", "run", program, "--world", world, "--quiet", "--facts-out", "fresh", *options)
         return self.facts_of(self.read("fresh"))
 
     def forked(self, *options, folder="kept"):
@@ -85,7 +83,7 @@ class Same(Case):
         for made_by, processes, threads in ((1, 4, 1), (2, 3, 1), (3, 1, 2)):
             with self.subTest(made_by=made_by, processes=processes):
                 folder = f"kept{made_by}{processes}"
-                self.fine("meldsim", *until(100), "--checkpoint", folder, "-n", made_by)
+                self.call("meldsim", *until(100), "--checkpoint", folder, "-n", made_by)
                 before = self.bytes_in(folder), self.outcome()
                 summary = self.fork("--ticks", 300, "--digest", "d2", "--facts-out", "f2", "-n", processes, "--threads", threads,
                                     folder=folder)
@@ -99,23 +97,23 @@ class Same(Case):
 
     def test_bodies(self):
         run = ["doze.meld" if word == "waiting.meld" else word for word in until(40)]
-        self.fine("meldsim", *run)
+        self.call("meldsim", *run)
         wanted = self.read("d").splitlines()[20:], self.read("f")
         self.forget()
-        self.fine("meldsim", *["20" if word == "40" else word for word in run], "--checkpoint", "kept")
+        self.call("meldsim", *["20" if word == "40" else word for word in run], "--checkpoint", "kept")
         self.fork("--ticks", 40, "--digest", "d2", "--facts-out", "f2", "-n", 2)
         self.assertEqual((self.read("d2").splitlines(), self.read("f2")), wanted)
 
     def test_it_keeps_checkpoints_of_its_own(self):
         wanted = self.undisturbed()
-        self.fine("meldsim", *until(100), "--checkpoint", "kept")
+        self.call("meldsim", *until(100), "--checkpoint", "kept")
         self.forget()
         self.fork("--ticks", 100, "--digest", "d2", "--facts-out", "f2", "--record", "r2", "--checkpoint", "own")
         # Before its first tick, too: the run that it comes from may go on.
         self.assertEqual(sorted(self.bytes_in("own")), ["100.0-of-1.share", "100.checkpoint.json"])
         self.assertEqual(self.read("d2"), b"")
-        self.fine("meldsim", "resume", "own", "--ticks", 200, "-n", 2, "--quiet")
-        self.fine("meldsim", "resume", "own", "--ticks", 300, "--quiet")
+        self.call("meldsim", "resume", "own", "--ticks", 200, "-n", 2, "--quiet")
+        self.call("meldsim", "resume", "own", "--ticks", 300, "--quiet")
         self.assertEqual(self.read("d2").splitlines(), wanted[0].splitlines()[100:])
         self.assertEqual(self.read("f2"), wanted[1])
         with h5py.File(self.folder / "r2") as file:
@@ -125,15 +123,12 @@ class Same(Case):
 
     def test_its_command_says_all_of_it(self):
         self.write("sub.meld", "const K = 1.\ntype p(node, int, int, int).\np(A, K, @arg1, @arg2) :- neighborCount(A, _).\n")
-        self.write("w.toml", outputs_test.WORLD)
+        self.write("w.toml", square(4))
         self.keep("sub.meld", 2, "--set", "K=5", "--arg", "1", "--arg", "2", "-I", ".")
         (self.folder / "there").mkdir()
-        done = subprocess.run([outputs_test.TOOLS.meldsim, "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1",
-                               "--strict", "--ticks", "4", "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own",
-                               "--checkpoint-every", "2ticks", "--retries", "1", "--heartbeat", "1min", "--timeout", "50", "--sync",
-                               "--quiet"],
-                              cwd=self.folder / "there", capture_output=True)
-        self.assertEqual(done.returncode, 0, done)
+        self.call("meldsim", "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1", "--strict", "--ticks", "4",
+                  "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own", "--checkpoint-every", "2ticks", "--retries", "1",
+                  "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet", cwd=self.folder / "there")
         self.assertIn(b"p(@0, 6, 7, 2).", self.read("f2"))
         manifest = (self.folder / "there/own/2.checkpoint.json").read_text()
         command = json.loads(manifest[:manifest.rstrip().rindex("\n")])["command"][1:]
@@ -144,14 +139,9 @@ class Same(Case):
                                    f"--forked-from={self.folder}/kept"])
 
     def test_several_at_once_from_a_run_that_goes_on(self):
-        run = subprocess.Popen([outputs_test.TOOLS.meldsim, "run", "waiting.meld", "--quiet", "--ticks", "100000000",
-                                "--checkpoint", "kept", "--checkpoint-every", "1ticks"], cwd=self.folder)
-        self.addCleanup(run.wait)
-        self.addCleanup(run.kill)
-        end = time.monotonic() + 30
-        while len(self.manifests() if (self.folder / "kept").exists() else ()) < 2:
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        run = self.begin("meldsim", "run", "waiting.meld", "--quiet", "--ticks", 100000000, "--checkpoint", "kept",
+                         "--checkpoint-every", "1ticks")
+        self.wait_for(lambda: len(self.manifests()) >= 2, run)
         ticks = []
 
         def branch(number):
@@ -229,11 +219,11 @@ class OtherProgram(Case):
         self.write("t.meld", TOKENS)
         self.keep("t.meld", 9)
         self.write("u.meld", "type rung(node, int).\ntype new(node, count int).\nnew(A, 1) :- rung(A, _).\n")
-        done = self.fine("meldsim", "fork", "kept", "--program", "u.meld", "--json", "--facts-out", "forked", "-n", 2)
-        about = json.loads(done.stdout)["forked"]
+        out, err = self.call("meldsim", "fork", "kept", "--program", "u.meld", "--json", "--facts-out", "forked", "-n", 2)
+        about = json.loads(out)["forked"]
         self.assertEqual((sorted(about["dropped"]), list(about["taken_over"])), (["bell", "rung", "spent", "token"], ["rung"]))
-        self.assertIn(b"warning: ", done.stderr)
-        self.assertRegex(done.stderr.decode(), r"facts? of bell, \d+ of rung, 1 of spent and 1 of token are dropped")
+        self.assertIn("warning: ", err)
+        self.assertRegex(err, r"facts? of bell, \d+ of rung, 1 of spent and 1 of token are dropped")
         rung = [f for f in self.facts_of(self.read("forked")) if f.startswith("rung")]
         self.assertEqual(len(rung), about["taken_over"]["rung"])
         # What rules derive now has no place for facts that were given.
@@ -244,9 +234,9 @@ class OtherProgram(Case):
     def test_another_declaration(self):
         self.write("t.meld", TOKENS)
         self.keep("t.meld", 9)
-        for change, says in (("rung(node, float)", ["rung(node, int)", "now declares rung(node, float)"]),
-                             ("rung(node, int, int)", ["rung(node, int)", "now declares rung(node, int, int)"]),
-                             ("linear rung(node, int)", ["rung(node, int)", "now declares linear rung(node, int)"])):
+        for change, says in (("rung(node, float)", ["facts of rung(node, int)", "now declares rung(node, float)"]),
+                             ("rung(node, int, int)", ["facts of rung(node, int)", "now declares rung(node, int, int)"]),
+                             ("linear rung(node, int)", ["facts of rung(node, int)", "now declares linear rung(node, int)"])):
             with self.subTest(change):
                 body = f"rung(A{', _' * change.count(',')})"
                 rule = f"{body} -o any(A)" if "linear" in change else f"any(A) :- {body}"
@@ -281,10 +271,10 @@ class OtherProgram(Case):
                 self.keep("a.meld", ticks, world="moves.toml", folder=f"kept{ticks}")
                 self.write("b.meld", program + "type other(node).\nother(A) :- done(A, _).\n")
                 for processes in (1, 2) if ticks == 5 else (1,):
-                    done = self.fine("meldsim", "fork", f"kept{ticks}", "--program", "b.meld", "--ticks", 10, "--quiet", "-n", processes,
-                                     "--facts-out", "forked")
+                    out, _ = self.call("meldsim", "fork", f"kept{ticks}", "--program", "b.meld", "--ticks", 10, "--quiet",
+                                       "-n", processes, "--facts-out", "forked")
                     # The fourth is born in tick 6, with its linear axiom.
-                    self.assertEqual(done.stdout.decode().splitlines(), ["@3: I am 3"] if ticks < 6 else [])
+                    self.assertEqual(out.splitlines(), ["@3: I am 3"] if ticks < 6 else [])
                     self.assertEqual([f for f in self.facts_of(self.read("forked")) if f.startswith("other")],
                                      [f"other(@{i})." for i in range(4)])
 
@@ -292,7 +282,7 @@ class OtherProgram(Case):
         self.write("w.meld", "type action watch(node, string).\ntype p(node, int).\nwatch(@0, \"p\").\np(@0, T / 10) :- tick(@0, T).\n")
         self.keep("w.meld", 15)
         self.write("v.meld", "type q(node).\n" + self.read("w.meld").decode().replace("T / 10", "T / 5"))
-        said = self.fine("meldsim", "fork", "kept", "--program", "v.meld", "--ticks", 21, "--quiet").stdout.decode()
+        said = self.call("meldsim", "fork", "kept", "--program", "v.meld", "--ticks", 21, "--quiet")[0]
         self.assertEqual(said.splitlines(), ["tick 16: - p(@0, 1)", "tick 16: + p(@0, 3)", "tick 20: - p(@0, 3)", "tick 20: + p(@0, 4)"])
 
     def test_colours_stay(self):
@@ -305,7 +295,7 @@ class OtherProgram(Case):
         self.assertTrue((colours == [255, 0, 0]).all(), colours)
 
     def test_hand_written_modules_keep_what_they_have(self):
-        self.write("t.toml", outputs_test.WORLD + '[components]\nthermometer = "drift"\n')
+        self.write("t.toml", square(4) + '[components]\nthermometer = "drift"\n')
         program = "type sensed temperature(node, first float).\ntype warm(node, float).\nwarm(A, X) :- temperature(A, X).\n"
         self.write("t.meld", program)
         self.keep("t.meld", 10, world="t.toml")
@@ -364,8 +354,8 @@ class OtherWorld(Case):
         self.write("r.meld", "type linear go(node).\ntype action print(node, string).\ngo(@0).\n"
                              "go(A) -o print(A, int2str(randint(1000000))), go(A)@+1.\n")
         self.keep("r.meld", 3)
-        said = [self.fine("meldsim", "fork", "kept", "--ticks", 8, "--quiet", "--seed", seed).stdout for seed in (1, 2, 1)]
-        whole = self.fine("meldsim", "run", "r.meld", "--world", "w.toml", "--ticks", 8, "--quiet").stdout
+        said = [self.call("meldsim", "fork", "kept", "--ticks", 8, "--quiet", "--seed", seed)[0] for seed in (1, 2, 1)]
+        whole = self.call("meldsim", "run", "r.meld", "--world", "w.toml", "--ticks", 8, "--quiet")[0]
         self.assertTrue(whole.endswith(said[0]))
         self.assertEqual(said[0], said[2])
         self.assertNotEqual(said[0], said[1])
@@ -400,29 +390,26 @@ class Refusals(Case):
         self.refused("meldsim", "fork", "nowhere", code=DAMAGED, says=["there is no checkpoint in", "nowhere", "meldsim run --checkpoint"])
 
     def test_damage(self):
-        self.fine("meldsim", *until(100), *KEEP)
+        self.call("meldsim", *until(100), *KEEP)
         place = self.shares()[-1]
         place.write_bytes(place.read_bytes()[:-1])
         for n in (1, 2):
-            done = self.fine("meldsim", "fork", "kept", "--ticks", 90, "--quiet", "-n", n)
-            self.assertIn(b"warning: a newer checkpoint is not whole, and the run branches off from that of tick 80", done.stderr)
+            err = self.call("meldsim", "fork", "kept", "--ticks", 90, "--quiet", "-n", n)[1]
+            self.assertIn("warning: a newer checkpoint is not whole, and the run branches off from that of tick 80", err)
         for place in self.shares():
             place.write_bytes(b"")
         self.refused("meldsim", "fork", "kept", code=DAMAGED, says=["no checkpoint in", "is whole"])
 
     def test_it_writes_elsewhere(self):
-        self.fine("meldsim", *until(20), "--checkpoint", "kept")
+        self.call("meldsim", *until(20), "--checkpoint", "kept")
         before = self.bytes_in("kept"), self.outcome()
-        for option, file in (("--digest", "d"), ("--facts-out", "f"), ("--record", "r"), ("--digest", "f")):
-            self.refused("meldsim", "fork", "kept", option, file, "--quiet", code=2, says=["of the run in kept", option])
+        for option, file, theirs in (("--digest", "d", "--digest"), ("--facts-out", "f", "--facts-out"), ("--record", "r", "--record"),
+                                     ("--digest", "f", "--facts-out")):
+            self.refused("meldsim", "fork", "kept", option, file, "--quiet", code=2,
+                         says=f"{theirs} of the run in kept and {option} are the same file")
         self.refused("meldsim", "fork", "kept", "--checkpoint", "kept", code=2, says=["has checkpoints of an earlier run"])
         self.assertEqual((self.bytes_in("kept"), self.outcome()), before)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldc", required=True)
-    parser.add_argument("--meldsim", required=True)
-    options, rest = parser.parse_known_args()
-    outputs_test.TOOLS.meldc, outputs_test.TOOLS.meldsim = (os.path.abspath(p) for p in (options.meldc, options.meldsim))
-    unittest.main(argv=[sys.argv[0], *rest])
+    main("meldc", "meldsim")

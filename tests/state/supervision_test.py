@@ -10,13 +10,14 @@ import pty
 import random
 import shutil
 import signal
+import subprocess
 import sys
 import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import TOOLS, files_of, main  # noqa: E402
+from frame import FOREVER, TOOLS, files_of, main  # noqa: E402
 from running import LONG_TICK, Running, processes_of, recorded_square, stat  # noqa: E402
 
 PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
@@ -182,7 +183,7 @@ class Hangs(Case):
 
     def test_a_reader_that_pauses_is_none(self):
         """Neither one that has not come yet nor one that leaves the pipe full, as a pager does."""
-        self.write("talks.meld", signals_test.FOREVER + "print(A, int2str(N)) :- tick(A, N).\n")
+        self.write("talks.meld", FOREVER + "print(A, int2str(N)) :- tick(A, N).\n")
         self.begin_again()
         os.mkfifo(self.folder / "fifo")
         run = self.start("talks.meld", "--world", "small.toml", "--ticks", 300, "--facts-out", "fifo", *KEEP, "--heartbeat", "500ms",
