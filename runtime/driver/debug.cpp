@@ -11,6 +11,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/interrupt.h"
+#include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
@@ -25,7 +26,7 @@
 #include "runtime/driver/run.h"
 #include "runtime/driver/scratch.h"
 #include "runtime/driver/tell.h"
-#include "runtime/sim/state/share_file.h"
+#include "runtime/sim/state/checkpoint_folder.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::driver {
@@ -59,24 +60,20 @@ std::vector<std::string> writing_modules(const RunOptions& options) {
     return names;
 }
 
-// The checkpoint at which a session begins.
-struct Beginning {
-    sim::Manifest manifest;
-    sim::ShareFiles shares;
-};
-
-Result<std::unique_ptr<Beginning>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims, const world::World& world) {
+// The checkpoint at which a session begins, if it does not begin with the world. Every process calls it.
+Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims,
+                                                            const world::World& world, comm::Communicator& comm) {
     if (options.resume.empty()) return nullptr;
-    const Result<sim::Manifest> newest = sim::newest_manifest(options.resume);
+    Result<sim::OpenCheckpoint> newest = sim::open_newest(options.resume, comm);
     if (!newest) return tl::unexpected<Error>(newest.error());
-    Result<sim::Checkpoint> checkpoint = sim::checkpoint_of(options.resume, newest->tick);
-    if (!checkpoint) return tl::unexpected<Error>(checkpoint.error());
-    if (const std::string other = sim::difference(checkpoint->manifest.run, identity(options, claims, world)); !other.empty())
+    const sim::Checkpoint& checkpoint = newest->checkpoint;
+    if (!checkpoint.passed_over.empty() && comm.process() == 0)
+        log::warning("a newer checkpoint is not whole, and the session begins with that of tick {}: {}", checkpoint.manifest.tick,
+                     checkpoint.passed_over);
+    if (const std::string other = sim::difference(checkpoint.manifest.run, identity(options, claims, world)); !other.empty())
         return fail(fmt::format("the run in {} cannot be looked at: {}", options.resume, other), "Put back what it was started with",
                     ExitCode::RecordingRefused);
-    Result<sim::ShareFiles> shares = sim::ShareFiles::open(checkpoint->files);
-    if (!shares) return tl::unexpected<Error>(shares.error());
-    return std::make_unique<Beginning>(Beginning{std::move(checkpoint->manifest), std::move(*shares)});
+    return std::make_unique<sim::OpenCheckpoint>(std::move(*newest));
 }
 
 // Shows how far the run is while a command is carried out, and asks it to stop when a signal has come.
@@ -215,8 +212,7 @@ Result<RunOptions> from_recording(const RunOptions& options, const std::string& 
     return run;
 }
 
-Result<RunOptions> from_checkpoints(const RunOptions& options,
-                                    const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& parse) {
     if (auto fits = carries_its_own(options, options.program, true); !fits) return tl::unexpected<Error>(fits.error());
     std::error_code error;
     const std::string folder = fs::absolute(options.program, error).lexically_normal().string();
@@ -260,8 +256,7 @@ Result<RunOptions> from_checkpoints(const RunOptions& options,
 
 }  // namespace
 
-int debug_command(RunOptions options, std::string scratch,
-                  const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
     if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
     // The processes that are started here have pipes.
     const auto note = [&](bool& flag, bool is, const char* word) {
@@ -297,7 +292,7 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
         if (const auto all = comm::outcome_of_all(comm, made.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         check = std::move(*made);
     }
-    const Result<std::unique_ptr<Beginning>> beginning = open_beginning(options, claims, inputs.world);
+    const Result<std::unique_ptr<sim::OpenCheckpoint>> beginning = open_beginning(options, claims, inputs.world, comm);
     if (const auto all = comm::outcome_of_all(comm, beginning.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
     std::optional<debug::Input> input;
     if (comm.process() == 0) {
@@ -317,11 +312,12 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
     const timeline::TimelineOptions how{.limits = {options.ticks, options.strict},
                                         .history_bytes = parse_bytes(options.debug->history).value_or(0)};
     timeline::Timeline timeline(make, inputs.registry, how);
-    const Beginning* const from = beginning->get();
+    const sim::OpenCheckpoint* const from = beginning->get();
     if (auto done = timeline.start(from != nullptr ? &from->shares : nullptr); !done) return tl::unexpected<Error>(done.error());
-    if (from != nullptr && timeline.digest(timeline.tick())->to_string() != from->manifest.digest)
-        return fail(fmt::format("the checkpoint of tick {} in {} does not give back its state", from->manifest.tick, options.resume),
-                    "Please report this with the program and the world", ExitCode::OurBug);
+    if (from != nullptr && timeline.digest(timeline.tick())->to_string() != from->checkpoint.manifest.digest)
+        return fail(
+            fmt::format("the checkpoint of tick {} in {} does not give back its state", from->checkpoint.manifest.tick, options.resume),
+            "Please report this with the program and the world", ExitCode::OurBug);
     Conversation conversation(options, comm, timeline, std::move(input));
     const Result<void> held = conversation.hold();
     if (!held) return tl::unexpected<Error>(held.error());

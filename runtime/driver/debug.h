@@ -16,8 +16,7 @@ namespace meld::driver {
 
 // Of a program, a recording or a folder of checkpoints, which is in RunOptions::program. `scratch` is as in ReplayOptions; `parse` reads a
 // command line of `meldsim run`. Returns the exit code; prints its own messages.
-int debug_command(RunOptions options, std::string scratch,
-                  const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse);
+int debug_command(RunOptions options, std::string scratch, const ParseRun& parse);
 
 // The session, on every process, when it is known what is run. Returns the exit code. Errors: of a command that was not typed at a
 // terminal; a signal has asked for the end.

@@ -183,7 +183,7 @@ Result<void> compare(const sim::RunIdentity& was, const sim::RunIdentity& is, Fo
 
 }  // namespace
 
-int fork_command(ForkOptions options, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse) {
+int fork_command(ForkOptions options, const ParseRun& parse) {
     std::error_code error;
     const fs::path here = fs::current_path(error);
     const std::string folder = fs::absolute(options.folder, error).lexically_normal().string();

@@ -33,7 +33,7 @@ struct ForkOptions {
 };
 
 // Returns the exit code. Prints its own messages. `parse` reads a command line of `meldsim run`.
-int fork_command(ForkOptions options, const std::function<std::optional<RunOptions>(const std::vector<std::string>&)>& parse);
+int fork_command(ForkOptions options, const ParseRun& parse);
 
 // Sets a simulation up from the newest checkpoint in a folder; `now` is the run that branches off. Every process calls it. Errors: there is
 // no checkpoint that is whole, or it is of another version; something differs that cannot; facts cannot be taken over.

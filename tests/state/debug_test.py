@@ -259,6 +259,17 @@ class OfRuns(DebugTest):
         self.assertEqual(self.session([], folder, code=6).stdout, "")
         self.assertIn("--world has no place here", self.session([], checkpoints, "--world", "x.toml", code=2).stderr)
 
+    def test_a_damaged_checkpoint(self):
+        """The one before serves instead."""
+        kept = self.path("kept")
+        self.call("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", kept, "--checkpoint-every", "5ticks")
+        share = kept / "12.0-of-1.share"
+        share.write_bytes(share.read_bytes()[:-1])
+        for processes in (1, 2):
+            done = self.session(["where"], kept, "-n", processes)
+            self.assertIn("tick 10", done.stdout)
+            self.assertRegex(done.stderr, "^warning: .*a newer checkpoint is not whole, and the session begins with that of tick 10")
+
 
 class AtATerminal(DebugTest):
     def start(self, *arguments):
