@@ -1,9 +1,7 @@
-#!/usr/bin/env python3
 """`meldsim debug`: whatever way a tick is reached, what it shows is what a run to that tick writes, on any number of processes.
 
-Usage: debug_test.py --meldc FILE --meldsim FILE [TEST ...]
+    debug_test.py --meldc PATH --meldsim PATH [--walks N] [unittest options]
 """
-import argparse
 import fcntl
 import functools
 import json
@@ -16,15 +14,17 @@ import signal
 import struct
 import subprocess
 import sys
-import tempfile
 import termios
 import time
-import unittest
 from pathlib import Path
 
 import h5py
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from frame import TOOLS, Case, main  # noqa: E402
+
 EXAMPLES = ROOT / "examples/meld"
 OWN = Path(__file__).resolve().parent / "programs"
 GRADIENT = EXAMPLES / "gradient.meld"
@@ -37,30 +37,23 @@ SETUPS = ((1, "300kB"), (2, "0"), (1, "1GiB"), (3, "300kB"), (1, "0"), (2, "1GiB
 
 @functools.cache
 def facts_at(program, world, tick):
-    command = [OPTIONS.meldsim, "run", program, "--ticks", str(tick), "--quiet", "--facts-out", "-"]
+    command = [TOOLS.meldsim, "run", program, "--ticks", str(tick), "--quiet", "--facts-out", "-"]
     done = subprocess.run(command + (["--world", world] if world else []), capture_output=True, text=True)
     return done.stdout
 
 
-class DebugTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
+class DebugTest(Case):
     def path(self, name, text=None):
-        path = Path(self.folder.name, name)
-        if text is not None:
-            path.write_text(text)
-        return path
+        return self.folder / name if text is None else self.write(name, text)
 
-    def call(self, *arguments, stdin="", code=0, cwd=None):
-        done = subprocess.run([str(OPTIONS.meldsim), *map(str, arguments)], capture_output=True, text=True, input=stdin,
-                              cwd=cwd or self.folder.name)
+    def meldsim(self, *arguments, stdin="", code=0, **options):
+        """It ends with this code; returns the process."""
+        done = self.run_tool("meldsim", *arguments, stdin=None, input=stdin.encode(), **options)
         self.assertEqual(done.returncode, code, done.stderr)
         return done
 
     def session(self, commands, *arguments, code=0):
-        return self.call("debug", *arguments, stdin="".join(c + "\n" for c in commands), code=code)
+        return self.meldsim("debug", *arguments, stdin="".join(c + "\n" for c in commands), code=code)
 
     def answers(self, commands, *arguments, code=0):
         return [json.loads(line) for line in self.session(commands, *arguments, "--json", code=code).stdout.splitlines()]
@@ -89,9 +82,9 @@ class Walks(DebugTest):
 
     def test_facts_are_those_of_a_run(self):
         for i, (program, world, last) in enumerate(WALKS):
-            for processes, history in SETUPS if OPTIONS.walks > 1 else (SETUPS[2 * i % 6], SETUPS[(2 * i + 1) % 6]):
+            for processes, history in SETUPS if TOOLS.walks > 1 else (SETUPS[2 * i % 6], SETUPS[(2 * i + 1) % 6]):
                 with self.subTest(program=program.name, world=world, processes=processes, history=history):
-                    for seed in range(OPTIONS.walks):
+                    for seed in range(TOOLS.walks):
                         self.walk(program, world, last, processes, history, seed)
 
     def test_answers_do_not_depend_on_processes(self):
@@ -144,7 +137,7 @@ class Questions(DebugTest):
 
     def test_where(self):
         digests = self.path("run.digest")
-        self.call("run", GRADIENT, "--quiet", "--digest", digests)
+        self.meldsim("run", GRADIENT, "--quiet", "--digest", digests)
         lines = digests.read_text().splitlines()
         *_, at = self.answers(["run", "back 9", "where"], GRADIENT, "-n", 2)
         self.assertEqual((at["catoms"], at["tick"], at["ended"]), (8000, 50, None))
@@ -163,21 +156,21 @@ class Questions(DebugTest):
                 done = self.session(commands, GRADIENT, "-n", processes, code=code)
                 self.assertIn(message, done.stderr)
         script = self.path("walk.txt", "step 2\nwher\nstep\n")
-        done = self.call("debug", GRADIENT, "--commands", script, code=2)
+        done = self.meldsim("debug", GRADIENT, "--commands", script, code=2)
         self.assertEqual((done.stdout, done.stderr),
                          ("tick 2\n", f"meldsim: {script}:2: there is no command 'wher'. Did you mean 'where'?\n"))
         error = self.answers(["stp"], GRADIENT, code=2)[0]
         self.assertEqual((error["error"], error["code"]), ("there is no command 'stp'", 2))
         self.assertIn("--history", self.session([], GRADIENT, "--history", "lots", code=2).stderr)
-        self.call("debug", GRADIENT, "--commands", "nowhere.txt", code=2)
+        self.meldsim("debug", GRADIENT, "--commands", "nowhere.txt", code=2)
 
     def test_the_end_of_the_input_ends_it(self):
         script = self.path("walk.txt", "step 2\r\n\n  step  # twice\nquit\nstp")
         for processes in (1, 2):
-            done = self.call("debug", GRADIENT, "--commands", script, "-n", processes)
+            done = self.meldsim("debug", GRADIENT, "--commands", script, "-n", processes)
             self.assertEqual((done.stdout, done.stderr), ("tick 2\ntick 3\n", ""))
         self.assertEqual(self.session([], GRADIENT).stdout, "")
-        self.assertEqual(self.call("debug", GRADIENT, stdin="step").stdout, "tick 1\n")
+        self.assertEqual(self.meldsim("debug", GRADIENT, stdin="step").stdout, "tick 1\n")
 
     def test_a_program_that_fails(self):
         program = OWN / "fails.meld"
@@ -187,10 +180,10 @@ class Questions(DebugTest):
 
     def test_nothing_is_printed_or_written(self):
         program = self.path("talks.meld", 'type linear n(node, int).\nn(@0, 3).\nn(A, N), N > 0 -o n(A, N - 1)@+1, print(A, "here").\n')
-        self.assertIn("here", self.call("run", program, "--ticks", 6).stdout)
-        before = sorted(os.listdir(self.folder.name))
+        self.assertIn("here", self.meldsim("run", program, "--ticks", 6).stdout)
+        before = sorted(os.listdir(self.folder))
         self.assertEqual(self.session(["to 3", "to 1", "to 3"], program, "--ticks", 6).stdout, "tick 3\ntick 1\ntick 3\n")
-        self.assertEqual(sorted(os.listdir(self.folder.name)), before)
+        self.assertEqual(sorted(os.listdir(self.folder)), before)
 
     def test_a_run_that_is_not_the_same_again(self):
         """An extern function that counts its calls: no digest comes twice."""
@@ -207,8 +200,8 @@ class OfRuns(DebugTest):
         """From what they carry, up to their last tick."""
         world = self.path("storm.toml", (OWN / "storm.toml").read_text())
         recording = self.path("run.vtkhdf")
-        self.call("run", OWN / "storm.meld", "--world", world, "--ticks", 22, "--seed", 8, "--quiet", "--record", recording)
-        facts = {t: self.call("run", OWN / "storm.meld", "--world", world, "--ticks", t, "--seed", 8, "--quiet", "--facts-out", "-").stdout
+        self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", 22, "--seed", 8, "--quiet", "--record", recording)
+        facts = {t: self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", t, "--seed", 8, "--quiet", "--facts-out", "-").stdout
                  for t in (7, 22)}
         world.unlink()
         for processes in (1, 2):
@@ -224,13 +217,13 @@ class OfRuns(DebugTest):
         code = self.path("count.c", "#include <meld/extern.h>\nint64_t count(int64_t n) { return n; }\n")
         program = self.path("counts.meld", "extern int count(int).\ntype n(node, int).\nn(A, count(T)) :- tick(A, T).\n")
         recording = self.path("run.vtkhdf")
-        self.call("run", program, "--link", code, "--ticks", 4, "--quiet", "--record", recording)
+        self.meldsim("run", program, "--link", code, "--ticks", 4, "--quiet", "--record", recording)
         code.write_text("int count(int n) { return n; }\n")
         self.assertIn("its hash", self.session(["step"], recording, code=2).stderr)
 
     def test_a_step_that_is_not_as_recorded(self):
         recording = self.path("run.vtkhdf")
-        self.call("run", OWN / "storm.meld", "--ticks", 22, "--quiet", "--record", recording)
+        self.meldsim("run", OWN / "storm.meld", "--ticks", 22, "--quiet", "--record", recording)
         with h5py.File(recording, "r+") as file:
             file["VTKHDF/Steps/StateDigestLow"][3] += 1
         for processes in (1, 2):
@@ -241,14 +234,14 @@ class OfRuns(DebugTest):
     def test_checkpoints(self):
         """From their tick on, in the folder of the run, with modules that have written then and do not now."""
         checkpoints, recording, digests = self.path("kept"), self.path("run.vtkhdf"), self.path("run.digest")
-        self.call("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", checkpoints, "--record", recording,
+        self.meldsim("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", checkpoints, "--record", recording,
                   "--digest", digests, "--facts-out", "run.facts")
         written = {name: self.path(name).read_bytes() for name in ("run.vtkhdf", "run.digest", "run.facts")}
         self.path("script", "to 19\nfacts\nto 12\nfacts\nwhere\n")
         folder = self.path("elsewhere")
         folder.mkdir()
         for processes in (1, 2, 3):
-            done = self.call("debug", "../kept", "--ticks", 20, "-n", processes, "--commands", "../script", "--json", cwd=folder)
+            done = self.meldsim("debug", "../kept", "--ticks", 20, "-n", processes, "--commands", "../script", "--json", cwd=folder)
             answers = [json.loads(line) for line in done.stdout.splitlines()]
             self.assertEqual([a["tick"] for a in answers], [19, 19, 12, 12, 12])
             for found in answers[1:4:2]:
@@ -262,7 +255,7 @@ class OfRuns(DebugTest):
     def test_a_damaged_checkpoint(self):
         """The one before serves instead."""
         kept = self.path("kept")
-        self.call("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", kept, "--checkpoint-every", "5ticks")
+        self.meldsim("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", kept, "--checkpoint-every", "5ticks")
         share = kept / "12.0-of-1.share"
         share.write_bytes(share.read_bytes()[:-1])
         for processes in (1, 2):
@@ -275,7 +268,7 @@ class AtATerminal(DebugTest):
     def start(self, *arguments):
         pid, self.terminal = pty.fork()
         if pid == 0:
-            os.execv(OPTIONS.meldsim, ["meldsim", "debug", *map(str, arguments)])
+            os.execv(TOOLS.meldsim, ["meldsim", "debug", *map(str, arguments)])
         fcntl.ioctl(self.terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 200, 0, 0))
         self.pid, self.shown = pid, ""
 
@@ -367,7 +360,7 @@ class AtATerminal(DebugTest):
             self.interrupt(processes)
 
     def interrupt(self, processes):
-        run = subprocess.Popen([OPTIONS.meldsim, "debug", OWN / "waiting.meld", "--ticks", str(10**9), "--quiet", "-n", str(processes)],
+        run = subprocess.Popen([TOOLS.meldsim, "debug", OWN / "waiting.meld", "--ticks", str(10**9), "--quiet", "-n", str(processes)],
                                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         run.stdin.write("step 3\nrun\nwhere\n")
         run.stdin.flush()
@@ -380,16 +373,5 @@ class AtATerminal(DebugTest):
         self.assertRegex(err, r"^meldsim: interrupted after tick \d+\n$")
 
 
-def main():
-    global OPTIONS
-    parser = argparse.ArgumentParser()
-    for tool in ("meldc", "meldsim"):
-        parser.add_argument(f"--{tool}", required=True, type=lambda name: Path(name).resolve())
-    parser.add_argument("--walks", type=int, default=1, help="random walks for each program and setup")
-    OPTIONS, rest = parser.parse_known_args()
-    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
-    unittest.main(argv=[sys.argv[0], *rest])
-
-
 if __name__ == "__main__":
-    main()
+    main("meldc", "meldsim", walks={"type": int, "default": 1, "help": "random walks for each program and setup"})
