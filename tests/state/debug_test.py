@@ -201,8 +201,8 @@ class OfRuns(DebugTest):
         world = self.path("storm.toml", (OWN / "storm.toml").read_text())
         recording = self.path("run.vtkhdf")
         self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", 22, "--seed", 8, "--quiet", "--record", recording)
-        facts = {t: self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", t, "--seed", 8, "--quiet", "--facts-out", "-").stdout
-                 for t in (7, 22)}
+        facts = {ticks: self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", ticks, "--seed", 8, "--quiet",
+                                     "--facts-out", "-").stdout for ticks in (7, 22)}
         world.unlink()
         for processes in (1, 2):
             answers = self.answers(["run", "facts", "back 15", "facts"], recording, "-n", processes)

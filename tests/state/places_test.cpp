@@ -73,7 +73,7 @@ TEST(CellPlaces, ThatCannotBeAreRefused) {
 }
 
 TEST(FreePlaces, KeepEachLinkOnceAndRefuseWhatCannotBe) {
-    world::Ensemble ensemble(world::Lattice(world::LatticeKind::Cubic), std::function<bool(Cell)>());
+    world::Ensemble ensemble(world::Lattice(world::LatticeKind::Cubic), std::function<bool(Cell)>{});
     ensemble.set_free({});
     const std::vector<world::Catom> catoms = {ensemble.add_at(4, {}, kCatomOwned), ensemble.add_at(2, {}, kCatomOwned),
                                               ensemble.add_at(9, {}, kCatomOwned)};
