@@ -161,8 +161,8 @@ class Conversation {
         if (options_.json)
             if (auto printed = print(stdout, debug::to_json(error)); !printed) return printed;
         if (!goes_on) return fail(input_->place() + error.problem, error.suggestion, error.code);
-        if (!options_.json) static_cast<void>(print(stderr, visible(error.message()) + "\n"));
-        return {};
+        // At a terminal it stands among the answers: what goes through mpirun by two ways comes in any order.
+        return options_.json ? Result<void>{} : print(stdout, visible(error.message()) + "\n");
     }
 
     const RunOptions& options_;
