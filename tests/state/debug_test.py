@@ -289,6 +289,14 @@ class AtATerminal(DebugTest):
     def say(self, text):
         os.write(self.terminal, text.encode())
 
+    def interrupt_a_run(self):
+        self.say("run\n")
+        self.expect("run")
+        time.sleep(0.4)
+        self.say("\x03")
+        self.expect(": interrupted")
+        self.expect("> ")
+
     def ends(self, code):
         _, status = os.waitpid(self.pid, 0)
         os.close(self.terminal)
@@ -327,11 +335,7 @@ class AtATerminal(DebugTest):
         self.say("facts\n")
         self.expect("more")
         self.expect("tick 3> ")
-        self.say("run\n")
-        time.sleep(0.4)
-        self.say("\x03")
-        self.expect(": interrupted")
-        self.expect("> ")
+        self.interrupt_a_run()
         self.say("to 5\n")
         self.expect("tick 5\r\n")
         self.expect("tick 5> ")
@@ -340,14 +344,9 @@ class AtATerminal(DebugTest):
 
     def test_ctrl_c_stops_between_two_ticks(self):
         self.start(OWN / "waiting.meld", "--ticks", 10**9)
-        for _ in range(2):
-            self.expect("> ")
-            self.say("run\n")
-            self.expect("run")
-            time.sleep(0.4)
-            self.say("\x03")
-            self.expect(": interrupted")
         self.expect("> ")
+        for _ in range(2):
+            self.interrupt_a_run()
         self.say("to 5\n")
         self.expect("tick 5\r\n")
         self.say("facts longest\n")

@@ -57,6 +57,8 @@ class FactStore {
     // Catoms go by their ids; `id` gives that of one, and `find` the catom here that this process owns, or nothing.
     void save_passing(const std::function<u64(u32)>& id, ByteWriter& out) const;
     void load_passing(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
+    // The actions among them, of any program: visit(id, predicate, arguments).
+    static void each_saved_action(const ModuleInfo& module, ByteReader actions, const std::function<void(u64, u16, const Value*)>& visit);
 
     // The program's constants, which live as long as the facts that may share their lists.
     void add_parameter(tuple::Type type, Value value);

@@ -85,16 +85,22 @@ void FactStore::load_passing(i64 now, const std::function<std::optional<u32>(u64
         const std::span<const std::byte> row = groups.read_bytes(module_.columns[column].row_bytes);
         if (catom) evaluator.timers().add_group(now, tick, *catom, column, reinterpret_cast<const u8*>(row.data()), row.size());
     }
+    each_saved_action(module_, {in.read_block(), "the actions of a snapshot"}, [&](u64 id, u16 predicate, const Value* arguments) {
+        if (const std::optional<u32> catom = find(id)) evaluator.restore_action(*catom, predicate, arguments);
+    });
+}
+
+void FactStore::each_saved_action(const ModuleInfo& module, ByteReader actions, const std::function<void(u64, u16, const Value*)>& visit) {
     tuple::Arena lists;
     std::vector<Value> arguments;
-    for (ByteReader actions(in.read_block(), "the actions of a snapshot"); !actions.done();) {
-        const std::optional<u32> catom = find(actions.read<u64>());
+    while (!actions.done()) {
+        const auto id = actions.read<u64>();
         const auto predicate = actions.read<u16>();
-        if (predicate >= module_.predicate_count) return;
-        const PredicateInfo& p = module_.predicates[predicate];
+        if (predicate >= module.predicate_count) return;
+        const PredicateInfo& p = module.predicates[predicate];
         arguments.resize(p.arity);
-        for (u32 i = 0; i < p.arity; ++i) arguments[i] = tuple::unpack(tuple::type_of(module_, p.fields[i]), actions, lists);
-        if (catom) evaluator.restore_action(*catom, predicate, arguments.data());
+        for (u32 i = 0; i < p.arity; ++i) arguments[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), actions, lists);
+        visit(id, predicate, arguments.data());
     }
 }
 

@@ -131,22 +131,17 @@ void TakeOver::load_passing(const std::function<std::optional<u32>(u64)>& find_c
     // Losses, undefined derivations, and what waits for a time belong to what is derived anew.
     for (int i = 0; i < 4; ++i) in.read_block();
     const ModuleInfo& was = was_.module();
-    tuple::Arena lists;
-    std::vector<Value> arguments;
-    for (ByteReader actions(in.read_block(), "the actions of a snapshot", ByteReader::Origin::Outside); !actions.done();) {
-        const std::optional<u32> catom = find_catom(actions.read<u64>());
-        const auto predicate = actions.read<u16>();
-        if (predicate >= was.predicate_count) return;
+    ByteReader actions(in.read_block(), "the actions of a snapshot", ByteReader::Origin::Outside);
+    FactStore::each_saved_action(was, std::move(actions), [&](u64 id, u16 predicate, const Value* arguments) {
+        const std::optional<u32> catom = find_catom(id);
+        if (!catom) return;
         const PredicateInfo& p = was.predicates[predicate];
-        arguments.resize(p.arity);
-        for (u32 i = 0; i < p.arity; ++i) arguments[i] = tuple::unpack(tuple::type_of(was, p.fields[i]), actions, lists);
-        if (!catom) continue;
         const std::optional<u32> found = find(p);
         if (found && same_declaration(was, p, now_, now_.predicates[*found]))
-            facts_.evaluator.restore_action(*catom, static_cast<u16>(*found), arguments.data());
+            facts_.evaluator.restore_action(*catom, static_cast<u16>(*found), arguments);
         else
             ++lost_actions_[predicate];
-    }
+    });
 }
 
 Result<TakenOver> TakeOver::outcome(comm::Communicator& comm) const {
