@@ -291,6 +291,8 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
         any.span = tree.predicate.span;
         fact.atom.arguments.push_back(std::move(any));
     }
+    // A declaration without a catom has been refused.
+    if (p.arguments.empty()) return;
     if (tree.at != nullptr) fact.atom.arguments[0] = location(*tree.at, &out);
     c.inner.push_back(std::move(fact));
     Term count = scope_->resolve(*tree.count, Type::Int, "a number of facts", true);
